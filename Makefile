@@ -14,7 +14,7 @@ help:
 	@echo "make docs    regenerate docs/scene.md, docs/talus.1, and the tables and plots of docs/results/ from the program (long)"
 	@echo "make fuzz    fuzz the readers, ten minutes of CPU time each (needs clang and libclang-rt-14-dev)"
 	@echo "make deb     the Debian package: build/deb/talus_*.deb"
-	@echo "make format  clang-format of changed lines and of all files that are formatted; make format-check looks alone"
+	@echo "make format  clang-format of all C++ files; make format-check looks alone"
 	@echo "make lint    clang-tidy of all sources (long); make lint-changed of those that differ from BASE"
 	@echo "make clean   remove build/"
 

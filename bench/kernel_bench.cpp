@@ -29,7 +29,8 @@ HexMesh pier(int n, CellShape shape) {
 AlignedVector waves(const HexMesh& mesh, double size) {
   AlignedVector u(4 * mesh.nodes.size(), 0.0);
   for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
-    for (int c = 0; c < 3; ++c) u[4 * n + c] = size * std::sin(3.0 * mesh.nodes[n][c] + 2.0 * mesh.nodes[n][(c + 1) % 3]);
+    for (int c = 0; c < 3; ++c)
+      u[4 * n + c] = size * std::sin(3.0 * mesh.nodes[n][c] + 2.0 * mesh.nodes[n][(c + 1) % 3]);
   return u;
 }
 
@@ -42,8 +43,9 @@ void elastic(benchmark::State& state, CellShape shape, bool finite) {
     op.add_internal_force(u.data(), f.data(), finite, finite);
     benchmark::DoNotOptimize(f.data());
   }
-  state.counters["us_per_element"] = benchmark::Counter(1e-6 * static_cast<double>(mesh.hexes.size()) * static_cast<double>(state.iterations()),
-                                                        benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+  state.counters["us_per_element"] = benchmark::Counter(
+      1e-6 * static_cast<double>(mesh.hexes.size()) * static_cast<double>(state.iterations()),
+      benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
 
 /// A whole explicit step without contact: forces, velocities, energies.
@@ -68,12 +70,14 @@ void step(benchmark::State& state) {
     pier.correct(t, h, {});
     t += h;
   }
-  state.counters["us_per_element"] = benchmark::Counter(1e-6 * static_cast<double>(pier.elements()) * static_cast<double>(state.iterations()),
-                                                        benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+  state.counters["us_per_element"] = benchmark::Counter(
+      1e-6 * static_cast<double>(pier.elements()) * static_cast<double>(state.iterations()),
+      benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
 
-/// A whole explicit step in which the damage law is asked in every point: a free block of concrete that is torn apart evenly, at 5 /s until all its cells have
-/// cracked, then at 0.5 /s. Everything: rates, interlocking faces; plain: neither.
+/// A whole explicit step in which the damage law is asked in every point: a free block of concrete that is
+/// torn apart evenly, at 5 /s until all its cells have cracked, then at 0.5 /s. Everything: rates,
+/// interlocking faces; plain: neither.
 void damaged_step(benchmark::State& state, bool everything) {
   StructureSpec s;
   s.name = "P";
@@ -92,7 +96,8 @@ void damaged_step(benchmark::State& state, bool everything) {
   const double h = body.critical_step(), volume = 4;
   const auto stretch = [&](double rate) {
     std::vector<NodeImpulse> impulses;
-    for (int i = 0; i < static_cast<int>(body.mesh().nodes.size()); ++i) impulses.push_back({i, rate * body.node_mass(i) * body.mesh().nodes[static_cast<std::size_t>(i)]});
+    for (int i = 0; i < static_cast<int>(body.mesh().nodes.size()); ++i)
+      impulses.push_back({i, rate * body.node_mass(i) * body.mesh().nodes[static_cast<std::size_t>(i)]});
     return impulses;
   };
   double t = 0;
@@ -116,8 +121,9 @@ void damaged_step(benchmark::State& state, bool everything) {
     }
     go({});
   }
-  state.counters["us_per_element"] = benchmark::Counter(1e-6 * static_cast<double>(body.elements()) * static_cast<double>(state.iterations()),
-                                                        benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+  state.counters["us_per_element"] = benchmark::Counter(
+      1e-6 * static_cast<double>(body.elements()) * static_cast<double>(state.iterations()),
+      benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
 
 material::DamageCell& at(material::DamageCell& cell) { return cell; }

@@ -1,5 +1,6 @@
-// Size limits of terrain and rock masses: what a contact query costs on terrains of 1e3, 1e5 and 1e6 triangles with the same local roughness, how
-// long a terrain of a million triangles takes to load, and the cutting of 10,000 blocks. Prints CPU time and peak memory.
+// Size limits of terrain and rock masses: what a contact query costs on terrains of 1e3, 1e5 and 1e6
+// triangles with the same local roughness, how long a terrain of a million triangles takes to load, and the
+// cutting of 10,000 blocks. Prints CPU time and peak memory.
 #include <fmt/format.h>
 #include <sys/resource.h>
 
@@ -36,7 +37,11 @@ geometry::Mesh ground(int n, double roughness) {
   geometry::Mesh m;
   for (int i = 0; i <= n; ++i)
     for (int j = 0; j <= n; ++j)
-      m.vertices.emplace_back(j, i, 2 * std::sin(0.05 * i) * std::cos(0.04 * j) + roughness * geometry::Random(static_cast<std::uint64_t>(i) * 100003u + static_cast<std::uint64_t>(j)).uniform());
+      m.vertices.emplace_back(j, i,
+                              2 * std::sin(0.05 * i) * std::cos(0.04 * j) +
+                                  roughness * geometry::Random(static_cast<std::uint64_t>(i) * 100003u +
+                                                               static_cast<std::uint64_t>(j))
+                                                  .uniform());
   for (int i = 0; i < n; ++i)
     for (int j = 0; j < n; ++j) {
       const int k = i * (n + 1) + j;
@@ -46,9 +51,11 @@ geometry::Mesh ground(int n, double roughness) {
   return m;
 }
 
-/// Mean CPU time of a query at 2000 places where the block touches the ground [s], the least of twenty batches. The places lie in the corner of
-/// 12 m that all terrains share (same ground, same contacts: what a block meets from step to step), or anywhere (each query finds a cold cache).
-double query_seconds(const contact::SurfaceIndex& index, const Polyhedron& block, double width, long& contacts) {
+/// Mean CPU time of a query at 2000 places where the block touches the ground [s], the least of twenty
+/// batches. The places lie in the corner of 12 m that all terrains share (same ground, same contacts: what a
+/// block meets from step to step), or anywhere (each query finds a cold cache).
+double query_seconds(const contact::SurfaceIndex& index, const Polyhedron& block, double width,
+                     long& contacts) {
   geometry::Random random(2);
   std::vector<Pose> poses;
   for (int k = 0; k < 2000; ++k) {
@@ -95,10 +102,14 @@ int main() {
       const contact::SurfaceIndex index(terrain.surface);
       const double built = cpu_seconds() - start;
       long contacts = 0, contacts_anywhere = 0;
-      const double t = query_seconds(index, block, 22, contacts), anywhere = query_seconds(index, block, n, contacts_anywhere);
+      const double t = query_seconds(index, block, 22, contacts),
+                   anywhere = query_seconds(index, block, n, contacts_anywhere);
       if (first == 0) first = t, first_anywhere = anywhere;
-      fmt::print("terrain of {} triangles, rough by {} m: built in {:.2f} s; query in one place {:.2f} us ({:.2f} of the smallest terrain's), {:.1f} contacts; anywhere {:.2f} us ({:.2f}), {:.1f} contacts\n",
-                 mesh.triangles.size(), roughness, built, 1e6 * t, t / first, static_cast<double>(contacts) / 2000, 1e6 * anywhere, anywhere / first_anywhere, static_cast<double>(contacts_anywhere) / 2000);
+      fmt::print(
+          "terrain of {} triangles, rough by {} m: built in {:.2f} s; query in one place {:.2f} us ({:.2f} "
+          "of the smallest terrain's), {:.1f} contacts; anywhere {:.2f} us ({:.2f}), {:.1f} contacts\n",
+          mesh.triangles.size(), roughness, built, 1e6 * t, t / first, static_cast<double>(contacts) / 2000,
+          1e6 * anywhere, anywhere / first_anywhere, static_cast<double>(contacts_anywhere) / 2000);
     }
   }
   {
@@ -108,7 +119,9 @@ int main() {
     const geometry::Terrain terrain = geometry::load_terrain(file);
     const double loaded = cpu_seconds() - start;
     const contact::SurfaceIndex index(terrain.surface);
-    fmt::print("{} triangles from STL: read in {:.2f} s, with search structure {:.2f} s; peak memory {:.2f} GiB\n", terrain.surface.triangles.size(), loaded, cpu_seconds() - start, peak_gib());
+    fmt::print(
+        "{} triangles from STL: read in {:.2f} s, with search structure {:.2f} s; peak memory {:.2f} GiB\n",
+        terrain.surface.triangles.size(), loaded, cpu_seconds() - start, peak_gib());
     std::filesystem::remove(file);
   }
   geometry::CutSpec cut;
@@ -118,5 +131,6 @@ int main() {
   const geometry::CutResult r = geometry::cut(cut);
   double sum = 0;
   for (const auto& b : r.blocks) sum += b.volume;
-  fmt::print("{} blocks cut in {:.2f} s, volume kept to {:.1e}; peak memory {:.2f} GiB\n", r.blocks.size(), cpu_seconds() - start, std::abs(sum / r.region_volume - 1), peak_gib());
+  fmt::print("{} blocks cut in {:.2f} s, volume kept to {:.1e}; peak memory {:.2f} GiB\n", r.blocks.size(),
+             cpu_seconds() - start, std::abs(sum / r.region_volume - 1), peak_gib());
 }

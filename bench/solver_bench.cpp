@@ -1,5 +1,5 @@
-// Cost of one contact problem: small islands, a tower, walls, piles. Warm: v_hat of the next step differs by `change`, the impulses
-// are those of the step before.
+// Cost of one contact problem: small islands, a tower, walls, piles. Warm: v_hat of the next step differs by
+// `change`, the impulses are those of the step before.
 #include <benchmark/benchmark.h>
 
 #include "unit/contact/solver_problems.hpp"
@@ -23,8 +23,10 @@ void run(benchmark::State& state, Builder b, double tolerance, bool warm, double
   bool converged = true;
   for (auto _ : state) {
     state.PauseTiming();
-    for (std::size_t k = 0; k < v_hat.size(); ++k) b.problem.v_hat[k] = v_hat[k] + (warm ? change * unit(random) : 0.0);
-    for (std::size_t k = 0; k < solved.size(); ++k) b.problem.contacts[k].impulse = warm ? solved[k].impulse : Vec3(Vec3::Zero());
+    for (std::size_t k = 0; k < v_hat.size(); ++k)
+      b.problem.v_hat[k] = v_hat[k] + (warm ? change * unit(random) : 0.0);
+    for (std::size_t k = 0; k < solved.size(); ++k)
+      b.problem.contacts[k].impulse = warm ? solved[k].impulse : Vec3(Vec3::Zero());
     state.ResumeTiming();
     report = solver.solve(b.problem, settings);
     newton += report.newton;
@@ -44,8 +46,12 @@ Builder sliding() {
   return b;
 }
 
-void tight(benchmark::State& s, Builder (*make)(), bool warm, double change) { run(s, make(), 1e-10, warm, change); }
-void loose(benchmark::State& s, Builder (*make)(), bool warm, double change) { run(s, make(), 1e-6, warm, change); }
+void tight(benchmark::State& s, Builder (*make)(), bool warm, double change) {
+  run(s, make(), 1e-10, warm, change);
+}
+void loose(benchmark::State& s, Builder (*make)(), bool warm, double change) {
+  run(s, make(), 1e-6, warm, change);
+}
 
 Builder tower() { return cubes(1, 1, 50, 0.53, 0.01); }
 Builder wall() { return cubes(20, 1, 10, 0.53, 0.01, true); }

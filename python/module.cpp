@@ -39,9 +39,7 @@ class PythonSink : public app::RecordingSink {
     if (callback_.is_none()) return;
     try {
       callback_(time, duration);
-    } catch (py::error_already_set& error) {
-      keep(std::move(error));
-    }
+    } catch (py::error_already_set& error) { keep(std::move(error)); }
   }
   void warning(const std::string& text) override { RecordingSink::warning(text); }
   /// Raises what stopped the run, if Python did. With the lock held.
@@ -93,9 +91,7 @@ py::dict check(const std::string& text, bool is_text, const scene::Overrides& ov
   py::dict out;
   out["title"] = title, out["plan"] = plan, out["warnings"] = warnings;
   return out;
-} catch (const InputError& error) {
-  raise_problems(error);
-}
+} catch (const InputError& error) { raise_problems(error); }
 
 py::dict run(const std::string& text, bool is_text, const scene::Overrides& overrides,
              const std::string& output, bool resume, bool report, const py::object& progress) try {
@@ -136,9 +132,7 @@ py::dict run(const std::string& text, bool is_text, const scene::Overrides& over
   py::dict out;
   out["status"] = result.status, out["message"] = result.message, out["exit_code"] = result.exit_code;
   return out;
-} catch (const InputError& error) {
-  raise_problems(error);
-} catch (const io::WriteError& error) {
+} catch (const InputError& error) { raise_problems(error); } catch (const io::WriteError& error) {
   PyErr_SetString(PyExc_OSError, error.what());
   throw py::error_already_set();
 }

@@ -28,7 +28,8 @@ class World {
       shape_ = std::move(hull);
     }
     for (const auto& b : scene.bodies) {
-      btTransform at(btQuaternion(b.orientation[1], b.orientation[2], b.orientation[3], b.orientation[0]), vector(b.position));
+      btTransform at(btQuaternion(b.orientation[1], b.orientation[2], b.orientation[3], b.orientation[0]),
+                     vector(b.position));
       btRigidBody* body = add(scene.mass, at, shape_.get(), vector(scene.inertia));
       body->setFriction(scene.friction);
       body->setLinearVelocity(btVector3(b.speed, 0, 0));
@@ -41,12 +42,14 @@ class World {
   void step(double h) { world_.stepSimulation(h, 0, h); }
   double contacts() const {
     int count = 0;
-    for (int i = 0; i < dispatcher_.getNumManifolds(); ++i) count += dispatcher_.getManifoldByIndexInternal(i)->getNumContacts();
+    for (int i = 0; i < dispatcher_.getNumManifolds(); ++i)
+      count += dispatcher_.getManifoldByIndexInternal(i)->getNumContacts();
     return count;
   }
   peers::Row row(std::size_t i) const {
     const btRigidBody& b = *moving_[i];
-    const btVector3 x = b.getWorldTransform().getOrigin(), v = b.getLinearVelocity(), w = b.getAngularVelocity();
+    const btVector3 x = b.getWorldTransform().getOrigin(), v = b.getLinearVelocity(),
+                    w = b.getAngularVelocity();
     const btQuaternion q = b.getWorldTransform().getRotation();
     return {x.x(), x.y(), x.z(), q.w(), q.x(), q.y(), q.z(), v.x(), v.y(), v.z(), w.x(), w.y(), w.z()};
   }

@@ -19,15 +19,15 @@ using Vector = std::array<double, 3>;
 
 struct Body {
   Vector position;
-  std::array<double, 4> orientation;   // w, x, y, z
-  double speed;                        // along x at t = 0 [m/s]
+  std::array<double, 4> orientation;  // w, x, y, z
+  double speed;                       // along x at t = 0 [m/s]
 };
 
 struct Scene {
   double duration = 0, friction = 0, mass = 0;
-  Vector inertia{0, 0, 0};             // about the body axes [kg m^2]
-  Vector box{0, 0, 0};                 // edges; zero if the bodies are hulls
-  std::vector<Vector> hull;            // corners about the centroid
+  Vector inertia{0, 0, 0};   // about the body axes [kg m^2]
+  Vector box{0, 0, 0};       // edges; zero if the bodies are hulls
+  std::vector<Vector> hull;  // corners about the centroid
   std::vector<std::array<Vector, 3>> triangles;
   std::vector<Body> bodies;
 };
@@ -40,7 +40,11 @@ inline Scene read_scene(const std::string& path) {
     std::istringstream in(line);
     std::string kind;
     in >> kind;
-    const auto vector = [&in] { Vector v; in >> v[0] >> v[1] >> v[2]; return v; };
+    const auto vector = [&in] {
+      Vector v;
+      in >> v[0] >> v[1] >> v[2];
+      return v;
+    };
     if (kind == "duration") in >> scene.duration;
     if (kind == "friction") in >> scene.friction;
     if (kind == "mass") in >> scene.mass;
@@ -67,7 +71,8 @@ inline Scene read_scene(const std::string& path) {
 inline double cpu_seconds() {
   rusage use{};
   getrusage(RUSAGE_SELF, &use);
-  return static_cast<double>(use.ru_utime.tv_sec + use.ru_stime.tv_sec) + 1e-6 * static_cast<double>(use.ru_utime.tv_usec + use.ru_stime.tv_usec);
+  return static_cast<double>(use.ru_utime.tv_sec + use.ru_stime.tv_sec) +
+         1e-6 * static_cast<double>(use.ru_utime.tv_usec + use.ru_stime.tv_usec);
 }
 
 struct Options {
@@ -77,7 +82,9 @@ struct Options {
 };
 
 inline Options read_options(int count, char** text) {
-  if (count != 7) throw std::runtime_error("usage: driver SCENE STEP ITERATIONS DURATION FRAMES INTERVAL (duration 0: the scene's)");
+  if (count != 7)
+    throw std::runtime_error(
+        "usage: driver SCENE STEP ITERATIONS DURATION FRAMES INTERVAL (duration 0: the scene's)");
   Options o;
   o.scene = text[1];
   o.step = std::atof(text[2]);
@@ -91,7 +98,8 @@ inline Options read_options(int count, char** text) {
 /// Position 3, orientation 4 (w, x, y, z), velocity 3, spin 3.
 using Row = std::array<double, 13>;
 
-/// Steps a world and writes a frame every interval; the time of frames is not counted. `World` has step(h), contacts(), row(body).
+/// Steps a world and writes a frame every interval; the time of frames is not counted. `World` has step(h),
+/// contacts(), row(body).
 template <class World>
 void drive(World& world, const Scene& scene, const Options& o) {
   const double duration = o.duration > 0 ? o.duration : scene.duration;
@@ -119,10 +127,12 @@ void drive(World& world, const Scene& scene, const Options& o) {
   }
   const double cpu = cpu_seconds() - start - aside;
   std::fclose(file);
-  std::printf("{\"cpu\": %.6f, \"steps\": %ld, \"contacts\": %.1f}\n", cpu, steps, contacts / static_cast<double>(steps));
+  std::printf("{\"cpu\": %.6f, \"steps\": %ld, \"contacts\": %.1f}\n", cpu, steps,
+              contacts / static_cast<double>(steps));
 }
 
-/// A driver's main: the scene and the step from the command line, World(scene, iterations) stepped to the end.
+/// A driver's main: the scene and the step from the command line, World(scene, iterations) stepped to the
+/// end.
 template <class World>
 int run(int count, char** text) {
   try {

@@ -1,6 +1,6 @@
-/// ODE on a comparison scene of boxes: QuickStep, no sleeping, friction pyramid in proportion to the normal force.
+/// ODE on a comparison scene of boxes: QuickStep, no sleeping, friction pyramid in proportion to the normal
+/// force.
 #include <ode/ode.h>
-
 
 #include "driver.hpp"
 
@@ -9,7 +9,8 @@ namespace {
 class World {
  public:
   World(const peers::Scene& scene, int iterations) : friction_(scene.friction) {
-    if (!scene.hull.empty()) throw std::runtime_error("ODE has no contact of a convex hull with a triangle mesh");
+    if (!scene.hull.empty())
+      throw std::runtime_error("ODE has no contact of a convex hull with a triangle mesh");
     dInitODE2(0);
     dAllocateODEDataForThread(dAllocateMaskAll);
     world_ = dWorldCreate();
@@ -23,8 +24,8 @@ class World {
         vertices_.insert(vertices_.end(), x.begin(), x.end());
       }
     mesh_ = dGeomTriMeshDataCreate();
-    dGeomTriMeshDataBuildDouble(mesh_, vertices_.data(), 3 * sizeof(double), static_cast<int>(index_.size()), index_.data(),
-                                static_cast<int>(index_.size()), 3 * sizeof(dTriIndex));
+    dGeomTriMeshDataBuildDouble(mesh_, vertices_.data(), 3 * sizeof(double), static_cast<int>(index_.size()),
+                                index_.data(), static_cast<int>(index_.size()), 3 * sizeof(dTriIndex));
     dCreateTriMesh(space_, mesh_, nullptr, nullptr, nullptr);
     for (const auto& b : scene.bodies) {
       dMass mass;
@@ -42,14 +43,16 @@ class World {
   }
   void step(double h) {
     contacts_ = 0;
-    dSpaceCollide(space_, this, [](void* self, dGeomID a, dGeomID b) { static_cast<World*>(self)->meet(a, b); });
+    dSpaceCollide(space_, this,
+                  [](void* self, dGeomID a, dGeomID b) { static_cast<World*>(self)->meet(a, b); });
     dWorldQuickStep(world_, h);
     dJointGroupEmpty(joints_);
   }
   double contacts() const { return contacts_; }
   peers::Row row(std::size_t i) const {
     dBodyID b = bodies_[i];
-    const dReal *x = dBodyGetPosition(b), *q = dBodyGetQuaternion(b), *v = dBodyGetLinearVel(b), *w = dBodyGetAngularVel(b);
+    const dReal *x = dBodyGetPosition(b), *q = dBodyGetQuaternion(b), *v = dBodyGetLinearVel(b),
+                *w = dBodyGetAngularVel(b);
     return {x[0], x[1], x[2], q[0], q[1], q[2], q[3], v[0], v[1], v[2], w[0], w[1], w[2]};
   }
 
@@ -62,7 +65,8 @@ class World {
     for (int i = 0; i < count; ++i) {
       contact[static_cast<std::size_t>(i)].surface.mode = dContactApprox1;
       contact[static_cast<std::size_t>(i)].surface.mu = friction_;
-      dJointAttach(dJointCreateContact(world_, joints_, &contact[static_cast<std::size_t>(i)]), first, second);
+      dJointAttach(dJointCreateContact(world_, joints_, &contact[static_cast<std::size_t>(i)]), first,
+                   second);
     }
     contacts_ += count;
   }

@@ -21,10 +21,10 @@ struct Options {
   int threads = 0;               // 0: the scene's
   bool resume = false;
   bool quick = false;
-  bool lateral = false;          // talus capacity
+  bool lateral = false;  // talus capacity
   bool all = false, markdown = false;
   bool man = false;
-  bool repair = false;           // talus convert
+  bool repair = false;  // talus convert
   std::vector<std::string> words;
   // talus fragility, talus calibrate
   std::string structure, window = "0.5 s", measured;

@@ -16,7 +16,7 @@ namespace talus::app {
 namespace {
 
 struct Held {
-  double most = 0, now = 0;   // resident set of this process so far [MB]
+  double most = 0, now = 0;  // resident set of this process so far [MB]
 };
 Held held_so_far() {
   rusage used{};
@@ -24,7 +24,8 @@ Held held_so_far() {
   Held held;
   held.most = held.now = static_cast<double>(used.ru_maxrss) * 1024e-6;
   std::ifstream statm("/proc/self/statm");
-  if (long whole = 0, resident = 0; statm >> whole >> resident) held.now = static_cast<double>(resident) * static_cast<double>(sysconf(_SC_PAGESIZE)) * 1e-6;
+  if (long whole = 0, resident = 0; statm >> whole >> resident)
+    held.now = static_cast<double>(resident) * static_cast<double>(sysconf(_SC_PAGESIZE)) * 1e-6;
   return held;
 }
 
@@ -34,7 +35,8 @@ int command_check(const Options& options) {
   scene::Scene scene = scene::read_scene(options.input, options.overrides());
   BuildProgress progress;
   sim::Simulation simulation(std::move(scene), [&](const std::string& line) { progress.show(line); });
-  if (const std::string& previous = simulation.scene().simulation.initial_state; !previous.empty()) simulation.start_from(io::read_final_state(previous), previous);
+  if (const std::string& previous = simulation.scene().simulation.initial_state; !previous.empty())
+    simulation.start_from(io::read_final_state(previous), previous);
   const std::vector<Problem> problems = simulation.warnings();
   for (const Problem& warning : problems) tell("{}\n", warning.str());
   const std::size_t warnings = problems.size();
@@ -43,8 +45,11 @@ int command_check(const Options& options) {
   for (const std::string& line : simulation.plan()) fmt::print("  {}\n", line);
   const double added = simulation.memory_of_run();
   const Held held = held_so_far();
-  fmt::print("  Memory: at most about {:.0f} MB, of which {:.0f} MB stand once the scene is built.\n", 1.05 * std::max(held.most, held.now + added), held.now);
-  fmt::print("\n{}\n", warnings == 0 ? "No problems found." : fmt::format("No errors; {} warning{}.", warnings, warnings == 1 ? "" : "s"));
+  fmt::print("  Memory: at most about {:.0f} MB, of which {:.0f} MB stand once the scene is built.\n",
+             1.05 * std::max(held.most, held.now + added), held.now);
+  fmt::print("\n{}\n", warnings == 0
+                           ? "No problems found."
+                           : fmt::format("No errors; {} warning{}.", warnings, warnings == 1 ? "" : "s"));
   return done;
 }
 

@@ -31,27 +31,30 @@ int command_cut(const Options& options) {
   const fs::path directory = options.output;
   io::check_directory(directory);
   if (fs::exists(directory / "results.h5") || fs::exists(directory / "journal.bin"))
-    throw io::bad_file(directory, "-o", "holds the results of a run, which would be lost", "name another directory");
+    throw io::bad_file(directory, "-o", "holds the results of a run, which would be lost",
+                       "name another directory");
   for (const Problem& warning : scene.warnings) tell("{}\n", warning.str());
   const scene::RockMass& mass = *scene.rock_mass;
   const geometry::CutSpec spec = sim::cut_spec(mass);
   const geometry::CutResult cut = geometry::cut(spec);
   for (const Problem& warning : cut.warnings) tell("{}\n", warning.str());
 
-  // Removability needs the strength of each joint: the set's own where it is given, else the law of the rock against itself.
+  // Removability needs the strength of each joint: the set's own where it is given, else the law of the rock
+  // against itself.
   const ContactLaw& law = scene.laws(mass.material, mass.material);
   geometry::KeyBlockOptions keys;
   keys.gravity = scene.simulation.gravity;
   keys.density = scene.materials[static_cast<std::size_t>(mass.material)].density;
   for (const scene::JointSet& s : mass.joint_sets)
-    keys.strength.push_back({std::atan(s.friction.value_or(law.friction)), s.cohesion.value_or(law.cohesion)});
-  for (std::size_t i = 0; i <= mass.joints.size(); ++i) keys.strength.push_back({std::atan(law.friction), law.cohesion});   // the last for rock outside the region
+    keys.strength.push_back(
+        {std::atan(s.friction.value_or(law.friction)), s.cohesion.value_or(law.cohesion)});
+  for (std::size_t i = 0; i <= mass.joints.size(); ++i)
+    keys.strength.push_back({std::atan(law.friction), law.cohesion});  // the last for rock outside the region
   const std::optional<geometry::Terrain> terrain = sim::load_ground(scene.site);
   // A face closer to the ground than this, along its normal, rests on it.
   const double reach = 1e-3 * std::cbrt(cut.region_volume);
-  keys.is_held = [reach, in_ground = sim::ground_of(terrain ? &terrain->surface : nullptr, scene.planes)](const Vec3& point, const Vec3& normal) {
-    return in_ground(point + reach * normal);
-  };
+  keys.is_held = [reach, in_ground = sim::ground_of(terrain ? &terrain->surface : nullptr, scene.planes)](
+                     const Vec3& point, const Vec3& normal) { return in_ground(point + reach * normal); };
   const std::vector<geometry::KeyBlock> key_blocks = geometry::key_blocks(cut, keys);
 
   const io::DirectoryLock lock = io::claim_directory(directory);
@@ -69,8 +72,10 @@ int command_cut(const Options& options) {
 
   double sum = 0;
   for (const geometry::CutBlock& block : cut.blocks) sum += block.volume;
-  fmt::print("{} blocks, {:.6g} m^3 of {:.6g} m^3 (difference {:.1e} of it), {} merged\n", cut.blocks.size(), sum, cut.region_volume, std::abs(sum - cut.region_volume) / cut.region_volume, cut.merged);
-  fmt::print("Volumes that 25, 50, 75 and 90 % pass: {:.4g}, {:.4g}, {:.4g}, {:.4g} m^3\n", curve.v25, curve.v50, curve.v75, curve.v90);
+  fmt::print("{} blocks, {:.6g} m^3 of {:.6g} m^3 (difference {:.1e} of it), {} merged\n", cut.blocks.size(),
+             sum, cut.region_volume, std::abs(sum - cut.region_volume) / cut.region_volume, cut.merged);
+  fmt::print("Volumes that 25, 50, 75 and 90 % pass: {:.4g}, {:.4g}, {:.4g}, {:.4g} m^3\n", curve.v25,
+             curve.v50, curve.v75, curve.v90);
   std::map<std::string, int> types;
   for (const geometry::KeyBlock& key : key_blocks) ++types[geometry::name_of(key.type)];
   for (const auto& [type, count] : types) fmt::print("{}: {}\n", type, count);

@@ -26,16 +26,22 @@ namespace fs = std::filesystem;
 namespace {
 
 void print_summary(const ensemble::Summary& s, const fs::path& directory) {
-  fmt::print("{} members: {} done, {} suspect, {} over the limit, {} failed; {:.4g} s CPU\n", s.asked, s.done, s.suspect, s.over_limit, s.failed, s.cpu);
+  fmt::print("{} members: {} done, {} suspect, {} over the limit, {} failed; {:.4g} s CPU\n", s.asked, s.done,
+             s.suspect, s.over_limit, s.failed, s.cpu);
   for (const ensemble::LineSummary& line : s.lines) {
-    if (s.done + s.suspect == 0) continue;   // nothing is known of it
-    fmt::print("{}: {} crossings, probability {:.3g} ({:.3g} to {:.3g})\n", line.name, line.crossings, line.probability.value, line.probability.low, line.probability.high);
+    if (s.done + s.suspect == 0) continue;  // nothing is known of it
+    fmt::print("{}: {} crossings, probability {:.3g} ({:.3g} to {:.3g})\n", line.name, line.crossings,
+               line.probability.value, line.probability.low, line.probability.high);
     if (line.crossings == 0) continue;
     const auto& energy = line.percentiles[0][2];
     const auto& height = line.percentiles[2][2];
-    fmt::print("  95th percentile: energy {:.4g} kJ ({:.4g} to {:.4g}), height {:.3g} m ({:.3g} to {:.3g})\n", energy.value / 1e3, energy.low / 1e3, energy.high / 1e3, height.value, height.low, height.high);
+    fmt::print("  95th percentile: energy {:.4g} kJ ({:.4g} to {:.4g}), height {:.3g} m ({:.3g} to {:.3g})\n",
+               energy.value / 1e3, energy.low / 1e3, energy.high / 1e3, height.value, height.low,
+               height.high);
   }
-  if (s.failed + s.over_limit + s.suspect > 0) fmt::print("Scenes of members that failed, went over the limit or are suspect: {}\n", (directory / "members").string());
+  if (s.failed + s.over_limit + s.suspect > 0)
+    fmt::print("Scenes of members that failed, went over the limit or are suspect: {}\n",
+               (directory / "members").string());
   fmt::print("Results: {}\n", directory.string());
 }
 
@@ -43,7 +49,7 @@ void print_summary(const ensemble::Summary& s, const fs::path& directory) {
 
 int command_ensemble(const Options& options) {
   Ranks* const all = ranks();
-  work_alone();   // members know nothing of other ranks
+  work_alone();  // members know nothing of other ranks
   const fs::path directory = options.output;
   io::check_directory(directory);
   ensemble::Ensemble ensemble(options.input, options.scene_overrides());
@@ -54,7 +60,9 @@ int command_ensemble(const Options& options) {
   std::optional<io::DirectoryLock> lock;
   if (writes_files()) {
     if (options.resume) {
-      if (!fs::exists(directory / io::marker_name)) throw io::bad_file(directory, "--resume", "there is no ensemble to go on with", "leave --resume out to start one");
+      if (!fs::exists(directory / io::marker_name))
+        throw io::bad_file(directory, "--resume", "there is no ensemble to go on with",
+                           "leave --resume out to start one");
       lock.emplace(directory);
     } else {
       lock.emplace(io::claim_directory(directory));
@@ -64,7 +72,8 @@ int command_ensemble(const Options& options) {
   EnsembleProgress progress;
   ensemble::Run run;
   run.directory = directory;
-  run.threads = options.threads > 0 ? options.threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  run.threads = options.threads > 0 ? options.threads
+                                    : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   run.rank = all != nullptr ? all->rank() : 0;
   run.ranks = all != nullptr ? all->size() : 1;
   if (options.threads == 0 && run.ranks > 1) run.threads = 1;
@@ -80,7 +89,8 @@ int command_ensemble(const Options& options) {
   }
   if (!writes_files()) return done;
   const ensemble::Summary summary = ensemble::write_results(ensemble, directory, members);
-  for (const std::string& text : ensemble::write_maps(ensemble, directory, members)) tell("warning: {}\n", text);
+  for (const std::string& text : ensemble::write_maps(ensemble, directory, members))
+    tell("warning: {}\n", text);
   const fs::path report = ensemble::write_report(ensemble, directory);
   print_summary(summary, directory);
   fmt::print("Report: {}\n", report.string());

@@ -10,7 +10,8 @@ namespace {
 double argument(const std::string& option, const std::string& text, Dimension dimension) {
   std::string error;
   const auto value = parse_quantity(text, error);
-  if (value && (value->dimension == dimension || value->dimension.none()) && value->value > 0) return value->value;
+  if (value && (value->dimension == dimension || value->dimension.none()) && value->value > 0)
+    return value->value;
   Problem problem;
   problem.key = option;
   problem.value = text;
@@ -22,8 +23,10 @@ double argument(const std::string& option, const std::string& text, Dimension di
 }  // namespace
 
 int command_formulas(const Options& options) {
-  const double mass = argument("--mass", options.mass, dimension::mass), velocity = argument("--velocity", options.velocity, dimension::velocity);
-  const double diameter = options.diameter.empty() ? 0 : argument("--diameter", options.diameter, dimension::length);
+  const double mass = argument("--mass", options.mass, dimension::mass),
+               velocity = argument("--velocity", options.velocity, dimension::velocity);
+  const double diameter =
+      options.diameter.empty() ? 0 : argument("--diameter", options.diameter, dimension::length);
   formulas::Inputs inputs(mass, velocity, diameter);
   for (const auto& [name, value] : options.overrides()) inputs.set(name, value);
   fmt::print("{}", formulas::table(inputs, formulas::evaluate(inputs)));

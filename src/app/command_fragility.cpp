@@ -22,14 +22,26 @@ namespace fs = std::filesystem;
 
 namespace {
 
-int threads_of(const Options& options) { return options.threads > 0 ? options.threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency())); }
+int threads_of(const Options& options) {
+  return options.threads > 0 ? options.threads
+                             : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+}
 
 /// Seconds of "--window".
 double window_of(const std::string& text) {
   std::string error;
   const auto quantity = parse_quantity(text, error);
-  if (quantity && quantity->value > 0 && (quantity->dimension.none() || quantity->dimension == dimension::time)) return quantity->value;
-  throw InputError(Problem{.severity = Problem::Severity::error, .file = {}, .line = 0, .column = 0, .key = "--window", .value = text, .rule = "must be a time > 0", .remedy = "write for example --window \"0.5 s\""});
+  if (quantity && quantity->value > 0 &&
+      (quantity->dimension.none() || quantity->dimension == dimension::time))
+    return quantity->value;
+  throw InputError(Problem{.severity = Problem::Severity::error,
+                           .file = {},
+                           .line = 0,
+                           .column = 0,
+                           .key = "--window",
+                           .value = text,
+                           .rule = "must be a time > 0",
+                           .remedy = "write for example --window \"0.5 s\""});
 }
 
 int interrupted() {
@@ -41,7 +53,9 @@ int interrupted() {
 
 int command_fragility(const Options& options) {
   const fs::path directory = options.input;
-  if (!fs::exists(directory / "summary.json") || !fs::exists(directory / "ensemble.h5")) throw io::bad_file(directory, "DIR", "holds no finished ensemble", "name the output directory of talus ensemble");
+  if (!fs::exists(directory / "summary.json") || !fs::exists(directory / "ensemble.h5"))
+    throw io::bad_file(directory, "DIR", "holds no finished ensemble",
+                       "name the output directory of talus ensemble");
   const io::DirectoryLock lock(directory);
   EnsembleProgress progress;
   ensemble::FragilityRequest request;
@@ -60,7 +74,8 @@ int command_fragility(const Options& options) {
   fmt::print("{} coupled runs done, {} failed\n", result.done, result.failed);
   for (const std::string& line : result.lines) fmt::print("{}\n", line);
   const ensemble::Ensemble ensemble((directory / "scene.toml").string(), {});
-  fmt::print("Report: {}\nResults: {}\n", ensemble::write_report(ensemble, directory).string(), (directory / "fragility.json").string());
+  fmt::print("Report: {}\nResults: {}\n", ensemble::write_report(ensemble, directory).string(),
+             (directory / "fragility.json").string());
   return result.done > 0 ? done : numerical_failure;
 }
 
@@ -69,7 +84,8 @@ int command_compare(const Options& options) {
   const fs::path output = options.output.empty() ? fs::path("results") / "compare" : fs::path(options.output);
   io::check_directory(output);
   const std::vector<std::string> lines = ensemble::write_comparison(directories, output);
-  io::write_file(output / io::marker_name, "Results of Talus. A directory with this file may be overwritten by the next run.\n");
+  io::write_file(output / io::marker_name,
+                 "Results of Talus. A directory with this file may be overwritten by the next run.\n");
   for (const std::string& line : lines) fmt::print("{}\n", line);
   fmt::print("Results: {}\n", (output / "compare.json").string());
   return done;

@@ -36,31 +36,43 @@ Polyhedron body_of(const scene::Scene& scene, const scene::Impact& impact) {
 
 /// A viaduct whose piers reach from the terrain up to a given level of its deck.
 bool follows_terrain(const StructureSpec& spec) {
-  const auto has = [&](const char* name) { return std::any_of(spec.parameters.begin(), spec.parameters.end(), [&](const auto& p) { return p.first == name; }); };
+  const auto has = [&](const char* name) {
+    return std::any_of(spec.parameters.begin(), spec.parameters.end(),
+                       [&](const auto& p) { return p.first == name; });
+  };
   return spec.kind == "viaduct" && has("deck_level") && !has("pier_height");
 }
 
-/// The skin of the structure alone, as it stands before the blow: under its permanent load, or as an earlier run left it.
+/// The skin of the structure alone, as it stands before the blow: under its permanent load, or as an earlier
+/// run left it.
 TriangleSurface standing_skin(scene::Scene scene) {
   sim::Simulation alone(std::move(scene));
   carry_over(alone, false);
   return alone.world().system->environment().structures[0].index->surface();
 }
 
-/// What the block's line of flight, which goes through centroid and impact point, has to do with the structure.
+/// What the block's line of flight, which goes through centroid and impact point, has to do with the
+/// structure.
 enum class Flight { meets, passes_by, has_left };
 
-/// The block's centroid at t = 0: `clearance` before its first touch on the line of flight. Where that line meets nothing, the foremost point along the
-/// flight lies `clearance` before the impact point. A block whose only touch lies behind the impact point `has_left`.
-Vec3 starting_position(const scene::Scene& scene, const scene::Impact& impact, const TriangleSurface& skin, Flight& flight) {
+/// The block's centroid at t = 0: `clearance` before its first touch on the line of flight. Where that line
+/// meets nothing, the foremost point along the flight lies `clearance` before the impact point. A block whose
+/// only touch lies behind the impact point `has_left`.
+Vec3 starting_position(const scene::Scene& scene, const scene::Impact& impact, const TriangleSurface& skin,
+                       Flight& flight) {
   const Polyhedron body = body_of(scene, impact);
   const Vec3 along = impact.velocity.normalized();
   double reach = 0;
   for (const Vec3& v : body.vertices) reach = std::max(reach, along.dot(impact.rotation * v));
-  constexpr double run_up = 4;   // radii: in front of all that the body's sides may meet first
-  const Pose behind{impact.point - (reach + run_up * body.radius) * along, impact.rotation}, there{impact.point, impact.rotation};
-  const double way = geometry::free_path(body, behind, skin, along), beyond = way - run_up * body.radius;   // of the impact point, at the first touch
-  flight = !std::isfinite(way) ? Flight::passes_by : beyond < -0.1 * body.radius && !std::isfinite(geometry::free_path(body, there, skin, along)) ? Flight::has_left : Flight::meets;
+  constexpr double run_up = 4;  // radii: in front of all that the body's sides may meet first
+  const Pose behind{impact.point - (reach + run_up * body.radius) * along, impact.rotation},
+      there{impact.point, impact.rotation};
+  const double way = geometry::free_path(body, behind, skin, along),
+               beyond = way - run_up * body.radius;  // of the impact point, at the first touch
+  flight = !std::isfinite(way) ? Flight::passes_by
+           : beyond < -0.1 * body.radius && !std::isfinite(geometry::free_path(body, there, skin, along))
+               ? Flight::has_left
+               : Flight::meets;
   return behind.c + ((std::isfinite(way) ? way : run_up * body.radius) - impact.clearance) * along;
 }
 
@@ -75,19 +87,33 @@ void require_law_with_ground(const scene::Scene& scene, const scene::Impact& imp
   for (const int ground : materials_of(*scene.site)) {
     const auto pair = std::pair(std::min(ground, impact.material), std::max(ground, impact.material));
     if (std::find(scene.law_pairs.begin(), scene.law_pairs.end(), pair) != scene.law_pairs.end()) continue;
-    const std::string &a = scene.materials[static_cast<std::size_t>(impact.material)].name, &b = scene.materials[static_cast<std::size_t>(ground)].name;
-    throw InputError(Problem{.file = scene.file, .key = "interface", .value = {}, .rule = fmt::format("the structure stands on the terrain, \"{}\" and \"{}\" can meet, and no [[interface]] covers them", a, b),
-                             .remedy = fmt::format("add [[interface]] with between = [\"{}\", \"{}\"]", a, b)});
+    const std::string &a = scene.materials[static_cast<std::size_t>(impact.material)].name,
+                      &b = scene.materials[static_cast<std::size_t>(ground)].name;
+    throw InputError(
+        Problem{.file = scene.file,
+                .key = "interface",
+                .value = {},
+                .rule = fmt::format("the structure stands on the terrain, \"{}\" and \"{}\" can meet, and no "
+                                    "[[interface]] covers them",
+                                    a, b),
+                .remedy = fmt::format("add [[interface]] with between = [\"{}\", \"{}\"]", a, b)});
   }
 }
 
 /// A problem of the place that the block flies through, by the scene's key or the row of its trajectories.
-Problem problem_of_flight(const scene::Scene& scene, const scene::Impact& impact, Problem::Severity severity, std::string rule, std::string remedy) {
-  const std::string point = fmt::format("[{:g}, {:g}, {:g}]", impact.point.x(), impact.point.y(), impact.point.z());
+Problem problem_of_flight(const scene::Scene& scene, const scene::Impact& impact, Problem::Severity severity,
+                          std::string rule, std::string remedy) {
+  const std::string point =
+      fmt::format("[{:g}, {:g}, {:g}]", impact.point.x(), impact.point.y(), impact.point.z());
   const bool row = !impact.trajectory.empty();
-  Problem p{.severity = severity, .file = scene.file, .key = row ? "impact.trajectories" : "impact.point", .value = row ? fmt::format("{}, x, y, z = {}", impact.trajectory, point) : point, .rule = std::move(rule),
+  Problem p{.severity = severity,
+            .file = scene.file,
+            .key = row ? "impact.trajectories" : "impact.point",
+            .value = row ? fmt::format("{}, x, y, z = {}", impact.trajectory, point) : point,
+            .rule = std::move(rule),
             .remedy = std::move(remedy)};
-  if (const scene::Where* place = scene::place_of(scene, p.key)) p.file = place->file, p.line = place->line, p.column = place->column;
+  if (const scene::Where* place = scene::place_of(scene, p.key))
+    p.file = place->file, p.line = place->line, p.column = place->column;
   return p;
 }
 
@@ -101,8 +127,9 @@ int command_impact(const Options& options) {
     problem.file = options.input;
     problem.key = "impact";
     problem.rule = "the scene has no [impact]";
-    problem.remedy = std::filesystem::path(options.input).filename() == "scene.resolved.json" ? "a resolved scene holds the block itself, where it starts: talus run takes it"
-                                                                                               : "add [impact] with material, shape, velocity and point: see talus explain impact";
+    problem.remedy = std::filesystem::path(options.input).filename() == "scene.resolved.json"
+                         ? "a resolved scene holds the block itself, where it starts: talus run takes it"
+                         : "add [impact] with material, shape, velocity and point: see talus explain impact";
     throw InputError(problem);
   }
   const scene::Impact impact = *scene.impact;
@@ -123,7 +150,9 @@ int command_impact(const Options& options) {
   const bool on_terrain = follows_terrain(scene.structures[0]) && scene.site && scene.site->given();
   if (on_terrain) {
     require_law_with_ground(scene, impact);
-    scene.notes.push_back(fmt::format("The piers of {} follow the terrain (deck_level), which is therefore part of this run.", scene.structures[0].name));
+    scene.notes.push_back(
+        fmt::format("The piers of {} follow the terrain (deck_level), which is therefore part of this run.",
+                    scene.structures[0].name));
   } else {
     scene.site.reset();
   }
@@ -131,19 +160,29 @@ int command_impact(const Options& options) {
   scene.rock_mass.reset();
   std::set<int> here{impact.material, struck};
   if (on_terrain) here.merge(materials_of(*scene.site));
-  std::erase_if(scene.law_pairs, [&](const auto& pair) { return here.count(pair.first) == 0 || here.count(pair.second) == 0; });
+  std::erase_if(scene.law_pairs, [&](const auto& pair) {
+    return here.count(pair.first) == 0 || here.count(pair.second) == 0;
+  });
   Flight flight = Flight::meets;
   block.position = starting_position(scene, impact, standing_skin(scene), flight);
   if (flight == Flight::passes_by)
-    scene.warnings.push_back(problem_of_flight(scene, impact, Problem::Severity::warning, fmt::format("on its line of flight through this point the block passes {} by", scene.structures[0].name),
-                                               impact.trajectory.empty() ? "move the point to the structure's surface, or turn the velocity towards it" : "choose another row, or move the structure into its way"));
+    scene.warnings.push_back(
+        problem_of_flight(scene, impact, Problem::Severity::warning,
+                          fmt::format("on its line of flight through this point the block passes {} by",
+                                      scene.structures[0].name),
+                          impact.trajectory.empty()
+                              ? "move the point to the structure's surface, or turn the velocity towards it"
+                              : "choose another row, or move the structure into its way"));
   if (flight == Flight::has_left)
-    throw InputError(problem_of_flight(scene, impact, Problem::Severity::error, fmt::format("the block flies away: {} lies behind it there", scene.structures[0].name),
-                                       impact.trajectory.empty() ? "move the point to the side that it strikes, or turn the velocity" : "choose a row before the blow"));
+    throw InputError(problem_of_flight(
+        scene, impact, Problem::Severity::error,
+        fmt::format("the block flies away: {} lies behind it there", scene.structures[0].name),
+        impact.trajectory.empty() ? "move the point to the side that it strikes, or turn the velocity"
+                                  : "choose a row before the blow"));
   scene.blocks = {block};
   scene.prescribed_impact = true;
   scene.resolved_json = scene::resolved_json(scene);
-  return run_scene(std::move(scene), options, false);   // an earlier impact's block is not this one
+  return run_scene(std::move(scene), options, false);  // an earlier impact's block is not this one
 }
 
 }  // namespace talus::app

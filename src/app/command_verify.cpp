@@ -17,22 +17,28 @@ int command_verify(const Options& options) {
     suite.resize(slash);
   }
   bool known = suite.empty();
-  for (const char* name : {"dda", "fem", "coupling", "stability", "invariants"}) known = known || suite == name;
+  for (const char* name : {"dda", "fem", "coupling", "stability", "invariants"})
+    known = known || suite == name;
   bool found = only.empty();
   for (const verify::Case& c : verify::all_cases()) found = found || (c.suite == suite && c.id == only);
   if (!known || !found) {
     Problem problem;
     problem.key = "SUITE";
     problem.value = options.input;
-    problem.rule = known ? "names no case of its suite" : "must be dda, fem, coupling, stability or invariants, or SUITE/CASE";
+    problem.rule = known ? "names no case of its suite"
+                         : "must be dda, fem, coupling, stability or invariants, or SUITE/CASE";
     problem.remedy = "leave it out to run all";
     throw InputError(problem);
   }
-  fmt::print("{:<7} {:<6} {:<24} {:<44} {:>14} {:>14} {:>9} {:>8} {:>8}\n", "", "case", "method", "quantity", "expected", "measured", "error", "allowed", "CPU s");
-  const verify::Report report = verify::run_suites(suite, options.quick, [](const verify::CaseResult& r) {
-    fmt::print("{}\n", verify::table_line(r));
-    std::fflush(stdout);
-  }, only);
+  fmt::print("{:<7} {:<6} {:<24} {:<44} {:>14} {:>14} {:>9} {:>8} {:>8}\n", "", "case", "method", "quantity",
+             "expected", "measured", "error", "allowed", "CPU s");
+  const verify::Report report = verify::run_suites(
+      suite, options.quick,
+      [](const verify::CaseResult& r) {
+        fmt::print("{}\n", verify::table_line(r));
+        std::fflush(stdout);
+      },
+      only);
   if (report.results.empty()) {
     Problem problem;
     problem.key = "--quick";
@@ -42,11 +48,14 @@ int command_verify(const Options& options) {
     throw InputError(problem);
   }
   int passed = 0, fell_short = 0, absent = 0, compared = 0;
-  for (const verify::CaseResult& r : report.results) ++(!r.available ? absent : r.passed ? passed : r.judged ? fell_short : compared);
-  fmt::print("{} passed, {} fell short, {} not available, {} shown for comparison\n", passed, fell_short, absent, compared);
+  for (const verify::CaseResult& r : report.results)
+    ++(!r.available ? absent : r.passed ? passed : r.judged ? fell_short : compared);
+  fmt::print("{} passed, {} fell short, {} not available, {} shown for comparison\n", passed, fell_short,
+             absent, compared);
   if (!options.output.empty()) {
     verify::write_report(report, options.output);
-    fmt::print("wrote {0}/verify.html and verify.json{1}\n", options.output, report.curves.empty() ? "" : ", and the plots");
+    fmt::print("wrote {0}/verify.html and verify.json{1}\n", options.output,
+               report.curves.empty() ? "" : ", and the plots");
   }
   return report.passed() ? 0 : 1;
 }

@@ -20,8 +20,8 @@ int command_fragility(const Options& options);
 int command_compare(const Options& options);
 int command_calibrate(const Options& options);
 
-/// Runs a scene that has been read; the common part of run and impact. `carry_blocks`: with simulation.initial_state blocks go on
-/// from there, too, not structures alone.
+/// Runs a scene that has been read; the common part of run and impact. `carry_blocks`: with
+/// simulation.initial_state blocks go on from there, too, not structures alone.
 int run_scene(scene::Scene scene, const Options& options, bool carry_blocks = true);
 
 /// Starts from another run's end if the scene names one (`initial_state`); `blocks`: not structures alone.

@@ -8,7 +8,10 @@
 
 namespace talus::app {
 
-EnsembleProgress::EnsembleProgress() : terminal_(isatty(STDERR_FILENO) == 1), start_(Clock::now()), last_(terminal_ ? start_ - std::chrono::hours(1) : start_) {}
+EnsembleProgress::EnsembleProgress()
+    : terminal_(isatty(STDERR_FILENO) == 1),
+      start_(Clock::now()),
+      last_(terminal_ ? start_ - std::chrono::hours(1) : start_) {}
 
 void EnsembleProgress::show(long done, long asked, long failed) {
   if (first_ < 0) first_ = done - 1;
@@ -16,8 +19,10 @@ void EnsembleProgress::show(long done, long asked, long failed) {
   if (now - last_ < (terminal_ ? std::chrono::milliseconds(100) : std::chrono::seconds(30))) return;
   last_ = now;
   const double elapsed = std::chrono::duration<double>(now - start_).count();
-  const long seconds = static_cast<long>(static_cast<double>(asked - done) / static_cast<double>(done - first_) * elapsed + 0.5);
-  tell("{}member {} of {}  failed {}  left {}:{:02d}:{:02d}{}", terminal_ ? "\r\033[K" : "", done, asked, failed, seconds / 3600, seconds / 60 % 60, seconds % 60, terminal_ ? "" : "\n");
+  const long seconds = static_cast<long>(
+      static_cast<double>(asked - done) / static_cast<double>(done - first_) * elapsed + 0.5);
+  tell("{}member {} of {}  failed {}  left {}:{:02d}:{:02d}{}", terminal_ ? "\r\033[K" : "", done, asked,
+       failed, seconds / 3600, seconds / 60 % 60, seconds % 60, terminal_ ? "" : "\n");
   std::fflush(stderr);
   shown_ = terminal_;
 }

@@ -1,4 +1,5 @@
-/// The progress line of an ensemble, on a terminal; into a log a whole line twice a minute: members done, failed, time left.
+/// The progress line of an ensemble, on a terminal; into a log a whole line twice a minute: members done,
+/// failed, time left.
 #pragma once
 #include <chrono>
 

@@ -22,11 +22,14 @@ std::string scene_hash(const std::string& resolved) {
 
 std::span<const double> FinalState::of(int structure) const {
   const auto found = arrays.numbers.find(key_of(structure));
-  if (found == arrays.numbers.end()) throw io::bad_file(file_name, key_of(structure), "the final state lacks this structure", "run the scene again");
+  if (found == arrays.numbers.end())
+    throw io::bad_file(file_name, key_of(structure), "the final state lacks this structure",
+                       "run the scene again");
   return found->second;
 }
 
-void save_final_state(const std::filesystem::path& directory, const sim::Checkpoint& state, double time, const std::string& hash) {
+void save_final_state(const std::filesystem::path& directory, const sim::Checkpoint& state, double time,
+                      const std::string& hash) {
   io::Checkpoint out;
   out.scene_hash = hash;
   out.version = TALUS_VERSION;
@@ -39,12 +42,15 @@ void save_final_state(const std::filesystem::path& directory, const sim::Checkpo
 
 FinalState load_final_state(const std::filesystem::path& directory) {
   if (!std::filesystem::exists(directory / io::marker_name))
-    throw io::bad_file(directory, "DIR", "is no output directory of Talus", "name the directory of a finished run");
+    throw io::bad_file(directory, "DIR", "is no output directory of Talus",
+                       "name the directory of a finished run");
   if (!std::filesystem::exists(directory / file_name))
-    throw io::bad_file(directory, file_name, "the run has no final state of a structure", "it needs a [[structure]] with two-way coupling, run to its end");
+    throw io::bad_file(directory, file_name, "the run has no final state of a structure",
+                       "it needs a [[structure]] with two-way coupling, run to its end");
   FinalState out;
   out.scene = scene::read_scene((directory / "scene.resolved.json").string());
-  out.arrays = io::load_checkpoint(directory / file_name, scene_hash(io::read_file(directory / "scene.resolved.json")), TALUS_VERSION);
+  out.arrays = io::load_checkpoint(
+      directory / file_name, scene_hash(io::read_file(directory / "scene.resolved.json")), TALUS_VERSION);
   out.time = out.arrays.numbers.at("time").at(0);
   return out;
 }

@@ -1,7 +1,7 @@
 // talus: reads the command line, calls one command, turns failures into exit codes.
-#include <algorithm>
 #include <fcntl.h>
 #include <malloc.h>
+#include <algorithm>
 
 #include <csignal>
 #include <cstdio>
@@ -23,10 +23,11 @@ namespace {
 
 int dispatch(const CLI::App& cli, const Options& options) {
   static const std::map<std::string, int (*)(const Options&)> commands{
-      {"run", command_run},         {"check", command_check},   {"cut", command_cut},         {"impact", command_impact},
-      {"capacity", command_capacity}, {"verify", command_verify}, {"formulas", command_formulas}, {"report", command_report},
-      {"convert", command_convert}, {"explain", command_explain}, {"ensemble", command_ensemble},
-      {"fragility", command_fragility}, {"compare", command_compare}, {"calibrate", command_calibrate}};
+      {"run", command_run},           {"check", command_check},        {"cut", command_cut},
+      {"impact", command_impact},     {"capacity", command_capacity},  {"verify", command_verify},
+      {"formulas", command_formulas}, {"report", command_report},      {"convert", command_convert},
+      {"explain", command_explain},   {"ensemble", command_ensemble},  {"fragility", command_fragility},
+      {"compare", command_compare},   {"calibrate", command_calibrate}};
   const auto called = cli.get_subcommands();
   const std::string name = called.empty() ? std::string() : called.front()->get_name();
   const auto found = commands.find(name);
@@ -38,8 +39,9 @@ int dispatch(const CLI::App& cli, const Options& options) {
   return found->second(options);
 }
 
-/// Arrays of megabytes lie in the heap from the start, which is not given back in between and grows by megabytes: pages once touched serve the next
-/// array. glibc comes to the same two thresholds by itself, one freed array at a time.
+/// Arrays of megabytes lie in the heap from the start, which is not given back in between and grows by
+/// megabytes: pages once touched serve the next array. glibc comes to the same two thresholds by itself, one
+/// freed array at a time.
 void keep_pages() {
 #ifdef __GLIBC__
   constexpr int mebibyte = 1 << 20;
@@ -49,7 +51,8 @@ void keep_pages() {
 #endif
 }
 
-/// Of the three standard streams those that are closed: else the next file takes their number, and words end in it.
+/// Of the three standard streams those that are closed: else the next file takes their number, and words end
+/// in it.
 void open_closed_streams() {
   for (int fd = 0; fd <= 2; ++fd)
     if (::fcntl(fd, F_GETFD) < 0 && ::open("/dev/null", fd == 0 ? O_RDONLY : O_WRONLY) < 0) std::abort();
@@ -92,7 +95,7 @@ int main(int argc, char** argv) {
   using namespace talus;
   app::open_closed_streams();
   app::keep_pages();
-  std::signal(SIGXFSZ, SIG_IGN);   // a file-size limit is a write error with a message, not a death
+  std::signal(SIGXFSZ, SIG_IGN);  // a file-size limit is a write error with a message, not a death
   std::string text;
   int code = app::numerical_failure;
   try {
@@ -102,21 +105,22 @@ int main(int argc, char** argv) {
   } catch (const InputError& error) {
     for (const Problem& problem : error.problems()) text += problem.str() + "\n";
     const auto& all = error.problems();
-    const auto errors = std::count_if(all.begin(), all.end(), [](const Problem& p) { return p.severity == Problem::Severity::error; });
+    const auto errors = std::count_if(
+        all.begin(), all.end(), [](const Problem& p) { return p.severity == Problem::Severity::error; });
     const auto warnings = static_cast<std::ptrdiff_t>(all.size()) - errors;
     if (all.size() > 1)
-      text += fmt::format("{} error{}{}; nothing was written\n", errors, errors == 1 ? "" : "s", warnings == 0 ? "" : fmt::format(", {} warning{}", warnings, warnings == 1 ? "" : "s"));
+      text +=
+          fmt::format("{} error{}{}; nothing was written\n", errors, errors == 1 ? "" : "s",
+                      warnings == 0 ? "" : fmt::format(", {} warning{}", warnings, warnings == 1 ? "" : "s"));
     code = app::bad_input;
   } catch (const NumericalFailure& error) {
     text = fmt::format("talus: {}", error.what());
   } catch (const io::WriteError& error) {
     text = fmt::format("talus: {}; when it can be written again, go on with --resume", error.what());
-  } catch (const std::system_error& error) {   // of the standard output
+  } catch (const std::system_error& error) {  // of the standard output
     text = fmt::format("talus: cannot go on: {}", error.what());
   } catch (const std::bad_alloc&) {
     text = "talus: not enough memory; talus check tells how much the scene needs";
-  } catch (const std::exception& error) {
-    text = fmt::format("talus: internal error: {}", error.what());
-  }
+  } catch (const std::exception& error) { text = fmt::format("talus: internal error: {}", error.what()); }
   return app::end_together(text, code, true);
 }

@@ -1,4 +1,5 @@
-/// The progress line of a run, on a terminal; into a log a whole line twice a minute: t, dt, contacts, iterations, energy residual, time left.
+/// The progress line of a run, on a terminal; into a log a whole line twice a minute: t, dt, contacts,
+/// iterations, energy residual, time left.
 #pragma once
 #include <chrono>
 #include <string>
@@ -21,8 +22,8 @@ class ProgressLine {
   double first_time_ = -1;
 };
 
-/// What the build of a world tells while it lasts: the plan of large structures at once, what is being solved once that takes longer than a moment. Other reports are not for
-/// who waits.
+/// What the build of a world tells while it lasts: the plan of large structures at once, what is being solved
+/// once that takes longer than a moment. Other reports are not for who waits.
 class BuildProgress {
  public:
   void show(const std::string& report);

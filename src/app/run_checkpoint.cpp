@@ -45,7 +45,8 @@ std::vector<std::string> unpacked(const std::vector<std::int64_t>& bytes) {
 
 void RecordingSink::extend(std::span<const sim::RunHeader::BlockInfo> fragments) {
   recorder_.extend(fragments);
-  for (const auto& fragment : fragments) recorder_.log().info("fragment", {{"name", fragment.name}, {"mass", fragment.mass}});
+  for (const auto& fragment : fragments)
+    recorder_.log().info("fragment", {{"name", fragment.name}, {"mass", fragment.mass}});
 }
 
 void RecordingSink::warning(const std::string& text) {
@@ -74,7 +75,8 @@ StoredRun load_run(const fs::path& file, const std::string& hash) {
   auto& integers = run.state.integers;
   const auto names = integers.find(fragment_names), journal = integers.find(journal_position);
   if (names == integers.end() || journal == integers.end() || journal->second.size() != 1)
-    throw io::bad_file(file, "checkpoint", "lacks the recorder's part", "run from the start, without --resume");
+    throw io::bad_file(file, "checkpoint", "lacks the recorder's part",
+                       "run from the start, without --resume");
   run.state.fragment_names = unpacked(names->second);
   run.journal_position = static_cast<std::uint64_t>(journal->second[0]);
   integers.erase(fragment_names);
@@ -85,15 +87,20 @@ StoredRun load_run(const fs::path& file, const std::string& hash) {
 void require_same_scene(const fs::path& directory, const std::string& hash) {
   const fs::path file = directory / "scene.resolved.json";
   if (fs::exists(file) && scene_hash(io::read_file(file)) != hash)
-    throw io::bad_file(file, "--resume", "the directory holds a run of another scene, or of this one with other values",
-                       "resume with the scene and the --set that it was started with, or leave --resume out to start anew");
+    throw io::bad_file(
+        file, "--resume", "the directory holds a run of another scene, or of this one with other values",
+        "resume with the scene and the --set that it was started with, or leave --resume out to start anew");
 }
 
 std::optional<std::string> finished(const fs::path& directory) {
-  const fs::path file = directory / "summary.json";   // the last thing that a run swaps in
+  const fs::path file = directory / "summary.json";  // the last thing that a run swaps in
   if (!fs::exists(file) || !fs::exists(directory / "scene.resolved.json")) return {};
   const auto summary = nlohmann::json::parse(io::read_file(file), nullptr, false);
-  const auto text = [&](const char* key) { return summary.is_object() && summary.contains(key) && summary[key].is_string() ? summary[key].get<std::string>() : std::string(); };
+  const auto text = [&](const char* key) {
+    return summary.is_object() && summary.contains(key) && summary[key].is_string()
+               ? summary[key].get<std::string>()
+               : std::string();
+  };
   if (!io::has_ended(text("status"))) return {};
   return text("message");
 }

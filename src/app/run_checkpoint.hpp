@@ -21,11 +21,16 @@ class RecordingSink : public sim::Sink {
 
   void history(const sim::HistoryRow& row) override { recorder_.history(row); }
   void contacts(std::span<const sim::ContactRow> rows) override { recorder_.contacts(rows); }
-  void field(double time, std::span<const Pose> poses, std::span<const Structure::Snapshot> structures) override { recorder_.field(time, poses, structures); }
+  void field(double time, std::span<const Pose> poses,
+             std::span<const Structure::Snapshot> structures) override {
+    recorder_.field(time, poses, structures);
+  }
   void extend(std::span<const sim::RunHeader::BlockInfo> fragments) override;
   void warning(const std::string& text) override;
   void checkpoint(const sim::Checkpoint& state) override;
-  void progress(double time, double duration, const sim::RunCounters& counters, double residual) override { line_.show(time, duration, counters, residual); }
+  void progress(double time, double duration, const sim::RunCounters& counters, double residual) override {
+    line_.show(time, duration, counters, residual);
+  }
   void end_line() { line_.clear(); }
 
  private:
@@ -36,7 +41,7 @@ class RecordingSink : public sim::Sink {
 
 struct StoredRun {
   sim::Checkpoint state;
-  std::uint64_t journal_position = 0;   // of the recorder
+  std::uint64_t journal_position = 0;  // of the recorder
 };
 
 /// Throws InputError if the file is damaged, of another scene or another version.

@@ -1,4 +1,5 @@
-/// Words on the error output. That nobody can read them (a closed stream, a full disk under a log) ends no run.
+/// Words on the error output. That nobody can read them (a closed stream, a full disk under a log) ends no
+/// run.
 #pragma once
 #include <cstdio>
 #include <string>

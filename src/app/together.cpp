@@ -11,15 +11,16 @@
 namespace talus::app {
 namespace {
 
-Ranks* started = nullptr;        // null: one process, or MPI did not start
-std::FILE* own_voice = stderr;   // of a rank whose stderr is closed
+Ranks* started = nullptr;       // null: one process, or MPI did not start
+std::FILE* own_voice = stderr;  // of a rank whose stderr is closed
 
-constexpr int go_on = 1, end = 2;   // purposes of a meeting
-constexpr double wait_for_others = 5, forever = 1e9;   // [s]; others that fail for the same reason arrive within the first
+constexpr int go_on = 1, end = 2;  // purposes of a meeting
+constexpr double wait_for_others = 5,
+                 forever = 1e9;  // [s]; others that fail for the same reason arrive within the first
 
 void print(std::FILE* to, const std::string& text) {
   std::fflush(stdout);
-  std::fwrite(text.data(), 1, text.size(), to);   // that nobody can read it changes no exit code
+  std::fwrite(text.data(), 1, text.size(), to);  // that nobody can read it changes no exit code
   if (text.empty() || text.back() != '\n') std::fputc('\n', to);
   std::fflush(to);
 }

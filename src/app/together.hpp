@@ -12,8 +12,8 @@ void require_one_rank(const std::string& command);
 bool writes_files();
 /// Waits for the other ranks, so that nothing is read where something is about to be written.
 void wait_for_all();
-/// Waits for all ranks to end, prints `text` once (may be empty), and returns `code`. If `failed` and the others do not come, this rank
-/// alone is in trouble: it prints and ends them all.
+/// Waits for all ranks to end, prints `text` once (may be empty), and returns `code`. If `failed` and the
+/// others do not come, this rank alone is in trouble: it prints and ends them all.
 int end_together(const std::string& text, int code, bool failed);
 
 }  // namespace talus::app

@@ -55,12 +55,16 @@ void overlapping_pairs(std::span<const Box3> boxes, std::vector<std::pair<int, i
     high = std::max(high, b.min()[u]);
     width += b.max()[u] - b.min()[u];
   }
-  std::sort(list.begin(), list.end(), [](const Entry& l, const Entry& r) { return l.lo != r.lo ? l.lo < r.lo : l.id < r.id; });
+  std::sort(list.begin(), list.end(),
+            [](const Entry& l, const Entry& r) { return l.lo != r.lo ? l.lo < r.lo : l.id < r.id; });
 
   const double mean = width / used;
-  const int strips = high > low && mean > 0 ? std::clamp(static_cast<int>((high - low) / (2 * mean)), 1, most_strips) : 1;
+  const int strips =
+      high > low && mean > 0 ? std::clamp(static_cast<int>((high - low) / (2 * mean)), 1, most_strips) : 1;
   const double scale = high > low ? strips / (high - low) : 0;
-  const auto strip_of = [&](double a) { return std::clamp(static_cast<int>((a - low) * scale), 0, strips - 1); };
+  const auto strip_of = [&](double a) {
+    return std::clamp(static_cast<int>((a - low) * scale), 0, strips - 1);
+  };
   s.first.assign(static_cast<std::size_t>(strips) + 1, 0);
   for (const Entry& e : list)
     for (int i = strip_of(e.a0); i <= strip_of(e.a1); ++i) ++s.first[i + 1];
@@ -76,7 +80,8 @@ void overlapping_pairs(std::span<const Box3> boxes, std::vector<std::pair<int, i
       for (int j = i + 1; j < s.first[strip + 1] && s.strip[j].lo <= a.hi; ++j) {
         const Entry& b = s.strip[j];
         if (b.a0 <= a.a1 && b.a1 >= a.a0 && b.b0 <= a.b1 && b.b1 >= a.b0 &&
-            strip_of(std::max(a.a0, b.a0)) == strip)  // both lie in several strips: reported in the first common one
+            strip_of(std::max(a.a0, b.a0)) ==
+                strip)  // both lie in several strips: reported in the first common one
           pairs.emplace_back(std::min(a.id, b.id), std::max(a.id, b.id));
       }
     }

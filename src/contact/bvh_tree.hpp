@@ -1,8 +1,9 @@
-/// Static bounding-volume tree over boxes, split at the median along the longer side: built once, refitted when the boxes move. Internal to
-/// src/contact.
+/// Static bounding-volume tree over boxes, split at the median along the longer side: built once, refitted
+/// when the boxes move. Internal to src/contact.
 ///
-/// Made for queries that find it in memory rather than in the cache: boxes in single precision, rounded outward; the two children of a node beside
-/// each other in one line of memory; subtrees in one piece. Leaves hold up to four primitives.
+/// Made for queries that find it in memory rather than in the cache: boxes in single precision, rounded
+/// outward; the two children of a node beside each other in one line of memory; subtrees in one piece. Leaves
+/// hold up to four primitives.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -18,7 +19,8 @@ namespace talus::contact {
 
 class BoxTree {
  public:
-  /// box(i) gives the box of primitive i. The order of the primitives depends on their boxes, and on their numbers only where centres coincide.
+  /// box(i) gives the box of primitive i. The order of the primitives depends on their boxes, and on their
+  /// numbers only where centres coincide.
   template <class BoxOf>
   void build(int count, BoxOf&& box, int bundle = 1) {
     std::vector<int> all(static_cast<std::size_t>(count));
@@ -26,7 +28,8 @@ class BoxTree {
     build(std::span<const int>(all), box, bundle);
   }
 
-  /// Over some primitives. `bundle` (1, 2 or 4): so many that follow each other in the list always share a leaf.
+  /// Over some primitives. `bundle` (1, 2 or 4): so many that follow each other in the list always share a
+  /// leaf.
   template <class BoxOf>
   void build(std::span<const int> primitives, BoxOf&& box, int bundle = 1) {
     pairs_.clear();
@@ -47,7 +50,8 @@ class BoxTree {
     pairs_.resize(1);  // the root has no sibling
     split({0, 0}, centres.data(), 0, bundles);
     for (int i = 0; i < count; ++i)
-      order_[static_cast<std::size_t>(i)] = primitives[static_cast<std::size_t>(bundle * centres[static_cast<std::size_t>(i / bundle)].bundle + i % bundle)];
+      order_[static_cast<std::size_t>(i)] = primitives[static_cast<std::size_t>(
+          bundle * centres[static_cast<std::size_t>(i / bundle)].bundle + i % bundle)];
     refit(box);
   }
 
@@ -58,8 +62,8 @@ class BoxTree {
       for (Node& n : pairs_[k].node) fit(n, box);
   }
 
-  /// Calls visit(primitive) for every primitive of every leaf that `touches(lo, hi)`, whose box may be larger than that of its primitives by
-  /// the rounding; stops early if visit returns false.
+  /// Calls visit(primitive) for every primitive of every leaf that `touches(lo, hi)`, whose box may be larger
+  /// than that of its primitives by the rounding; stops early if visit returns false.
   template <class Touches, class Visit>
   bool traverse(Touches&& touches, Visit&& visit) const {
     const auto leaf = [&](const Node& n) {
@@ -70,13 +74,15 @@ class BoxTree {
     return walk(touches, leaf);
   }
 
-  /// The same, all leaves known before the first visit: what a primitive needs is on its way from memory meanwhile, if announce(primitive) asks for it.
+  /// The same, all leaves known before the first visit: what a primitive needs is on its way from memory
+  /// meanwhile, if announce(primitive) asks for it.
   template <class Touches, class Announce, class Visit>
   void traverse_ahead(Touches&& touches, Announce&& announce, Visit&& visit) const {
     thread_local std::vector<int> found;
     found.clear();
     walk(touches, [&](const Node& n) {
-      for (int i = n.first; i < n.first + n.count; ++i) announce(found.emplace_back(order_[static_cast<std::size_t>(i)]));
+      for (int i = n.first; i < n.first + n.count; ++i)
+        announce(found.emplace_back(order_[static_cast<std::size_t>(i)]));
       return true;
     });
     for (const int i : found) visit(i);
@@ -118,13 +124,15 @@ class BoxTree {
   void fit(Node& n, BoxOf& box) {
     if (n.count == inner) {
       const Pair& children = pairs_[static_cast<std::size_t>(n.first)];
-      n.lo = children.node[0].lo.cwiseMin(children.node[1].lo), n.hi = children.node[0].hi.cwiseMax(children.node[1].hi);
+      n.lo = children.node[0].lo.cwiseMin(children.node[1].lo),
+      n.hi = children.node[0].hi.cwiseMax(children.node[1].hi);
       return;
     }
     Box3 b;
     for (int i = n.first; i < n.first + n.count; ++i) b.extend(box(order_[static_cast<std::size_t>(i)]));
     bounds_.extend(b);
-    for (int d = 0; d < 3 && n.count > 0; ++d) n.lo[d] = rounded_down(b.min()[d]), n.hi[d] = -rounded_down(-b.max()[d]);
+    for (int d = 0; d < 3 && n.count > 0; ++d)
+      n.lo[d] = rounded_down(b.min()[d]), n.hi[d] = -rounded_down(-b.max()[d]);
   }
 
   /// The bundles from `first` on.
@@ -157,7 +165,9 @@ class BoxTree {
   template <class Touches, class Leaf>
   bool walk(Touches& touches, Leaf&& leaf) const {
     if (pairs_.empty()) return true;
-    const auto meets = [&](const Node& n) { return touches(Vec3(n.lo.cast<double>()), Vec3(n.hi.cast<double>())); };
+    const auto meets = [&](const Node& n) {
+      return touches(Vec3(n.lo.cast<double>()), Vec3(n.hi.cast<double>()));
+    };
     const Node* stack[64];
     int top = 0;
     if (meets(pairs_[0].node[0])) stack[top++] = &pairs_[0].node[0];

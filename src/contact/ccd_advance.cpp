@@ -1,12 +1,13 @@
 /// Time of impact by conservative advancement on the true motion.
 ///
-/// At s the pair has a separating (or least overlapping) axis n with gap g. Seen from the body that owns the axis (frame K,
-/// turning with it) a vertex y of the other body moves along n as
+/// At s the pair has a separating (or least overlapping) axis n with gap g. Seen from the body that owns the
+/// axis (frame K, turning with it) a vertex y of the other body moves along n as
 ///
-///   h(t) >= h_0 + h' t + ... + h'''' t^4 / 24 - J t^5 / 120,    J = (|w_K| + |w|)^5 r + |w_K|^5 C + 5 |w_K|^4 C' + 10 |w_K|^3 C''
+///   h(t) >= h_0 + h' t + ... + h'''' t^4 / 24 - J t^5 / 120,    J = (|w_K| + |w|)^5 r + |w_K|^5 C + 5
+///   |w_K|^4 C' + 10 |w_K|^3 C''
 ///
-/// which bounds the gap from below over [s, s + T] whatever the true normal does. T is the longest step for which the bound
-/// stays above the level sought, so no crossing is ever stepped over.
+/// which bounds the gap from below over [s, s + T] whatever the true normal does. T is the longest step for
+/// which the bound stays above the level sought, so no crossing is ever stepped over.
 ///
 /// symbol   meaning                                                        unit   shape
 /// w_K, w   rotation over the step of the owner and of the other body      rad    3
@@ -30,7 +31,7 @@ constexpr int most_advances = 20000, most_trials = 60;
 struct Mover {
   const Polyhedron* p;
   const Motion* motion;
-  double reach;   // largest distance of a vertex from c [m]
+  double reach;  // largest distance of a vertex from c [m]
 };
 
 struct Levels {
@@ -53,31 +54,45 @@ struct AdvanceScratch {
 };
 thread_local AdvanceScratch advance_scratch;
 
-Mover mover(const Polyhedron& p, const Motion& m) { return {&p, &m, p.radius * narrow::stretch_bound(m.start.F)}; }
+Mover mover(const Polyhedron& p, const Motion& m) {
+  return {&p, &m, p.radius * narrow::stretch_bound(m.start.F)};
+}
 
 Vec3 velocity(const Motion& m, double s) { return m.displacement + (2 * s - 1) * m.half_gravity_step; }
 
-/// Lower bound over [0, T] of the gap of the other body's vertices along n (out of the owner), the owner's extent given.
+/// Lower bound over [0, T] of the gap of the other body's vertices along n (out of the owner), the owner's
+/// extent given.
 ///
 /// In the owner's frame h^(k) = n . D^k (c + R x) with D u = u' - w_K x u, so that with n_m = (w_K x)^m n
 ///
-///   h^(k) = X_k . x + n_k . c + k n_(k-1) . c' + k (k-1) / 2 n_(k-2) . c'',    X_k = sum over j of C(k, j) (-w x)^j n_(k-j)
+///   h^(k) = X_k . x + n_k . c + k n_(k-1) . c' + k (k-1) / 2 n_(k-2) . c'',    X_k = sum over j of C(k, j)
+///   (-w x)^j n_(k-j)
 ///
-/// is linear in the place x of a vertex. h is at least its Taylor polynomial of order 4 less J T^5 / 120; of the polynomial the larger of two
-/// bounds holds: that of its parabola at its lowest and of the rest at its ends, and the least of its Bernstein coefficients.
+/// is linear in the place x of a vertex. h is at least its Taylor polynomial of order 4 less J T^5 / 120; of
+/// the polynomial the larger of two bounds holds: that of its parabola at its lowest and of the rest at its
+/// ends, and the least of its Bernstein coefficients.
 class Bound {
  public:
-  /// `other`: the hull of the other body relative to the owner's centroid, its centre `between`; the rotations, relative velocity of the centroids and its constant
-  /// derivative; `height`: n . (highest point of the owner); `reach` of the other body.
-  Bound(const Hull* other, const Vec3& n, const Vec3& between, const Vec3& owner_turns, const Vec3& other_turns, const Vec3& velocity, const Vec3& bend, double height, double reach)
-      : hull_(other), centre_(between), wk_(owner_turns), w_(other_turns), v_(velocity), q2_(bend), reach_(reach) {
+  /// `other`: the hull of the other body relative to the owner's centroid, its centre `between`; the
+  /// rotations, relative velocity of the centroids and its constant derivative; `height`: n . (highest point
+  /// of the owner); `reach` of the other body.
+  Bound(const Hull* other, const Vec3& n, const Vec3& between, const Vec3& owner_turns,
+        const Vec3& other_turns, const Vec3& velocity, const Vec3& bend, double height, double reach)
+      : hull_(other),
+        centre_(between),
+        wk_(owner_turns),
+        w_(other_turns),
+        v_(velocity),
+        q2_(bend),
+        reach_(reach) {
     look_along(n, height);
   }
   /// The same motion along another axis.
   void look_along(const Vec3& n, double height) {
-    static constexpr double binomial[orders][orders] = {{1}, {1, 1}, {1, 2, 1}, {1, 3, 3, 1}, {1, 4, 6, 4, 1}};
+    static constexpr double binomial[orders][orders] = {
+        {1}, {1, 1}, {1, 2, 1}, {1, 3, 3, 1}, {1, 4, 6, 4, 1}};
     height_ = height;
-    Vec3 turned[orders];   // n_m; then (-w x)^j of them
+    Vec3 turned[orders];  // n_m; then (-w x)^j of them
     turned[0] = n;
     for (int m = 1; m < orders; ++m) turned[m] = wk_.cross(turned[m - 1]);
     for (int k = 0; k < orders; ++k) {
@@ -90,26 +105,34 @@ class Bound {
       for (int k = j; k < orders; ++k) at_[k] += binomial[k][j] * turned[k - j];
       for (int m = 0; m + j + 1 < orders; ++m) turned[m] = turned[m].cross(w_);
     }
-    for (int k = 0; k < orders; ++k) of_centre_[k] -= at_[k].dot(centre_);   // the hull holds x + c
+    for (int k = 0; k < orders; ++k) of_centre_[k] -= at_[k].dot(centre_);  // the hull holds x + c
   }
   double over(double T) const {
     using Packet = Hull::Packet;
-    const double ak = wk_.norm(), sum = ak + w_.norm(), ak3 = ak * ak * ak, speed = v_.norm() + T * q2_.norm(), distance = centre_.norm() + T * speed;
-    const double jerk = sum * sum * sum * sum * sum * reach_ + ak3 * (ak * ak * distance + 5 * ak * speed + 10 * q2_.norm());
+    const double ak = wk_.norm(), sum = ak + w_.norm(), ak3 = ak * ak * ak,
+                 speed = v_.norm() + T * q2_.norm(), distance = centre_.norm() + T * speed;
+    const double jerk =
+        sum * sum * sum * sum * sum * reach_ + ak3 * (ak * ak * distance + 5 * ak * speed + 10 * q2_.norm());
     const double T2 = T * T / 2, T3 = T * T2 / 3, T4 = T * T3 / 4;
     Packet least = Packet::Constant(std::numeric_limits<double>::infinity());
     for (int i = 0; i < hull_->padded; i += Hull::width) {
       const auto order = [&](int k) -> Packet { return of_centre_[k] + hull_->heights(i, at_[k]); };
-      const Packet h = order(0), rate = order(1), bend = order(2), a1 = T * rate, a2 = T2 * bend, a3 = T3 * order(3), a4 = T4 * order(4);
+      const Packet h = order(0), rate = order(1), bend = order(2), a1 = T * rate, a2 = T2 * bend,
+                   a3 = T3 * order(3), a4 = T4 * order(4);
       // The vertex of the parabola where it lies within [0, T]; t^3 times a line is least at an end.
       const Packet turn = h - 0.5 * rate * rate / (bend > 0).select(bend, 1.0), ends = h.min(h + a1 + a2);
-      const Packet parabola = (bend > 0 && rate < 0 && -rate < T * bend).select(turn, ends) + a3.min(a3 + a4).min(0.0);
-      const Packet bernstein = h.min(h + 0.25 * a1).min(h + 0.5 * a1 + a2 / 6).min(h + 0.75 * a1 + 0.5 * a2 + 0.25 * a3).min(h + a1 + a2 + a3 + a4);
+      const Packet parabola =
+          (bend > 0 && rate < 0 && -rate < T * bend).select(turn, ends) + a3.min(a3 + a4).min(0.0);
+      const Packet bernstein = h.min(h + 0.25 * a1)
+                                   .min(h + 0.5 * a1 + a2 / 6)
+                                   .min(h + 0.75 * a1 + 0.5 * a2 + 0.25 * a3)
+                                   .min(h + a1 + a2 + a3 + a4);
       least = least.min(parabola.max(bernstein));
     }
     return least.minCoeff() - jerk * T * T4 / 5 - height_;
   }
-  /// A time in [0, T] up to which the bound stays above `aim`: T, or just before it falls below; 0 if it is below at once. `gap`: the bound at 0.
+  /// A time in [0, T] up to which the bound stays above `aim`: T, or just before it falls below; 0 if it is
+  /// below at once. `gap`: the bound at 0.
   double clear_for(double T, double aim, double gap) const {
     double low = over(T);
     if (low >= aim) return T;
@@ -127,8 +150,8 @@ class Bound {
   const Hull* hull_;
   Vec3 centre_, wk_, w_, v_, q2_;
   double reach_, height_ = 0;
-  Vec3 at_[orders];            // X_k
-  double of_centre_[orders];   // of h^(k), what is the same for all vertices
+  Vec3 at_[orders];           // X_k
+  double of_centre_[orders];  // of h^(k), what is the same for all vertices
 };
 
 /// Poses both, relative to A's centroid, and finds the axis.
@@ -139,7 +162,8 @@ narrow::SignedAxis look(const Mover& A, const Mover& B, double s, Hull& a, Hull&
   b.set(*B.p, between, pb.F);
   const auto sep = narrow::gjk(a, b, between, std::numeric_limits<double>::infinity());
   if (!sep.overlap && sep.distance > 1e-9 * std::min(A.reach, B.reach)) {
-    // Very close together the direction of the closest points is lost in round-off: it must part the two as far as they are.
+    // Very close together the direction of the closest points is lost in round-off: it must part the two as
+    // far as they are.
     double lo, hi;
     a.extent(sep.normal, lo, hi);
     if (b.min_height(sep.normal) - hi > 0.99 * sep.distance) return {sep.distance, sep.normal};
@@ -153,14 +177,20 @@ double extent_up(const Hull& h, const Vec3& n) {
   return hi;
 }
 
-/// The bound along an axis found at s, of hulls that are posed relative to A's centroid (and moved to B's if B owns it).
-Bound bound_along(const Mover& A, const Mover& B, bool owner_is_a, const Vec3& normal, double s, const Vec3& between, Hull& a, Hull& b) {
+/// The bound along an axis found at s, of hulls that are posed relative to A's centroid (and moved to B's if
+/// B owns it).
+Bound bound_along(const Mover& A, const Mover& B, bool owner_is_a, const Vec3& normal, double s,
+                  const Vec3& between, Hull& a, Hull& b) {
   const Vec3 v = velocity(*B.motion, s) - velocity(*A.motion, s);
   const Vec3 q2 = 2 * (B.motion->half_gravity_step - A.motion->half_gravity_step);
-  if (owner_is_a) return Bound(&b, normal, between, A.motion->rotation, B.motion->rotation, v, q2, extent_up(a, normal), B.reach);
+  if (owner_is_a)
+    return Bound(&b, normal, between, A.motion->rotation, B.motion->rotation, v, q2, extent_up(a, normal),
+                 B.reach);
   for (Hull* h : {&a, &b})
-    for (int i = 0; i < h->padded; ++i) h->x[i] -= between.x(), h->y[i] -= between.y(), h->z[i] -= between.z();
-  return Bound(&a, -normal, -between, B.motion->rotation, A.motion->rotation, -v, -q2, extent_up(b, -normal), A.reach);
+    for (int i = 0; i < h->padded; ++i)
+      h->x[i] -= between.x(), h->y[i] -= between.y(), h->z[i] -= between.z();
+  return Bound(&a, -normal, -between, B.motion->rotation, A.motion->rotation, -v, -q2, extent_up(b, -normal),
+               A.reach);
 }
 
 /// First s in [from, to] where the gap falls to levels.stop; `never` if it does not.
@@ -171,10 +201,13 @@ double advance(const Mover& A, const Mover& B, double from, double to, const Lev
     const narrow::SignedAxis now = look(A, B, s, a, b);
     if (now.gap <= levels.stop) return s;
     if (s >= to) return never;
-    // The axis turns with the body whose face or edge it stands on; closest points do not tell which that is, so the better bound counts.
+    // The axis turns with the body whose face or edge it stands on; closest points do not tell which that is,
+    // so the better bound counts.
     const Vec3 between = B.motion->at(s).c - A.motion->at(s).c;
     double T = bound_along(A, B, true, now.normal, s, between, a, b).clear_for(to - s, levels.aim, now.gap);
-    if (T < to - s) T = std::max(T, bound_along(A, B, false, now.normal, s, between, a, b).clear_for(to - s, levels.aim, now.gap));
+    if (T < to - s)
+      T = std::max(
+          T, bound_along(A, B, false, now.normal, s, between, a, b).clear_for(to - s, levels.aim, now.gap));
     if (T >= to - s) return never;
     const double next = s + T;
     if (next <= s) return s;  // no progress possible in double precision: it is there
@@ -238,7 +271,8 @@ bool meet(const Box3& l, const Box3& r) {
 }
 
 /// Box of one triangle of a moving body over [s0, s1].
-Box3 swept_triangle(const Mover& m, const std::array<int, 3>& t, const Pose& p0, const Pose& p1, double ds, double margin) {
+Box3 swept_triangle(const Mover& m, const std::array<int, 3>& t, const Pose& p0, const Pose& p1, double ds,
+                    double margin) {
   Box3 box;
   for (const int v : t) box.extend(p0.world(m.p->vertices[v])), box.extend(p1.world(m.p->vertices[v]));
   const double angle = ds * m.motion->rotation.norm();
@@ -249,9 +283,11 @@ Box3 swept_triangle(const Mover& m, const std::array<int, 3>& t, const Pose& p0,
   return box;
 }
 
-/// Calls use(mover) for the convex pieces of a body that may meet `box`: itself if convex, else its triangles.
+/// Calls use(mover) for the convex pieces of a body that may meet `box`: itself if convex, else its
+/// triangles.
 template <class Use>
-void pieces(const Mover& m, FlatTriangle& flat, const Box3& box, double s0, double s1, double margin, Use&& use) {
+void pieces(const Mover& m, FlatTriangle& flat, const Box3& box, double s0, double s1, double margin,
+            Use&& use) {
   if (m.p->convex) {
     use(m);
     return;
@@ -270,9 +306,13 @@ struct MovingTriangle {
   Box3 box;
 };
 
-/// Of two pieces at the start along the normal of a triangle, A's or B's: how far they are apart, at least, and whether they stay farther than `aim` up to `to`. Two bodies that lie on each other have
-/// thousands of pairs of triangles beside each other, and nearly all are cleared so.
-struct AlongFace { double gap = -std::numeric_limits<double>::infinity(); bool clear = false; };
+/// Of two pieces at the start along the normal of a triangle, A's or B's: how far they are apart, at least,
+/// and whether they stay farther than `aim` up to `to`. Two bodies that lie on each other have thousands of
+/// pairs of triangles beside each other, and nearly all are cleared so.
+struct AlongFace {
+  double gap = -std::numeric_limits<double>::infinity();
+  bool clear = false;
+};
 AlongFace along_faces(const Mover& A, const Mover& B, double to, double aim) {
   Hull &a = advance_scratch.a, &b = advance_scratch.b;
   const Pose &pa = A.motion->start, &pb = B.motion->start;
@@ -293,7 +333,8 @@ AlongFace along_faces(const Mover& A, const Mover& B, double to, double aim) {
 }
 
 /// The pieces that may meet `box` over [0, s1].
-void find_pieces(const Mover& m, const Box3& box, double s1, double margin, std::vector<MovingTriangle>& out) {
+void find_pieces(const Mover& m, const Box3& box, double s1, double margin,
+                 std::vector<MovingTriangle>& out) {
   out.clear();
   if (m.p->convex) {
     out.push_back({-1, swept(m, 0, s1, margin)});
@@ -301,30 +342,35 @@ void find_pieces(const Mover& m, const Box3& box, double s1, double margin, std:
   }
   const Pose p0 = m.motion->at(0), p1 = m.motion->at(s1);
   for (std::size_t t = 0; t < m.p->triangles.size(); ++t)
-    if (const Box3 own = swept_triangle(m, m.p->triangles[t], p0, p1, s1, margin); meet(own, box)) out.push_back({static_cast<int>(t), own});
+    if (const Box3 own = swept_triangle(m, m.p->triangles[t], p0, p1, s1, margin); meet(own, box))
+      out.push_back({static_cast<int>(t), own});
 }
 
 /// Calls use(a, b) for the pairs of pieces whose boxes meet over [0, s1].
 template <class Use>
-void pairs_of_pieces(const Mover& a, const Mover& b, const Box3& common, double s1, double margin, Use&& use) {
+void pairs_of_pieces(const Mover& a, const Mover& b, const Box3& common, double s1, double margin,
+                     Use&& use) {
   thread_local std::vector<MovingTriangle> of_a, of_b;
   find_pieces(a, common, s1, margin, of_a);
   find_pieces(b, common, s1, margin, of_b);
   const auto with = [](const Mover& m, FlatTriangle& flat, int triangle, auto&& then) {
     if (triangle < 0) return then(m);
     const auto& t = m.p->triangles[static_cast<std::size_t>(triangle)];
-    if (flat.set(m.p->vertices[t[0]], m.p->vertices[t[1]], m.p->vertices[t[2]])) then(Mover{&flat.p, m.motion, m.reach});
+    if (flat.set(m.p->vertices[t[0]], m.p->vertices[t[1]], m.p->vertices[t[2]]))
+      then(Mover{&flat.p, m.motion, m.reach});
   };
   for (const MovingTriangle& p : of_a)
     with(a, flat_a, p.triangle, [&](const Mover& piece_a) {
       for (const MovingTriangle& q : of_b)
-        if (meet(p.box, q.box)) with(b, flat_b, q.triangle, [&](const Mover& piece_b) { use(piece_a, piece_b); });
+        if (meet(p.box, q.box))
+          with(b, flat_b, q.triangle, [&](const Mover& piece_b) { use(piece_a, piece_b); });
     });
 }
 
 }  // namespace
 
-double time_of_impact(const Polyhedron& A, const Motion& motion_a, const Polyhedron& B, const Motion& motion_b, double tolerance) {
+double time_of_impact(const Polyhedron& A, const Motion& motion_a, const Polyhedron& B,
+                      const Motion& motion_b, double tolerance) {
   const Mover a = mover(A, motion_a), b = mover(B, motion_b);
   const Box3 box_a = swept(a, 0, 1, tolerance), box_b = swept(b, 0, 1, tolerance);
   if (!meet(box_a, box_b)) return never;
@@ -335,7 +381,8 @@ double time_of_impact(const Polyhedron& A, const Motion& motion_a, const Polyhed
   const Box3 common = box_a.intersection(box_b);
   double start = std::numeric_limits<double>::infinity();
   pairs_of_pieces(a, b, common, 0, tolerance, [&](const Mover& pa, const Mover& pb) {
-    if (along_faces(pa, pb, 0, 0).gap < start) start = std::min(start, look(pa, pb, 0, advance_scratch.a, advance_scratch.b).gap);
+    if (along_faces(pa, pb, 0, 0).gap < start)
+      start = std::min(start, look(pa, pb, 0, advance_scratch.a, advance_scratch.b).gap);
   });
   const Levels levels = levels_for(start, start <= tolerance, tolerance);
   double first = never;
@@ -359,8 +406,15 @@ double time_of_impact(const Plane& plane, const Polyhedron& B, const Motion& mot
     if (iteration == 0) levels = levels_for(gap, gap <= tolerance, tolerance);
     if (gap <= levels.stop) return s;
     if (s >= 1) return never;
-    const Bound bound{&hull, n, pose.c - plane.point, Vec3::Zero(), motion.rotation, velocity(motion, s),
-                      2 * motion.half_gravity_step, 0.0, b.reach};
+    const Bound bound{&hull,
+                      n,
+                      pose.c - plane.point,
+                      Vec3::Zero(),
+                      motion.rotation,
+                      velocity(motion, s),
+                      2 * motion.half_gravity_step,
+                      0.0,
+                      b.reach};
     const double T = bound.clear_for(1 - s, levels.aim, gap);
     const double next = T >= 1 - s ? 1.0 : s + T;
     if (next <= s) return s;
@@ -369,7 +423,8 @@ double time_of_impact(const Plane& plane, const Polyhedron& B, const Motion& mot
   return s;
 }
 
-double time_of_impact(const SurfaceIndex& index, const Polyhedron& B, const Motion& motion_b, double tolerance) {
+double time_of_impact(const SurfaceIndex& index, const Polyhedron& B, const Motion& motion_b,
+                      double tolerance) {
   const auto& surface = index.impl();
   const Mover b = mover(B, motion_b);
   const Motion still;
@@ -405,17 +460,20 @@ double time_of_impact(const SurfaceIndex& index, const Polyhedron& B, const Moti
   advance_scratch.start.set(B, motion_b.start.c, motion_b.start.F);
   for (const int t : advance_scratch.triangles) {
     const Vec3& out = surface.normal[t];
-    if (advance_scratch.start.min_height(out) - out.dot(X[T[t][0]]) > 2 * tolerance) continue;   // the whole block is above its plane
+    if (advance_scratch.start.min_height(out) - out.dot(X[T[t][0]]) > 2 * tolerance)
+      continue;  // the whole block is above its plane
     with_triangle(t, [&](const Mover& a) {
       double gap = std::numeric_limits<double>::infinity();
-      pieces(b, flat_b, surface.triangle_box(t), 0, 0, 2 * tolerance,
-             [&](const Mover& piece) { gap = std::min(gap, look(a, piece, 0, advance_scratch.a, advance_scratch.b).gap); });
+      pieces(b, flat_b, surface.triangle_box(t), 0, 0, 2 * tolerance, [&](const Mover& piece) {
+        gap = std::min(gap, look(a, piece, 0, advance_scratch.a, advance_scratch.b).gap);
+      });
       if (gap > tolerance) return;
       touching = true;
       if (gap < 0) pressed.emplace_back(surface.normal[t], gap);
     });
   }
-  // What counts as deeper than at the start: on ground of about the same slope the block is pressed in as deep already.
+  // What counts as deeper than at the start: on ground of about the same slope the block is pressed in as
+  // deep already.
   const auto levels = [&](int t) {
     double start = 0;
     for (const auto& [n, gap] : pressed)
@@ -443,11 +501,18 @@ double time_of_impact(const SurfaceIndex& index, const Polyhedron& B, const Moti
     }
     candidates(box);
     advance_scratch.start.set(B, Vec3::Zero(), motion_b.at(span.s0).F);
-    Bound above{&advance_scratch.start, Vec3::UnitZ(), Vec3::Zero(), Vec3::Zero(), motion_b.rotation, velocity(motion_b, span.s0),
-                2 * motion_b.half_gravity_step, 0, b.reach};
+    Bound above{&advance_scratch.start,
+                Vec3::UnitZ(),
+                Vec3::Zero(),
+                Vec3::Zero(),
+                motion_b.rotation,
+                velocity(motion_b, span.s0),
+                2 * motion_b.half_gravity_step,
+                0,
+                b.reach};
     const Vec3 centre = motion_b.at(span.s0).c;
-    // Most triangles are cleared at once: the whole block stays above their plane. Of the others those come first whose plane it meets first: nothing
-    // is met before, and what is met bounds the search of the rest.
+    // Most triangles are cleared at once: the whole block stays above their plane. Of the others those come
+    // first whose plane it meets first: nothing is met before, and what is met bounds the search of the rest.
     auto& planes = advance_scratch.planes;
     planes.clear();
     for (const int t : advance_scratch.triangles) {
@@ -456,14 +521,16 @@ double time_of_impact(const SurfaceIndex& index, const Polyhedron& B, const Moti
       const double clear = above.clear_for(span.s1 - span.s0, level.aim, above.over(0));
       if (clear < span.s1 - span.s0) planes.push_back({span.s0 + clear, t, level});
     }
-    std::stable_sort(planes.begin(), planes.end(), [](const MetPlane& p, const MetPlane& q) { return p.s < q.s; });
+    std::stable_sort(planes.begin(), planes.end(),
+                     [](const MetPlane& p, const MetPlane& q) { return p.s < q.s; });
     double first = never;
     for (const MetPlane& plane : planes) {
       if (plane.s >= first) break;
       with_triangle(plane.triangle, [&](const Mover& a) {
-        pieces(b, flat_b, surface.triangle_box(plane.triangle), span.s0, span.s1, tolerance, [&](const Mover& piece) {
-          first = std::min(first, advance(a, piece, plane.s, std::min(first, span.s1), plane.level));
-        });
+        pieces(b, flat_b, surface.triangle_box(plane.triangle), span.s0, span.s1, tolerance,
+               [&](const Mover& piece) {
+                 first = std::min(first, advance(a, piece, plane.s, std::min(first, span.s1), plane.level));
+               });
       });
     }
     if (first <= 1) return first;

@@ -10,19 +10,20 @@ namespace talus::contact {
 using narrow::Form;
 using narrow::make_key;
 
-int block_block(const Polyhedron& A, const Pose& pose_a, const Polyhedron& B, const Pose& pose_b, double margin,
-                std::vector<ContactPoint>& out) {
+int block_block(const Polyhedron& A, const Pose& pose_a, const Polyhedron& B, const Pose& pose_b,
+                double margin, std::vector<ContactPoint>& out) {
   if (A.convex && B.convex) return narrow::convex_convex(A, pose_a, B, pose_b, margin, out);
   return narrow::concave_concave(A, pose_a, B, pose_b, margin, out);
 }
 
-int plane_block(const Plane& plane, const Polyhedron& B, const Pose& pose_b, double margin, std::vector<ContactPoint>& out) {
+int plane_block(const Plane& plane, const Polyhedron& B, const Pose& pose_b, double margin,
+                std::vector<ContactPoint>& out) {
   const Vec3& n = plane.normal;
   const double centre = n.dot(pose_b.c - plane.point);
   if (centre - B.radius * narrow::stretch_bound(pose_b.F) > margin) return 0;
   const Vec3 down = pose_b.F.transpose() * n;  // gap of X: centre + down . X
   const Mat3 cof = narrow::cofactor(pose_b.F);
-  const Vec3 n_body = cof.transpose() * n;     // n . cof n_f: alignment of a face
+  const Vec3 n_body = cof.transpose() * n;  // n . cof n_f: alignment of a face
   const std::size_t start = out.size();
   const int vertices = static_cast<int>(B.vertices.size());
   for (int v = 0; v < vertices; ++v) {
@@ -34,7 +35,8 @@ int plane_block(const Plane& plane, const Polyhedron& B, const Pose& pose_b, dou
       const auto& e = B.edges[B.vertex_edges[i]];
       const Vec3 d = B.vertices[e.v0 == v ? e.v1 : e.v0] - B.vertices[v];
       descends |= down.dot(d) < -0.17 * d.norm();
-      faces_plane |= std::min(n_body.dot(B.face_normals[e.left]), n_body.dot(B.face_normals[e.right])) < -0.02;
+      faces_plane |=
+          std::min(n_body.dot(B.face_normals[e.left]), n_body.dot(B.face_normals[e.right])) < -0.02;
     }
     if (B.vertex_edge_offset[v] == B.vertex_edge_offset[v + 1] || (descends && !faces_plane)) continue;
     ContactPoint c;
@@ -82,7 +84,9 @@ int plane_block(const Plane& plane, const Polyhedron& B, const Pose& pose_b, dou
       for (std::size_t t = 0; t < B.triangles.size(); ++t) {
         if (B.triangle_face[t] != f) continue;
         const auto& v = B.triangles[t];
-        const double a = 0.5 * (cof * (B.vertices[v[1]] - B.vertices[v[0]]).cross(B.vertices[v[2]] - B.vertices[v[0]])).norm();
+        const double a =
+            0.5 *
+            (cof * (B.vertices[v[1]] - B.vertices[v[0]]).cross(B.vertices[v[2]] - B.vertices[v[0]])).norm();
         for (const int w : v) add(w, a / 3, f);
       }
     }
@@ -94,7 +98,8 @@ Pose Motion::at(double s) const {
   Pose p;
   p.c = start.c + s * displacement + (s * s - s) * half_gravity_step;
   const double angle = rotation.norm();
-  p.F = angle > 0 ? Mat3(Eigen::AngleAxisd(s * angle, rotation / angle).toRotationMatrix() * start.F) : start.F;
+  p.F =
+      angle > 0 ? Mat3(Eigen::AngleAxisd(s * angle, rotation / angle).toRotationMatrix() * start.F) : start.F;
   return p;
 }
 
@@ -107,8 +112,9 @@ Box3 bounds(const Polyhedron& p, const Pose& pose, double margin) {
 }
 
 Box3 swept_bounds(const Polyhedron& p, const Motion& motion, double margin) {
-  // Every vertex stays near its chord: the parabola departs by at most q / 4 (at s = 1/2), the rotation of a vertex at
-  // radius r through angle a by at most r a^2 / 8 (error of linear interpolation), and by 2 r at any angle.
+  // Every vertex stays near its chord: the parabola departs by at most q / 4 (at s = 1/2), the rotation of a
+  // vertex at radius r through angle a by at most r a^2 / 8 (error of linear interpolation), and by 2 r at
+  // any angle.
   Box3 box = bounds(p, motion.start);
   box.extend(bounds(p, motion.at(1)));
   const double angle = motion.rotation.norm();

@@ -1,5 +1,6 @@
-/// What two materials do when they touch: Mohr-Coulomb with cohesion and tension cut-off, springs or hard contact,
-/// restitution. One entry per pair of materials, resolved (no wildcards) and validated before it gets here.
+/// What two materials do when they touch: Mohr-Coulomb with cohesion and tension cut-off, springs or hard
+/// contact, restitution. One entry per pair of materials, resolved (no wildcards) and validated before it
+/// gets here.
 #pragma once
 #include <cmath>
 #include <limits>
@@ -12,47 +13,58 @@
 namespace talus {
 
 struct ContactLaw {
-  double friction = 0;    // tan(phi)                                   [1]
-  double cohesion = 0;    // c, times the tributary area                [Pa]
-  double tension = 0;     // tension cut-off, times the tributary area  [Pa]
+  double friction = 0;  // tan(phi)                                   [1]
+  double cohesion = 0;  // c, times the tributary area                [Pa]
+  double tension = 0;   // tension cut-off, times the tributary area  [Pa]
   enum class Stiffness { hard, per_contact, per_area };
   Stiffness stiffness = Stiffness::hard;
-  double normal_stiffness = 0;  // k_n [N/m] per contact point, or [Pa/m] per area; Kind::hertz: 4/3 E* sqrt(R) [N/m^1.5] per point
-  double shear_stiffness = 0;   // k_s, same meaning; 0 with springs: k_n / 2.5 is filled in by the scene
-  std::optional<double> restitution;             // normal, Newton's, given by the user
+  double normal_stiffness =
+      0;  // k_n [N/m] per contact point, or [Pa/m] per area; Kind::hertz: 4/3 E* sqrt(R) [N/m^1.5] per point
+  double shear_stiffness = 0;  // k_s, same meaning; 0 with springs: k_n / 2.5 is filled in by the scene
+  std::optional<double> restitution;  // normal, Newton's, given by the user
   std::optional<double> restitution_tangential;
-  double rolling_resistance = 0;  // lever arm over the equivalent radius [1]
-  double drilling_resistance = 0; // moment about the normal over normal force and equivalent radius [1]
-  double damping_ratio = 0;       // of the contact spring [1]
+  double rolling_resistance = 0;   // lever arm over the equivalent radius [1]
+  double drilling_resistance = 0;  // moment about the normal over normal force and equivalent radius [1]
+  double damping_ratio = 0;        // of the contact spring [1]
   enum class Kind { linear, hertz, crushing, table };
   Kind kind = Kind::linear;
-  double hertz_radius = 0;        // [m], Kind::hertz
-  double hertz_modulus = 0;       // E* of the two materials [Pa], Kind::hertz
-  double crushing_pressure = 0;   // [Pa], Kind::crushing
-  double yield_gradient = 0;      // by which that pressure grows with the depth crushed [Pa/m], Kind::crushing
-  double yield_thickness = 0;     // of what crushes, 0: without end [m], Kind::crushing
-  double ploughing_pressure = 0;  // resistance along the surface over the area in the way [Pa], Kind::crushing
-  double ploughing_density = 0;   // the same over half of the square of the speed [kg/m^3], Kind::crushing
-  double friction_most = 0;       // coefficient that friction grows to with the way slid, 0: it does not [1]
-  double friction_way = 1;        // way over which it grows [m]
-  double friction_recovery = 0;   // rate at which the way is forgotten out of contact [1/s]
-  double vegetation_height = 0;   // above the ground, below which a block's centroid is braked [m]
-  double vegetation_drag = 0;     // force over speed [kg/s]
+  double hertz_radius = 0;       // [m], Kind::hertz
+  double hertz_modulus = 0;      // E* of the two materials [Pa], Kind::hertz
+  double crushing_pressure = 0;  // [Pa], Kind::crushing
+  double yield_gradient = 0;     // by which that pressure grows with the depth crushed [Pa/m], Kind::crushing
+  double yield_thickness = 0;    // of what crushes, 0: without end [m], Kind::crushing
+  double ploughing_pressure =
+      0;                         // resistance along the surface over the area in the way [Pa], Kind::crushing
+  double ploughing_density = 0;  // the same over half of the square of the speed [kg/m^3], Kind::crushing
+  double friction_most = 0;      // coefficient that friction grows to with the way slid, 0: it does not [1]
+  double friction_way = 1;       // way over which it grows [m]
+  double friction_recovery = 0;  // rate at which the way is forgotten out of contact [1/s]
+  double vegetation_height = 0;  // above the ground, below which a block's centroid is braked [m]
+  double vegetation_drag = 0;    // force over speed [kg/s]
   std::vector<std::pair<double, double>> table;  // (indentation m, force N), Kind::table
-  bool chosen = false;            // stiffness was chosen by us, from the materials
+  bool chosen = false;                           // stiffness was chosen by us, from the materials
 
   /// It has a ground law of its own: one that yields, ploughs, or changes with the way slid.
-  bool yields() const { return kind == Kind::crushing && (yield_gradient > 0 || yield_thickness > 0 || ploughing_pressure > 0 || ploughing_density > 0); }
+  bool yields() const {
+    return kind == Kind::crushing &&
+           (yield_gradient > 0 || yield_thickness > 0 || ploughing_pressure > 0 || ploughing_density > 0);
+  }
   bool changes_with_way() const { return friction_most > 0; }
   /// Coefficient of friction after a way slid [m].
-  double friction_after(double way) const { return changes_with_way() ? friction + (friction_most - friction) * 2 / std::numbers::pi * std::atan(way / friction_way) : friction; }
+  double friction_after(double way) const {
+    return changes_with_way()
+               ? friction + (friction_most - friction) * 2 / std::numbers::pi * std::atan(way / friction_way)
+               : friction;
+  }
 };
 
 /// Symmetric table of laws by material index.
 struct ContactLaws {
   int materials = 0;
-  std::vector<ContactLaw> law;   // materials x materials, row major
-  const ContactLaw& operator()(int a, int b) const { return law[static_cast<std::size_t>(a * materials + b)]; }
+  std::vector<ContactLaw> law;  // materials x materials, row major
+  const ContactLaw& operator()(int a, int b) const {
+    return law[static_cast<std::size_t>(a * materials + b)];
+  }
 };
 
 }  // namespace talus

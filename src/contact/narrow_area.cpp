@@ -4,7 +4,6 @@
 namespace talus::contact::narrow {
 namespace {
 
-
 struct AreaScratch {
   std::vector<ClipVertex> polygon, clipped;
   std::vector<int> chosen;
@@ -28,9 +27,10 @@ double clipped_area(AreaScratch& w, const Patch::Triangle& t, const Patch::Trian
   return std::max(0.0, polygon_area(w.polygon, t.n, [](const ClipVertex& v) -> const Vec3& { return v.x; }));
 }
 
-/// Distributes the area on which face `face` of B presses over the contact points on it, so that the weights sum to the
-/// area and, for the hull of the points, keep the centroid.
-void assign_area(AreaScratch& w, const std::vector<int>& which, const Vec3& n, double area, std::vector<ContactPoint>& points) {
+/// Distributes the area on which face `face` of B presses over the contact points on it, so that the weights
+/// sum to the area and, for the hull of the points, keep the centroid.
+void assign_area(AreaScratch& w, const std::vector<int>& which, const Vec3& n, double area,
+                 std::vector<ContactPoint>& points) {
   if (which.empty() || area <= 0) return;
   if (which.size() < 3) {
     for (const int i : which) points[i].area += area / static_cast<double>(which.size());
@@ -79,7 +79,8 @@ void assign_area(AreaScratch& w, const std::vector<int>& which, const Vec3& n, d
   double sum = 0;
   for (std::size_t k = 0; k < m; ++k) {
     const std::size_t l = (k + 1) % m;
-    const double a = 0.5 * std::abs((px(hull[k]) - cx) * (py(hull[l]) - cy) - (py(hull[k]) - cy) * (px(hull[l]) - cx));
+    const double a =
+        0.5 * std::abs((px(hull[k]) - cx) * (py(hull[l]) - cy) - (py(hull[k]) - cy) * (px(hull[l]) - cx));
     w.angle[k] += a / 2, w.angle[l] += a / 2;
     sum += a;
   }
@@ -108,7 +109,8 @@ void press_areas(const Search& s, const Polyhedron& b, std::vector<ContactPoint>
       if (form == Form::vertex_face)
         on = feature == face;
       else if (form == Form::face_vertex)
-        on = std::find(b.face_vertices.begin() + first, b.face_vertices.begin() + last, feature) != b.face_vertices.begin() + last;
+        on = std::find(b.face_vertices.begin() + first, b.face_vertices.begin() + last, feature) !=
+             b.face_vertices.begin() + last;
       else if (form == Form::edge_edge)
         on = b.edges[feature].left == face || b.edges[feature].right == face;
       if (on) w.chosen.push_back(k);

@@ -3,7 +3,6 @@
 namespace talus::contact::narrow {
 namespace {
 
-
 /// Support edge of h parallel to d, highest along n.
 int support_edge(const Hull& h, const Vec3& d, const Vec3& n) {
   int best = -1;
@@ -18,9 +17,11 @@ int support_edge(const Hull& h, const Vec3& d, const Vec3& n) {
   return best;
 }
 
-/// True if edge e of h is the highest along n, up to round-off: n lies between the normals of its two faces, or of a flat triangle beyond its side.
+/// True if edge e of h is the highest along n, up to round-off: n lies between the normals of its two faces,
+/// or of a flat triangle beyond its side.
 bool supports(const Hull& h, int e, const Vec3& n) {
-  constexpr double round_off = 1e-9;   // of the angle between a normal and the arc: an axis too many costs nothing but time
+  constexpr double round_off =
+      1e-9;  // of the angle between a normal and the arc: an axis too many costs nothing but time
   const auto& edge = h.p->edges[e];
   if (h.count <= 3) {
     const Vec3 at = h.vertex(edge.v0), third = h.vertex(3 - edge.v0 - edge.v1);
@@ -31,7 +32,8 @@ bool supports(const Hull& h, int e, const Vec3& n) {
   return turn * l.cross(n).dot(d) >= slack && turn * n.cross(r).dot(d) >= slack && n.dot(l + r) > 0;
 }
 
-/// The axis of two edges, if they are the highest and the lowest along it: no other parts two convex bodies farther than their faces do.
+/// The axis of two edges, if they are the highest and the lowest along it: no other parts two convex bodies
+/// farther than their faces do.
 void edge_axis_by_support(const Hull& A, const Hull& B, int ea, int eb, EdgeAxis& best) {
   const Vec3 da = edge_vector(A, ea), db = edge_vector(B, eb);
   Vec3 n = da.cross(db);
@@ -101,20 +103,23 @@ EdgeAxis best_edges_small(const Hull& A, const Hull& B, double stop) {
     }
   }
   if (ka < 0) return best;
-  const auto realise = [&](int ea, int eb) {   // what the support edges along these directions leave apart
+  const auto realise = [&](int ea, int eb) {  // what the support edges along these directions leave apart
     best.edge_a = support_edge(A, edge_vector(A, ea), best.normal);
     best.edge_b = support_edge(B, edge_vector(B, eb), -best.normal);
     return best.normal.dot(B.vertex(B.p->edges[best.edge_b].v0) - A.vertex(A.p->edges[best.edge_a].v0));
   };
-  // Several pairs of directions may have the same normal (tetrahedra turned alike): the one whose edges lie there.
+  // Several pairs of directions may have the same normal (tetrahedra turned alike): the one whose edges lie
+  // there.
   const double close = best.gap + 1e-9 * std::min(A.p->radius, B.p->radius);
   if (realise(ka, kb) <= close) return best;
   for (const int ea : A.p->axis_edges)
     for (const int eb : B.p->axis_edges) {
       const Vec3 n = edge_vector(A, ea).cross(edge_vector(B, eb));
-      if (n.cross(best.normal).squaredNorm() <= 1e-16 * n.squaredNorm() && n.squaredNorm() > 0 && realise(ea, eb) <= close) return best;
+      if (n.cross(best.normal).squaredNorm() <= 1e-16 * n.squaredNorm() && n.squaredNorm() > 0 &&
+          realise(ea, eb) <= close)
+        return best;
     }
-  best.edge_a = best.edge_b = -1;   // a face's normal, met by edges that do not touch
+  best.edge_a = best.edge_b = -1;  // a face's normal, met by edges that do not touch
   return best;
 }
 
@@ -128,13 +133,14 @@ EdgeAxis best_edges_large(const Hull& A, const Hull& B, double grow) {
     list.clear();
     for (int e = 0; e < static_cast<int>(h.p->edges.size()); ++e) {
       const Vec3 a = h.vertex(h.p->edges[e].v0), b = h.vertex(h.p->edges[e].v1);
-      if ((a.cwiseMin(b).array() <= overlap.max().array()).all() && (a.cwiseMax(b).array() >= overlap.min().array()).all())
+      if ((a.cwiseMin(b).array() <= overlap.max().array()).all() &&
+          (a.cwiseMax(b).array() >= overlap.min().array()).all())
         list.push_back(e);
     }
   };
   collect(A, edges_a);
   collect(B, edges_b);
-  if (A.count <= 3 || B.count <= 3) {   // the arcs of a flat triangle on the Gauss map are half circles
+  if (A.count <= 3 || B.count <= 3) {  // the arcs of a flat triangle on the Gauss map are half circles
     for (const int ea : edges_a)
       for (const int eb : edges_b) edge_axis_by_support(A, B, ea, eb, best);
     return best;
@@ -171,7 +177,8 @@ SignedAxis signed_axis(Hull& a, Hull& b) {
   const Axis of_a = best_face(a, b, infinity, touch), of_b = best_face(b, a, infinity, touch);
   const bool small = !a.p->axis_edges.empty() && !b.p->axis_edges.empty() &&
                      a.p->axis_edges.size() * b.p->axis_edges.size() <= 36;
-  const EdgeAxis edge = small ? best_edges_small(a, b, infinity) : best_edges_large(a, b, 1e-6 * std::min(a.p->radius, b.p->radius));
+  const EdgeAxis edge = small ? best_edges_small(a, b, infinity)
+                              : best_edges_large(a, b, 1e-6 * std::min(a.p->radius, b.p->radius));
   SignedAxis best{of_a.gap, a.normal(of_a.face)};
   if (of_b.gap > best.gap + touch) best = {of_b.gap, -b.normal(of_b.face)};
   if (edge.gap > best.gap + touch) best = {edge.gap, edge.normal};

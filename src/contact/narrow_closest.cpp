@@ -17,7 +17,8 @@ void emit_closest(const HullPair& pair, const Separation& sep, std::vector<Conta
   };
   int va[4] = {0}, vb[4] = {0};
   const int ka = distinct(sep.ia, sep.count, va), kb = distinct(sep.ib, sep.count, vb);
-  // Edges across the normal at the closest vertices of each, nearly parallel to one another and within the margin.
+  // Edges across the normal at the closest vertices of each, nearly parallel to one another and within the
+  // margin.
   const double flat = 0.02;
   int ea = -1, eb = -1;
   double straightest = std::numeric_limits<double>::infinity();
@@ -75,9 +76,11 @@ void emit_closest(const HullPair& pair, const Separation& sep, std::vector<Conta
   if (ka == 1 && kb == 1)
     key = make_key(Form::vertex_vertex, va[0], vb[0]);
   else if (ka == 1)
-    key = kb == 2 ? make_key(Form::vertex_edge, va[0], edge_of(pb, vb[0], vb[1])) : make_key(Form::vertex_face, va[0], vb[0]);
+    key = kb == 2 ? make_key(Form::vertex_edge, va[0], edge_of(pb, vb[0], vb[1]))
+                  : make_key(Form::vertex_face, va[0], vb[0]);
   else if (kb == 1)
-    key = ka == 2 ? make_key(Form::edge_vertex, edge_of(pa, va[0], va[1]), vb[0]) : make_key(Form::face_vertex, va[0], vb[0]);
+    key = ka == 2 ? make_key(Form::edge_vertex, edge_of(pa, va[0], va[1]), vb[0])
+                  : make_key(Form::face_vertex, va[0], vb[0]);
   else
     key = make_key(Form::edge_edge, edge_of(pa, va[0], va[1]), edge_of(pb, vb[0], vb[1]));
   emit(sep.a, sep.b, key);

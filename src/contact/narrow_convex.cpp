@@ -12,21 +12,25 @@ struct ConvexScratch {
 };
 thread_local ConvexScratch convex_scratch;
 
-/// Touching or overlapping: the crossing edges, the faces' manifold, or the deepest vertex along the best face axis.
-void meet(const HullPair& pair, const Axis& of_a, const Axis& of_b, const EdgeAxis& edge, std::vector<ContactPoint>& points) {
+/// Touching or overlapping: the crossing edges, the faces' manifold, or the deepest vertex along the best
+/// face axis.
+void meet(const HullPair& pair, const Axis& of_a, const Axis& of_b, const EdgeAxis& edge,
+          std::vector<ContactPoint>& points) {
   const bool first = of_b.gap <= of_a.gap + pair.touch;
   const double face_gap = std::max(of_a.gap, of_b.gap);
   // Edges that cross along a face stand for an edge lying on it: the face's manifold holds both of its ends.
   const Vec3 face_normal = first ? pair.A.normal(of_a.face) : Vec3(-pair.B.normal(of_b.face));
-  const bool by_edge = edge.edge_a >= 0 && edge.gap > face_gap + pair.touch + 0.02 * std::abs(face_gap) && edge.normal.dot(face_normal) < parallel_cosine;
-  if (by_edge && crossing({pair.s, pair.A, pair.B, pair.margin, pair.touch + 2 * std::abs(edge.gap)}, edge)) return emit_edges(pair, edge, points);
+  const bool by_edge = edge.edge_a >= 0 && edge.gap > face_gap + pair.touch + 0.02 * std::abs(face_gap) &&
+                       edge.normal.dot(face_normal) < parallel_cosine;
+  if (by_edge && crossing({pair.s, pair.A, pair.B, pair.margin, pair.touch + 2 * std::abs(edge.gap)}, edge))
+    return emit_edges(pair, edge, points);
   const bool realised = tied_faces(pair, face_gap, points);
   if ((points.empty() || (!realised && edge.gap > face_gap + pair.touch)) && edge.edge_a >= 0) {
     points.clear();
     emit_edges(pair, edge, points);
   }
   if (!points.empty()) return;
-  const Hull &R = first ? pair.A : pair.B, &Q = first ? pair.B : pair.A;   // wherever the vertex projects
+  const Hull &R = first ? pair.A : pair.B, &Q = first ? pair.B : pair.A;  // wherever the vertex projects
   const int f = first ? of_a.face : of_b.face;
   const Vec3 n = R.normal(f);
   const int q = Q.lowest(n);
@@ -41,7 +45,8 @@ void meet(const HullPair& pair, const Axis& of_a, const Axis& of_b, const EdgeAx
   points.push_back(c);
 }
 
-/// True if the line of the centres parts the two by more than the margin, as it does most candidates of a heap.
+/// True if the line of the centres parts the two by more than the margin, as it does most candidates of a
+/// heap.
 bool apart_along(const Hull& a, const Hull& b, const Vec3& between, double margin) {
   double low, high, unused;
   a.extent(between, unused, high);
@@ -51,8 +56,8 @@ bool apart_along(const Hull& a, const Hull& b, const Vec3& between, double margi
 
 }  // namespace
 
-int convex_convex(const Polyhedron& a, const Pose& pose_a, const Polyhedron& b, const Pose& pose_b, double margin,
-                  std::vector<ContactPoint>& out) {
+int convex_convex(const Polyhedron& a, const Pose& pose_a, const Polyhedron& b, const Pose& pose_b,
+                  double margin, std::vector<ContactPoint>& out) {
   ConvexScratch& s = convex_scratch;
   const Vec3 between = pose_b.c - pose_a.c;
   const double ra = a.radius * stretch_bound(pose_a.F), rb = b.radius * stretch_bound(pose_b.F);
@@ -63,8 +68,8 @@ int convex_convex(const Polyhedron& a, const Pose& pose_a, const Polyhedron& b, 
   if (apart_along(s.a, s.b, between, margin)) return 0;
   const double touch = 1e-9 * std::min(ra, rb) + 1e-15 * (std::max(ra, rb) + pose_a.c.cwiseAbs().maxCoeff());
   const HullPair pair{s.clip, s.a, s.b, margin, touch};
-  const bool small = a.axis_edges.size() * b.axis_edges.size() <= 36 && !a.axis_edges.empty() && !b.axis_edges.empty() &&
-                     a.vertices.size() <= 16 && b.vertices.size() <= 16;
+  const bool small = a.axis_edges.size() * b.axis_edges.size() <= 36 && !a.axis_edges.empty() &&
+                     !b.axis_edges.empty() && a.vertices.size() <= 16 && b.vertices.size() <= 16;
   auto& points = s.points;
   points.clear();
 
@@ -87,7 +92,8 @@ int convex_convex(const Polyhedron& a, const Pose& pose_a, const Polyhedron& b, 
   // Touching faces whose manifold realises the gap: no other axis can do better than the true distance.
   if (std::abs(face_gap) <= touch && tied_faces(pair, face_gap, points)) done = true;
 
-  if (!done && face_gap > touch && face_manifold(pair, first, first ? of_a.face : of_b.face, points, area)) done = true;
+  if (!done && face_gap > touch && face_manifold(pair, first, first ? of_a.face : of_b.face, points, area))
+    done = true;
 
   if (!done && (small || sep.overlap || sep.distance <= touch)) {
     const EdgeAxis edge = small ? best_edges_small(s.a, s.b, margin) : best_edges_large(s.a, s.b, 4 * touch);

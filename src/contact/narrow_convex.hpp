@@ -5,8 +5,7 @@
 namespace talus::contact::narrow {
 
 /// See block_block. Both polyhedra convex.
-int convex_convex(const Polyhedron& a, const Pose& pose_a, const Polyhedron& b, const Pose& pose_b, double margin,
-                  std::vector<ContactPoint>& out);
-
+int convex_convex(const Polyhedron& a, const Pose& pose_a, const Polyhedron& b, const Pose& pose_b,
+                  double margin, std::vector<ContactPoint>& out);
 
 }  // namespace talus::contact::narrow

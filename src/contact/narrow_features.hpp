@@ -6,26 +6,28 @@
 
 namespace talus::contact::narrow {
 
-constexpr double steep = 0.17;              // 10 degrees: an edge falling more than this from a vertex is no contact edge
-constexpr double lean = 0.02;               // faces and edges closer than this to parallel are completed to manifolds
-constexpr double flat_cosine = 0.9998;      // 1.15 degrees: faces closer than this to parallel press on an area
-constexpr double crossed_overlap = 0.1;     // overlap of crossed edges, and of a vertex beside a nearer face, that is still looked for, over the deepest of all
+constexpr double steep = 0.17;  // 10 degrees: an edge falling more than this from a vertex is no contact edge
+constexpr double lean = 0.02;   // faces and edges closer than this to parallel are completed to manifolds
+constexpr double flat_cosine = 0.9998;   // 1.15 degrees: faces closer than this to parallel press on an area
+constexpr double crossed_overlap = 0.1;  // overlap of crossed edges, and of a vertex beside a nearer face,
+                                         // that is still looked for, over the deepest of all
 
 /// The whole of a closed body, of which a patch is the part near another.
 struct Whole {
   const Polyhedron& p;
   Vec3 centre;
   Mat3 F;
-  bool holds(const Vec3& x) const;   // x is inside
+  bool holds(const Vec3& x) const;  // x is inside
 };
 
 /// Two bodies that may touch.
 struct Search {
   const Patch &A, &B;
   double margin, touch;
-  double depth;                                       // deepest overlap that is still read as contact [m]
-  const Whole *whole_a = nullptr, *whole_b = nullptr;   // of closed bodies, so that inside and outside can be told
-  const Box3* common = nullptr;                         // of closed bodies: what can touch, or lies in the other, lies in it
+  double depth;  // deepest overlap that is still read as contact [m]
+  const Whole *whole_a = nullptr,
+              *whole_b = nullptr;  // of closed bodies, so that inside and outside can be told
+  const Box3* common = nullptr;    // of closed bodies: what can touch, or lies in the other, lies in it
   bool closed() const { return whole_a != nullptr; }
 };
 
@@ -36,7 +38,8 @@ inline double falling(const Patch& p, const Patch::Vertex& v, const Vec3& n) {
   return least;
 }
 
-/// The contact of a vertex at x with `foot` on the other body, of which `first` tells whether it is A; n from it to the vertex. Its key is still to be set.
+/// The contact of a vertex at x with `foot` on the other body, of which `first` tells whether it is A; n from
+/// it to the vertex. Its key is still to be set.
 inline ContactPoint vertex_contact(bool first, const Vec3& foot, const Vec3& x, const Vec3& n, double gap) {
   ContactPoint c;
   c.point_a = first ? foot : x;

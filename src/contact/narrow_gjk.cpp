@@ -10,7 +10,6 @@ struct Simplex {
   double l[4];  // barycentric weights
 };
 
-
 /// Closest point of a segment to the origin; weights in l.
 Vec3 segment(const Vec3& p, const Vec3& q, double l[2]) {
   const Vec3 d = q - p;

@@ -26,7 +26,8 @@ void remove_doubles(const Search& s, std::vector<ContactPoint>& points) {
   points.resize(kept);
 }
 
-int finish(const Search& s, const Polyhedron& b, const Vec3& origin, LocalScratch& w, std::vector<ContactPoint>& out) {
+int finish(const Search& s, const Polyhedron& b, const Vec3& origin, LocalScratch& w,
+           std::vector<ContactPoint>& out) {
   auto& points = w.points;
   points.clear();
   vertex_face(s, s.A, s.B, true, points);
@@ -47,8 +48,8 @@ int finish(const Search& s, const Polyhedron& b, const Vec3& origin, LocalScratc
 
 }  // namespace
 
-int concave_concave(const Polyhedron& a, const Pose& pose_a, const Polyhedron& b, const Pose& pose_b, double margin,
-                    std::vector<ContactPoint>& out) {
+int concave_concave(const Polyhedron& a, const Pose& pose_a, const Polyhedron& b, const Pose& pose_b,
+                    double margin, std::vector<ContactPoint>& out) {
   const Vec3 between = pose_a.c - pose_b.c;
   const double ra = a.radius * stretch_bound(pose_a.F), rb = b.radius * stretch_bound(pose_b.F);
   const double reach = ra + rb + margin;
@@ -70,8 +71,8 @@ int concave_concave(const Polyhedron& a, const Pose& pose_a, const Polyhedron& b
   return finish(s, b, pose_b.c, w, out);
 }
 
-int surface_polyhedron(const SurfaceIndex::Impl& surface, const Polyhedron& b, const Pose& pose_b, double margin,
-                       std::vector<ContactPoint>& out) {
+int surface_polyhedron(const SurfaceIndex::Impl& surface, const Polyhedron& b, const Pose& pose_b,
+                       double margin, std::vector<ContactPoint>& out) {
   const double rb = b.radius * stretch_bound(pose_b.F);
   const double touch = 1e-9 * rb + 1e-15 * (rb + pose_b.c.cwiseAbs().maxCoeff());
   Box3 box;
@@ -81,10 +82,12 @@ int surface_polyhedron(const SurfaceIndex::Impl& surface, const Polyhedron& b, c
   LocalScratch& w = local_scratch;
   gather(surface, pose_b.c, box, w.a);
   if (w.a.triangles.empty()) return 0;
-  // An edge or vertex of a triangle whose plane the whole block clears by the margin is out of reach. (The triangles stay:
-  // a vertex behind another one asks for the nearest of all.)
+  // An edge or vertex of a triangle whose plane the whole block clears by the margin is out of reach. (The
+  // triangles stay: a vertex behind another one asks for the nearest of all.)
   w.hull.set(b, Vec3::Zero(), pose_b.F);
-  const auto clears = [&](const Vec3& n, const Vec3& x) { return w.hull.min_height(n) - n.dot(x) > margin + touch; };
+  const auto clears = [&](const Vec3& n, const Vec3& x) {
+    return w.hull.min_height(n) - n.dot(x) > margin + touch;
+  };
   std::erase_if(w.a.edges, [&](const Patch::Edge& e) { return clears(e.left, e.a) || clears(e.right, e.a); });
   std::erase_if(w.a.vertices, [&](const Patch::Vertex& v) {
     for (int i = v.first_face; i < v.first_face + v.faces; ++i)

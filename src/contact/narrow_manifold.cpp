@@ -28,8 +28,10 @@ FeatureKey clip_key(const Hull& R, int f, const Hull& Q, int g, const ClipVertex
   return reference_is_a ? make_key(Form::edge_edge, er, eq) : make_key(Form::edge_edge, eq, er);
 }
 
-/// Leaves at most eight corners, dropping those that cost the least area; the deepest stays. Weights keep their sum.
-void thin_out(std::vector<ClipVertex>& polygon, std::vector<double>& weight, std::vector<double>& gaps, const Vec3& n) {
+/// Leaves at most eight corners, dropping those that cost the least area; the deepest stays. Weights keep
+/// their sum.
+void thin_out(std::vector<ClipVertex>& polygon, std::vector<double>& weight, std::vector<double>& gaps,
+              const Vec3& n) {
   double before = 0;
   for (const double w : weight) before += w;
   while (static_cast<int>(polygon.size()) > most_points) {
@@ -116,8 +118,10 @@ double weigh_corners(ManifoldScratch& s, const Vec3& n, bool parallel) {
   return std::max(0.0, twice / 2);
 }
 
-/// True if vertex v of Q, not one of face g, may soon meet face f of R below it: a hull about to roll onto its next facet.
-bool over_face(const Hull& R, int f, const Hull& Q, int g, int v, const Vec3& x, const Vec3& n_body, double touch) {
+/// True if vertex v of Q, not one of face g, may soon meet face f of R below it: a hull about to roll onto
+/// its next facet.
+bool over_face(const Hull& R, int f, const Hull& Q, int g, int v, const Vec3& x, const Vec3& n_body,
+               double touch) {
   const Polyhedron& q = *Q.p;
   for (int k = 0; k < Q.face_size(g); ++k)
     if (Q.face_vertex(g, k) == v) return false;
@@ -139,7 +143,8 @@ bool over_face(const Hull& R, int f, const Hull& Q, int g, int v, const Vec3& x,
 
 }  // namespace
 
-bool face_manifold(const HullPair& pair, bool reference_is_a, int f, std::vector<ContactPoint>& points, double& area) {
+bool face_manifold(const HullPair& pair, bool reference_is_a, int f, std::vector<ContactPoint>& points,
+                   double& area) {
   const Hull& R = reference_is_a ? pair.A : pair.B;
   const Hull& Q = reference_is_a ? pair.B : pair.A;
   ManifoldScratch& s = pair.s;
@@ -216,7 +221,8 @@ bool tied_faces(const HullPair& pair, double gap, std::vector<ContactPoint>& poi
 
 void emit_edges(const HullPair& pair, const EdgeAxis& axis, std::vector<ContactPoint>& points) {
   const auto &a = pair.A.p->edges[axis.edge_a], &b = pair.B.p->edges[axis.edge_b];
-  const auto c = closest_segments(pair.A.vertex(a.v0), pair.A.vertex(a.v1), pair.B.vertex(b.v0), pair.B.vertex(b.v1));
+  const auto c =
+      closest_segments(pair.A.vertex(a.v0), pair.A.vertex(a.v1), pair.B.vertex(b.v0), pair.B.vertex(b.v1));
   ContactPoint p;
   p.point_a = c.a;
   p.point_b = c.b;
@@ -227,7 +233,8 @@ void emit_edges(const HullPair& pair, const EdgeAxis& axis, std::vector<ContactP
   points.push_back(p);
 }
 
-bool nearly_flat(const HullPair& pair, const Axis& of_a, const Axis& of_b, const EdgeAxis& edge, std::vector<ContactPoint>& points) {
+bool nearly_flat(const HullPair& pair, const Axis& of_a, const Axis& of_b, const EdgeAxis& edge,
+                 std::vector<ContactPoint>& points) {
   if (edge.edge_a < 0) return false;
   const double along_a = of_a.face >= 0 ? edge.normal.dot(pair.A.normal(of_a.face)) : -1;
   const double along_b = of_b.face >= 0 ? -edge.normal.dot(pair.B.normal(of_b.face)) : -1;
@@ -244,7 +251,7 @@ bool nearly_flat(const HullPair& pair, const Axis& of_a, const Axis& of_b, const
   };
   const std::size_t clipped = points.size();
   std::erase_if(points, crossed);
-  if (points.size() == clipped) return false;   // they cross elsewhere than on the clipped area
+  if (points.size() == clipped) return false;  // they cross elsewhere than on the clipped area
   std::erase_if(points, [&](const ContactPoint& p) { return p.gap < edge.gap; });
   emit_edges(pair, edge, points);
   points.back().area = weight;
@@ -254,7 +261,8 @@ bool nearly_flat(const HullPair& pair, const Axis& of_a, const Axis& of_b, const
 bool crossing(const HullPair& pair, const EdgeAxis& axis) {
   if (axis.edge_a < 0 || axis.edge_b < 0) return false;
   const auto &a = pair.A.p->edges[axis.edge_a], &b = pair.B.p->edges[axis.edge_b];
-  const auto c = closest_segments(pair.A.vertex(a.v0), pair.A.vertex(a.v1), pair.B.vertex(b.v0), pair.B.vertex(b.v1));
+  const auto c =
+      closest_segments(pair.A.vertex(a.v0), pair.A.vertex(a.v1), pair.B.vertex(b.v0), pair.B.vertex(b.v1));
   return (c.b - c.a).norm() <= axis.gap + pair.touch;
 }
 

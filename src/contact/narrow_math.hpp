@@ -1,5 +1,5 @@
-/// Small pieces that every narrow-phase routine uses: world-space hull in structure-of-arrays form, feature keys, polygon
-/// clipping with provenance, closest points of segments. Internal to src/contact.
+/// Small pieces that every narrow-phase routine uses: world-space hull in structure-of-arrays form, feature
+/// keys, polygon clipping with provenance, closest points of segments. Internal to src/contact.
 ///
 ///   lumped area weights:  w_i = (a_{i-1} + a_i) / 2,   a_i = area of the triangle (centroid, p_i, p_{i+1})
 ///
@@ -17,7 +17,14 @@ namespace talus::contact::narrow {
 inline constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// What kind of features meet; the top four bits of a FeatureKey.
-enum class Form : std::uint64_t { vertex_face = 1, face_vertex, edge_edge, vertex_vertex, vertex_edge, edge_vertex };
+enum class Form : std::uint64_t {
+  vertex_face = 1,
+  face_vertex,
+  edge_edge,
+  vertex_vertex,
+  vertex_edge,
+  edge_vertex
+};
 
 inline FeatureKey make_key(Form form, int a, int b) {
   return (static_cast<std::uint64_t>(form) << 60) | ((static_cast<std::uint64_t>(a) & 0x3fffffffu) << 30) |
@@ -45,8 +52,9 @@ struct Hull {
   const Polyhedron* p = nullptr;
   Mat3 F, cof;
   std::vector<double> x, y, z;
-  std::vector<Vec3> normals;   // of all faces, once compute_normals() was called for this pose
-  std::vector<double> gaps;    // per face: gap of the other hull along it, filled by the search for the best axis
+  std::vector<Vec3> normals;  // of all faces, once compute_normals() was called for this pose
+  std::vector<double>
+      gaps;  // per face: gap of the other hull along it, filled by the search for the best axis
   int count = 0, padded = 0;
 
   void set(const Polyhedron& poly, const Vec3& origin, const Mat3& deformation) {
@@ -102,7 +110,8 @@ struct Hull {
   }
   Box3 box() const {
     Box3 b;
-    Packet lx = Packet::Map(&x[0]), ly = Packet::Map(&y[0]), lz = Packet::Map(&z[0]), hx = lx, hy = ly, hz = lz;
+    Packet lx = Packet::Map(&x[0]), ly = Packet::Map(&y[0]), lz = Packet::Map(&z[0]), hx = lx, hy = ly,
+           hz = lz;
     for (int i = width; i < padded; i += width) {
       const Packet px = Packet::Map(&x[i]), py = Packet::Map(&y[i]), pz = Packet::Map(&z[i]);
       lx = lx.min(px), ly = ly.min(py), lz = lz.min(pz);
@@ -143,15 +152,16 @@ inline SegmentPair closest_segments(const Vec3& p0, const Vec3& p1, const Vec3& 
   return {s, t, p0 + s * d, q0 + t * e};
 }
 
-/// A corner of a clipped polygon. The two sides that meet here: incident sides are 0..n-1, clip sides are n + k.
+/// A corner of a clipped polygon. The two sides that meet here: incident sides are 0..n-1, clip sides are n +
+/// k.
 struct ClipVertex {
   Vec3 x;
-  int in, out;   // side that ends here, side that starts here; both incident sides: the incident vertex `out`
+  int in, out;  // side that ends here, side that starts here; both incident sides: the incident vertex `out`
 };
 
 /// Clips a convex polygon by one half space m . (x - o) <= tolerance; the new side is called `side`.
-inline void clip_half_space(const std::vector<ClipVertex>& in, const Vec3& o, const Vec3& m, double tolerance, int side,
-                            std::vector<ClipVertex>& out) {
+inline void clip_half_space(const std::vector<ClipVertex>& in, const Vec3& o, const Vec3& m, double tolerance,
+                            int side, std::vector<ClipVertex>& out) {
   out.clear();
   const std::size_t n = in.size();
   if (n == 0) return;

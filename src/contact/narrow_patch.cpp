@@ -50,7 +50,9 @@ void gather(const Polyhedron& p, const Vec3& centre, const Mat3& F, const Box3& 
   }
   for (int v = 0; v < static_cast<int>(x.size()); ++v) {
     if (!box.contains(x[v]) || p.vertex_edge_offset[v] == p.vertex_edge_offset[v + 1]) continue;
-    Patch::Vertex q{v, x[v], static_cast<int>(patch.directions.size()), 0, static_cast<int>(patch.face_normals.size()), 0};
+    Patch::Vertex q{
+        v, x[v], static_cast<int>(patch.directions.size()), 0, static_cast<int>(patch.face_normals.size()),
+        0};
     bool convex = false;
     for (int i = p.vertex_edge_offset[v]; i < p.vertex_edge_offset[v + 1]; ++i) {
       const auto& e = p.edges[p.vertex_edges[i]];
@@ -79,10 +81,10 @@ void gather(const SurfaceIndex::Impl& s, const Vec3& origin, const Box3& box, Pa
     __builtin_prefetch(&s.twin[3 * t]);
   };
   s.tree.traverse_ahead([&](const Vec3& lo, const Vec3& hi) { return boxes_meet(lo, hi, world); }, announce,
-                  [&](int t) {
-                    const auto b = s.triangle_box(t);
-                    if (boxes_meet(b.min(), b.max(), world)) ids.push_back(t);
-                  });
+                        [&](int t) {
+                          const auto b = s.triangle_box(t);
+                          if (boxes_meet(b.min(), b.max(), world)) ids.push_back(t);
+                        });
   if (ids.empty()) return;
   std::sort(ids.begin(), ids.end());
   for (const int t : ids) {
@@ -131,8 +133,8 @@ void gather(const SurfaceIndex::Impl& s, const Vec3& origin, const Box3& box, Pa
           if (kind == 2)
             patch.edges.push_back({h, v[k], v[(k + 1) % 3], q.face, -1, a, b, q.n, q.n, inl, inl});
           else
-            patch.edges.push_back({h, v[k], v[(k + 1) % 3], q.face, s.group[w / 3], a, b, q.n, normal(w / 3), inl,
-                                   -s.normal[w / 3].cross(d)});
+            patch.edges.push_back({h, v[k], v[(k + 1) % 3], q.face, s.group[w / 3], a, b, q.n, normal(w / 3),
+                                   inl, -s.normal[w / 3].cross(d)});
         }
       } else if (kind == 1) {
         // The twin's triangle adds it, unless its box misses.
@@ -142,8 +144,8 @@ void gather(const SurfaceIndex::Impl& s, const Vec3& origin, const Box3& box, Pa
           const Vec3 a = X[u[k2]] - origin, b = X[u[(k2 + 1) % 3]] - origin;
           if (boxes_meet(a.cwiseMin(b), a.cwiseMax(b), box)) {
             const Vec3 d = (b - a).normalized();
-            patch.edges.push_back({w, u[k2], u[(k2 + 1) % 3], s.group[w / 3], q.face, a, b, normal(w / 3), q.n,
-                                   s.normal[w / 3].cross(d), -s.normal[t].cross(d)});
+            patch.edges.push_back({w, u[k2], u[(k2 + 1) % 3], s.group[w / 3], q.face, a, b, normal(w / 3),
+                                   q.n, s.normal[w / 3].cross(d), -s.normal[t].cross(d)});
           }
         }
       }
@@ -162,7 +164,8 @@ void gather(const SurfaceIndex::Impl& s, const Vec3& origin, const Box3& box, Pa
   for (const int v : corners) {
     const Vec3 x = X[v] - origin;
     if (!box.contains(x)) continue;
-    Patch::Vertex q{v, x, static_cast<int>(patch.directions.size()), 0, static_cast<int>(patch.face_normals.size()), 0};
+    Patch::Vertex q{
+        v, x, static_cast<int>(patch.directions.size()), 0, static_cast<int>(patch.face_normals.size()), 0};
     int convex = 0;
     for (int i = s.vertex_offset[v]; i < s.vertex_offset[v + 1]; ++i) {
       const int t = s.vertex_triangle[i];
@@ -175,7 +178,8 @@ void gather(const SurfaceIndex::Impl& s, const Vec3& origin, const Box3& box, Pa
         if (w >= 0 && v1 == v) continue;  // its twin starts here
         // All true edges bound the cone, reentrant ones too.
         const Vec3 d = (X[v0 == v ? v1 : v0] - X[v]).normalized();
-        const bool flat = w >= 0 && flipped(t) == flipped(w / 3) && s.normal[t].cross(s.normal[w / 3]).norm() <= true_edge_sine;
+        const bool flat = w >= 0 && flipped(t) == flipped(w / 3) &&
+                          s.normal[t].cross(s.normal[w / 3]).norm() <= true_edge_sine;
         if (flat) continue;
         convex += side_kind(h) > 0;
         patch.directions.push_back(d);
@@ -183,8 +187,9 @@ void gather(const SurfaceIndex::Impl& s, const Vec3& origin, const Box3& box, Pa
       }
     }
     // On a straight ridge the crossings of the ridge say it all.
-    const bool straight = q.count == 2 && patch.directions[q.first].dot(patch.directions[q.first + 1]) < 0 &&
-                          patch.directions[q.first].cross(patch.directions[q.first + 1]).norm() <= true_edge_sine;
+    const bool straight =
+        q.count == 2 && patch.directions[q.first].dot(patch.directions[q.first + 1]) < 0 &&
+        patch.directions[q.first].cross(patch.directions[q.first + 1]).norm() <= true_edge_sine;
     if (convex >= 2 && !straight) patch.vertices.push_back(q);
   }
 }

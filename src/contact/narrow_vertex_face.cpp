@@ -6,7 +6,7 @@
 namespace talus::contact::narrow {
 namespace {
 
-constexpr double sharpest_notch = 4;        // tangent of half the angle by which its faces turn: 150 degrees
+constexpr double sharpest_notch = 4;  // tangent of half the angle by which its faces turn: 150 degrees
 
 /// About a triangle: its centroid and how far it reaches from there.
 struct Ball {
@@ -16,7 +16,8 @@ struct Ball {
 
 double facing(const Patch& p, const Patch::Vertex& v, const Vec3& n) {
   double least = infinity;
-  for (int i = v.first_face; i < v.first_face + v.faces; ++i) least = std::min(least, n.dot(p.face_normals[i]));
+  for (int i = v.first_face; i < v.first_face + v.faces; ++i)
+    least = std::min(least, n.dot(p.face_normals[i]));
   return least;
 }
 
@@ -48,7 +49,8 @@ Vec3 closest_on_triangle(const Patch::Triangle& t, const Vec3& x, bool& interior
   return best;
 }
 
-/// True if x, which is nearest to y on a side of the triangle, lies past the end of the surface there: neither before it nor behind.
+/// True if x, which is nearest to y on a side of the triangle, lies past the end of the surface there:
+/// neither before it nor behind.
 bool past_rim(const Patch::Triangle& t, const Vec3& x, const Vec3& y, double touch) {
   const Vec3* p[3] = {&t.a, &t.b, &t.c};
   for (int k = 0; k < 3; ++k) {
@@ -79,7 +81,8 @@ void enclose(const Patch& p, std::vector<Ball>& balls) {
   balls.clear();
   for (const auto& t : p.triangles) {
     const Vec3 c = (t.a + t.b + t.c) / 3;
-    balls.push_back({c, std::sqrt(std::max({(t.a - c).squaredNorm(), (t.b - c).squaredNorm(), (t.c - c).squaredNorm()}))});
+    balls.push_back({c, std::sqrt(std::max(
+                            {(t.a - c).squaredNorm(), (t.b - c).squaredNorm(), (t.c - c).squaredNorm()}))});
   }
 }
 
@@ -94,20 +97,24 @@ void bunch(const std::vector<Ball>& balls, std::vector<Bunch>& bunches) {
   bunches.clear();
   for (std::size_t first = 0; first < balls.size(); first += size) {
     Bunch b{{Vec3::Zero(), 0}, first, std::min(first + size, balls.size())};
-    for (std::size_t k = first; k < b.last; ++k) b.ball.centre += balls[k].centre / static_cast<double>(b.last - first);
-    for (std::size_t k = first; k < b.last; ++k) b.ball.radius = std::max(b.ball.radius, (balls[k].centre - b.ball.centre).norm() + balls[k].radius);
+    for (std::size_t k = first; k < b.last; ++k)
+      b.ball.centre += balls[k].centre / static_cast<double>(b.last - first);
+    for (std::size_t k = first; k < b.last; ++k)
+      b.ball.radius = std::max(b.ball.radius, (balls[k].centre - b.ball.centre).norm() + balls[k].radius);
     bunches.push_back(b);
   }
 }
 
 /// Distance of x from the surface if x lies before it beyond doubt, else 0.
-double ahead(const Patch& p, const std::vector<Ball>& balls, const std::vector<Bunch>& bunches, const Vec3& x, double touch) {
+double ahead(const Patch& p, const std::vector<Ball>& balls, const std::vector<Bunch>& bunches, const Vec3& x,
+             double touch) {
   Nearest nearest{.foot = x};
   const auto search = [&](const Bunch& bunch) {
     for (std::size_t k = bunch.first; k < bunch.last; ++k) {
       const auto& t = p.triangles[k];
       const double reach = nearest.distance + touch;
-      if (std::abs(t.n.dot(x) - t.level) <= reach && (x - balls[k].centre).norm() - balls[k].radius <= reach) nearest.visit(t, x, touch);
+      if (std::abs(t.n.dot(x) - t.level) <= reach && (x - balls[k].centre).norm() - balls[k].radius <= reach)
+        nearest.visit(t, x, touch);
     }
   };
   const Bunch* likely = &bunches.front();
@@ -116,22 +123,29 @@ double ahead(const Patch& p, const std::vector<Ball>& balls, const std::vector<B
     if (const double d = (x - b.ball.centre).squaredNorm(); d < least) least = d, likely = &b;
   search(*likely);
   for (const Bunch& b : bunches)
-    if (const double reach = nearest.distance + touch + b.ball.radius; &b != likely && (x - b.ball.centre).squaredNorm() <= reach * reach) search(b);
-  return nearest.pseudo.dot(x - nearest.foot) > 0.1 * nearest.pseudo.norm() * nearest.distance ? nearest.distance : 0;
+    if (const double reach = nearest.distance + touch + b.ball.radius;
+        &b != likely && (x - b.ball.centre).squaredNorm() <= reach * reach)
+      search(b);
+  return nearest.pseudo.dot(x - nearest.foot) > 0.1 * nearest.pseudo.norm() * nearest.distance
+             ? nearest.distance
+             : 0;
 }
 
 /// The triangles of one body that the vertices of the other meet.
 struct Target {
   const Search& s;
   const Patch &T, &V;
-  bool first;   // the triangles belong to body A
+  bool first;  // the triangles belong to body A
   const std::vector<Ball>& balls;
   std::vector<ContactPoint>& out;
 
   /// A contact of v, unless another triangle of the same plane has given it since out[start].
-  void emit(const Patch::Vertex& v, std::size_t start, const Patch::Triangle& t, const Vec3& n, const Vec3& foot, double gap) const {
+  void emit(const Patch::Vertex& v, std::size_t start, const Patch::Triangle& t, const Vec3& n,
+            const Vec3& foot, double gap) const {
     for (std::size_t i = start; i < out.size(); ++i)
-      if ((first ? out[i].normal : Vec3(-out[i].normal)).dot(n) > 1 - 1e-12 && std::abs(out[i].gap - gap) <= 4 * s.touch) return;
+      if ((first ? out[i].normal : Vec3(-out[i].normal)).dot(n) > 1 - 1e-12 &&
+          std::abs(out[i].gap - gap) <= 4 * s.touch)
+        return;
     ContactPoint c = vertex_contact(first, foot, v.x, n, gap);
     c.key = first ? make_key(Form::face_vertex, t.face, v.id) : make_key(Form::vertex_face, v.id, t.face);
     c.face_a = first ? t.id : -1;
@@ -156,7 +170,8 @@ struct EdgeFaces {
       if (at < most) list[at] = list[at - 1];
     if (at < most) list[at] = {fall, &t};
   }
-  /// Across a convex edge only one of the two faces holds the vertex (it may leave over the other); faces of a notch both.
+  /// Across a convex edge only one of the two faces holds the vertex (it may leave over the other); faces of
+  /// a notch both.
   bool excluded(int i) const {
     const auto& t = *list[i].second;
     for (int j = 0; j < i; ++j) {
@@ -178,10 +193,12 @@ bool Target::before_faces(const Patch::Vertex& v) const {
     const auto& t = T.triangles[k];
     const double h = t.n.dot(v.x) - t.level;
     if (h > s.margin || (behind && h < -s.touch)) continue;
-    // Behind a notch lies what projects beside both its faces: as far beside as it is deep, and a few times that where the notch is sharp.
+    // Behind a notch lies what projects beside both its faces: as far beside as it is deep, and a few times
+    // that where the notch is sharp.
     const double beside = h < -s.touch ? -sharpest_notch * h : 0;
     const double reach = balls[k].radius + beside + 100 * s.touch;
-    if ((v.x - balls[k].centre).squaredNorm() - h * h > reach * reach) continue;   // it projects beside the triangle
+    if ((v.x - balls[k].centre).squaredNorm() - h * h > reach * reach)
+      continue;  // it projects beside the triangle
     if (h < -s.touch) {
       behind = h > -s.depth && inside(t, v.x, beside) >= 0;
       continue;
@@ -208,17 +225,21 @@ bool Target::before_faces(const Patch::Vertex& v) const {
   return behind;
 }
 
-/// True if, beside a face of the vertex and `way` from it, there is matter of both bodies. At a notch and what fills it there is none.
+/// True if, beside a face of the vertex and `way` from it, there is matter of both bodies. At a notch and
+/// what fills it there is none.
 bool Target::enters(const Patch::Vertex& v, double way) const {
-  constexpr double in_plane = 1e-6, below = 0.3;   // of the way: beneath what overlaps by no more than the vertex does
+  constexpr double in_plane = 1e-6,
+                   below = 0.3;  // of the way: beneath what overlaps by no more than the vertex does
   const Whole &of_t = first ? *s.whole_a : *s.whole_b, &of_v = first ? *s.whole_b : *s.whole_a;
   for (int f = v.first_face; f < v.first_face + v.faces; ++f) {
     const Vec3& n = V.face_normals[static_cast<std::size_t>(f)];
     Vec3 into = Vec3::Zero();
     for (int i = v.first; i < v.first + v.count; ++i)
-      if (const Vec3& d = V.directions[static_cast<std::size_t>(i)]; std::abs(n.dot(d)) < in_plane) into += d.normalized();
+      if (const Vec3& d = V.directions[static_cast<std::size_t>(i)]; std::abs(n.dot(d)) < in_plane)
+        into += d.normalized();
     if (into.isZero(in_plane)) continue;
-    for (const double side : {1.0, -1.0}) {   // a corner of more than 180 degrees lies on the other side of its edges
+    for (const double side :
+         {1.0, -1.0}) {  // a corner of more than 180 degrees lies on the other side of its edges
       const Vec3 x = v.x + way * (side * into.normalized() - below * n);
       if (of_v.holds(x) && of_t.holds(x)) return true;
     }
@@ -226,15 +247,18 @@ bool Target::enters(const Patch::Vertex& v, double way) const {
   return false;
 }
 
-/// Overlap: is the vertex inside? Its nearest point of the surface tells; then the nearest face that its cone admits.
+/// Overlap: is the vertex inside? Its nearest point of the surface tells; then the nearest face that its cone
+/// admits.
 void Target::inside_body(const Patch::Vertex& v, std::size_t start) const {
   double nearest = infinity, admitted = infinity;
   const Patch::Triangle *t_near = nullptr, *t_admitted = nullptr;
   Vec3 foot_near = v.x, foot_admitted = v.x, pseudo = Vec3::Zero();
-  double known = infinity;   // the nearest is no farther
+  double known = infinity;  // the nearest is no farther
   for (const Ball& b : balls) known = std::min(known, (v.x - b.centre).squaredNorm());
   known = std::sqrt(known);
-  const double use = std::min(s.depth, std::max(crossed_overlap * s.depth, 2 * known));   // a face that admits it farther away is not used
+  const double use = std::min(
+      s.depth,
+      std::max(crossed_overlap * s.depth, 2 * known));  // a face that admits it farther away is not used
   for (std::size_t k = 0; k < T.triangles.size(); ++k) {
     const auto& t = T.triangles[k];
     const double h = t.n.dot(v.x) - t.level;
@@ -253,15 +277,19 @@ void Target::inside_body(const Patch::Vertex& v, std::size_t start) const {
       admitted = -h, t_admitted = &t, foot_admitted = y;
   }
   if (!t_near || nearest > s.depth || pseudo.dot(v.x - foot_near) >= 0) return;
-  // At a corner the sum of the normals does not tell, nor do faces beyond the margin, which are not all in the patch.
+  // At a corner the sum of the normals does not tell, nor do faces beyond the margin, which are not all in
+  // the patch.
   const bool doubtful = nearest > s.margin || (pseudo != t_near->n && nearest > 16 * s.touch);
-  if (const Whole* whole = first ? s.whole_a : s.whole_b; whole != nullptr && doubtful && !whole->holds(v.x)) return;
+  if (const Whole* whole = first ? s.whole_a : s.whole_b; whole != nullptr && doubtful && !whole->holds(v.x))
+    return;
   if (pseudo == t_near->n && past_rim(*t_near, v.x, foot_near, s.touch)) return;
   // A vertex on the surface, or just behind it, has nothing to do with the far side of a thick body.
   const bool far = admitted > std::max(crossed_overlap * s.depth, 2 * nearest);
   if (nearest <= s.touch && (out.size() > start || far)) return;
-  // Nor has one that lies on the surface at the bottom of a notch that the other body fills: the face that its cone admits lies across that body.
-  const bool across = t_admitted && !far && admitted > 2 * nearest && s.closed() && !enters(v, std::max(16 * nearest, 0.25 * admitted));
+  // Nor has one that lies on the surface at the bottom of a notch that the other body fills: the face that
+  // its cone admits lies across that body.
+  const bool across = t_admitted && !far && admitted > 2 * nearest && s.closed() &&
+                      !enters(v, std::max(16 * nearest, 0.25 * admitted));
   if (across && nearest <= s.touch) return;
   if (t_admitted && !far && !across) {
     emit(v, start, *t_admitted, t_admitted->n, foot_admitted, -admitted);
@@ -278,7 +306,9 @@ bool Whole::holds(const Vec3& x) const {
   const Vec3 X = F.inverse() * (x - centre);
   double sum = 0;
   for (const auto& t : p.triangles) {
-    const Vec3 a = p.vertices[static_cast<std::size_t>(t[0])] - X, b = p.vertices[static_cast<std::size_t>(t[1])] - X, c = p.vertices[static_cast<std::size_t>(t[2])] - X;
+    const Vec3 a = p.vertices[static_cast<std::size_t>(t[0])] - X,
+               b = p.vertices[static_cast<std::size_t>(t[1])] - X,
+               c = p.vertices[static_cast<std::size_t>(t[2])] - X;
     const double la = a.norm(), lb = b.norm(), lc = c.norm();
     sum += 2 * std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
   }
@@ -292,16 +322,19 @@ bool inside_by(const Patch& p, const Whole& whole, const Vec3& x, double depth) 
   return nearest.distance > depth && whole.holds(x);
 }
 
-void vertex_face(const Search& s, const Patch& T, const Patch& V, bool first, std::vector<ContactPoint>& out) {
+void vertex_face(const Search& s, const Patch& T, const Patch& V, bool first,
+                 std::vector<ContactPoint>& out) {
   thread_local std::vector<Ball> balls;
   enclose(T, balls);
-  constexpr std::size_t many = 64;   // triangles from which on a vertex far before all of them is told at once
+  constexpr std::size_t many = 64;  // triangles from which on a vertex far before all of them is told at once
   thread_local std::vector<Bunch> bunches;
   if (T.triangles.size() > many) bunch(balls, bunches);
   const Target target{s, T, V, first, balls, out};
   for (const auto& v : V.vertices) {
-    if (s.common != nullptr && !s.common->contains(v.x)) continue;   // a corner of a triangle that only reaches in
-    if (T.triangles.size() > many && ahead(T, balls, bunches, v.x, s.touch) > s.margin + 100 * s.touch) continue;
+    if (s.common != nullptr && !s.common->contains(v.x))
+      continue;  // a corner of a triangle that only reaches in
+    if (T.triangles.size() > many && ahead(T, balls, bunches, v.x, s.touch) > s.margin + 100 * s.touch)
+      continue;
     const std::size_t start = out.size();
     if (target.before_faces(v)) target.inside_body(v, start);
   }

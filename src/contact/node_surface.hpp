@@ -6,15 +6,20 @@
 
 namespace talus::contact {
 
-/// Finds the face of `index` that lies nearest to x, within `margin` on either side, under x, and facing it (`outward`: the skin's
-/// direction at the node, unit). Fills point_a (on the face), point_b = x, normal, gap and face_a; key and area are the caller's.
-/// False if there is none: edges of the two skins that cross are not looked for.
-bool node_surface(const SurfaceIndex& index, const Vec3& x, const Vec3& outward, double margin, ContactPoint& out);
+/// Finds the face of `index` that lies nearest to x, within `margin` on either side, under x, and facing it
+/// (`outward`: the skin's direction at the node, unit). Fills point_a (on the face), point_b = x, normal, gap
+/// and face_a; key and area are the caller's. False if there is none: edges of the two skins that cross are
+/// not looked for.
+bool node_surface(const SurfaceIndex& index, const Vec3& x, const Vec3& outward, double margin,
+                  ContactPoint& out);
 
-/// Vertices of one skin that lie within `reach` of the box about another, ascending; of focused ones only what they follow.
-void nodes_near(const SurfaceIndex& nodes, const SurfaceIndex& faces, double reach, std::vector<int>& vertices);
+/// Vertices of one skin that lie within `reach` of the box about another, ascending; of focused ones only
+/// what they follow.
+void nodes_near(const SurfaceIndex& nodes, const SurfaceIndex& faces, double reach,
+                std::vector<int>& vertices);
 
-/// Area of a skin's faces that belongs to one of its nodes, as a vector along their normals: a quarter of each face [m^2].
+/// Area of a skin's faces that belongs to one of its nodes, as a vector along their normals: a quarter of
+/// each face [m^2].
 Vec3 tributary_area(const SurfaceIndex& index, int vertex);
 
 }  // namespace talus::contact

@@ -7,7 +7,7 @@
 namespace talus::contact {
 namespace {
 
-constexpr double least_relieved = 0.5;   // of the tangent's compliance is left at least
+constexpr double least_relieved = 0.5;  // of the tangent's compliance is left at least
 
 /// s at which c takes half of the tangent's compliance [m].
 double half_relieved(double stiffness, double relief) {
@@ -24,7 +24,8 @@ double NormalLaw::whole(double x) const {
   // s - c k s^(3/2) = x, rising and concave: Newton's steps come from below, one after another nearer
   double s = x;
   for (int i = 0; i < 30; ++i) {
-    const double step = (x - s + relief * stiffness * s * std::sqrt(s)) / (1 - 1.5 * relief * stiffness * std::sqrt(s));
+    const double step =
+        (x - s + relief * stiffness * s * std::sqrt(s)) / (1 - 1.5 * relief * stiffness * std::sqrt(s));
     s += step;
     if (step <= 1e-15 * s) break;
   }
@@ -116,16 +117,21 @@ double NormalLaw::work(double x) const {
     case ContactLaw::Kind::linear: return elastic_energy(x);
     case ContactLaw::Kind::hertz: {
       // int F dx with dx = ds - c dF up to where c takes half of the tangent, dx = ds / 2 from there
-      const double s = whole(x), turn = std::min(s, half_relieved(stiffness, relief)), f = stiffness * std::pow(turn, 1.5);
-      return 0.4 * f * turn - 0.5 * relief * f * f + least_relieved * 0.4 * stiffness * (std::pow(s, 2.5) - std::pow(turn, 2.5));
+      const double s = whole(x), turn = std::min(s, half_relieved(stiffness, relief)),
+                   f = stiffness * std::pow(turn, 1.5);
+      return 0.4 * f * turn - 0.5 * relief * f * f +
+             least_relieved * 0.4 * stiffness * (std::pow(s, 2.5) - std::pow(turn, 2.5));
     }
     case ContactLaw::Kind::crushing: {
       if (plain()) return stored(x) + yield() * (elastic(crushed_after(x)) - elastic(crushed));
       if (!(lost(x) > elastic(crushed))) return stored(x);
       // What the way that crushes takes from where it was left to x, less what was stored there.
       const double from = crushed > 0 ? reached(crushed) : yield();
-      const auto held = [&](double at, double y) { return elastic_energy(at) - elastic_energy(y) - elastic(y) * (at - y); };
-      return elastic_energy(x) - lost_work(x) - (elastic_energy(from) - lost_work(from)) + held(from, crushed);
+      const auto held = [&](double at, double y) {
+        return elastic_energy(at) - elastic_energy(y) - elastic(y) * (at - y);
+      };
+      return elastic_energy(x) - lost_work(x) - (elastic_energy(from) - lost_work(from)) +
+             held(from, crushed);
     }
     case ContactLaw::Kind::table: {
       const auto& t = law->table;
@@ -146,7 +152,7 @@ double NormalLaw::stored(double x) const {
   if (bed) return bed->stored(x);
   if (law->kind != ContactLaw::Kind::crushing) return work(x);
   if (x <= crushed) return 0;
-  const double back = crushed_after(x);   // it springs back to there
+  const double back = crushed_after(x);  // it springs back to there
   return elastic_energy(x) - elastic_energy(back) - elastic(back) * (x - back);
 }
 
@@ -157,9 +163,10 @@ double NormalLaw::crushed_after(double x) const {
 }
 
 double NormalLaw::depth_of(double energy) const {
-  if (law->kind == ContactLaw::Kind::crushing) {   // p A/k f(x - p A/k) < W
+  if (law->kind == ContactLaw::Kind::crushing) {  // p A/k f(x - p A/k) < W
     const double crushes = energy / yield();
-    return yield() + std::min(crushes / stiffness, growth > 0 ? std::cbrt(crushes / growth) : std::numeric_limits<double>::infinity());
+    return yield() + std::min(crushes / stiffness, growth > 0 ? std::cbrt(crushes / growth)
+                                                              : std::numeric_limits<double>::infinity());
   }
   // k x^2 / 2 + g x^4 / 4 = W
   return std::sqrt(4 * energy / (stiffness + std::sqrt(stiffness * stiffness + 4 * growth * energy)));
@@ -187,7 +194,7 @@ double NormalLaw::crushing_before(double x0) const {
 double NormalLaw::secant(double x0, double x1, double& derivative) const {
   if (bed) x0 = bed->way_from(x0);
   const double d = x1 - x0;
-  if (std::abs(d) <= 1e-6 * std::max(std::abs(x0), std::abs(x1))) {   // the quotient would be round-off
+  if (std::abs(d) <= 1e-6 * std::max(std::abs(x0), std::abs(x1))) {  // the quotient would be round-off
     derivative = 0.5 * slope(x1);
     return 0.5 * (force(x0) + force(x1));
   }

@@ -14,7 +14,8 @@ namespace {
 
 using Triangle = std::array<int, 3>;
 
-/// Half-edges of a triangulation, opposite pairs found by sorting. Half-edge 3 t + k runs from corner k to k + 1.
+/// Half-edges of a triangulation, opposite pairs found by sorting. Half-edge 3 t + k runs from corner k to k
+/// + 1.
 struct HalfEdges {
   std::vector<int> twin;
   static int next(int h) { return h - h % 3 + (h + 1) % 3; }
@@ -42,16 +43,17 @@ HalfEdges pair_half_edges(const std::vector<Triangle>& triangles) {
     while (j < list.size() && list[j].lo == list[i].lo && list[j].hi == list[i].hi) ++j;
     const std::string key = fmt::format("mesh edge {}-{}", list[i].lo, list[i].hi);
     if (j - i == 1)
-      reject(key, "1 triangle", "every edge must be shared by exactly two triangles (the surface is open here)",
-          "close the surface");
+      reject(key, "1 triangle",
+             "every edge must be shared by exactly two triangles (the surface is open here)",
+             "close the surface");
     if (j - i > 2)
       reject(key, fmt::format("{} triangles", j - i),
-          "every edge must be shared by exactly two triangles (the surface touches itself here)",
-          "separate the parts or merge duplicate triangles");
+             "every edge must be shared by exactly two triangles (the surface touches itself here)",
+             "separate the parts or merge duplicate triangles");
     if (list[i].forward == list[i + 1].forward)
       reject(key, "run through twice in the same direction",
-          "neighbouring triangles must be oriented alike (counter-clockwise seen from outside)",
-          "flip one of the triangles at this edge");
+             "neighbouring triangles must be oriented alike (counter-clockwise seen from outside)",
+             "flip one of the triangles at this edge");
     he.twin[list[i].h] = list[i + 1].h;
     he.twin[list[i + 1].h] = list[i].h;
     i = j;
@@ -64,8 +66,8 @@ int find_root(std::vector<int>& parent, int i) {
   return i;
 }
 
-/// Ordered boundary loop of a set of triangles (half-edges whose twin lies outside the set), empty if it is not one
-/// simple loop.
+/// Ordered boundary loop of a set of triangles (half-edges whose twin lies outside the set), empty if it is
+/// not one simple loop.
 std::vector<int> simple_loop(const std::vector<int>& members, const std::vector<int>& region, int id,
                              const std::vector<Triangle>& triangles, const HalfEdges& he) {
   std::map<int, int> from;  // start vertex -> half-edge
@@ -91,7 +93,8 @@ std::vector<int> simple_loop(const std::vector<int>& members, const std::vector<
 double distance_to_triangle(const Vec3& a, const Vec3& b, const Vec3& c) {  // of the origin
   const Vec3 n = (b - a).cross(c - a);
   const double nn = n.squaredNorm();
-  if (nn > 0 && n.dot((b - a).cross(-a)) >= 0 && n.dot((c - b).cross(-b)) >= 0 && n.dot((a - c).cross(-c)) >= 0)
+  if (nn > 0 && n.dot((b - a).cross(-a)) >= 0 && n.dot((c - b).cross(-b)) >= 0 &&
+      n.dot((a - c).cross(-c)) >= 0)
     return std::abs(n.dot(a)) / std::sqrt(nn);
   const auto segment = [](const Vec3& p, const Vec3& q) {
     const Vec3 d = q - p;
@@ -105,7 +108,8 @@ double distance_to_triangle(const Vec3& a, const Vec3& b, const Vec3& c) {  // o
 /// Builds a polyhedron step by step; each step fills its part of the result.
 class Builder {
  public:
-  Builder(const std::vector<Vec3>& vertices, const std::vector<Triangle>& input, double coplanar_sine) : coplanar_sine_(coplanar_sine) {
+  Builder(const std::vector<Vec3>& vertices, const std::vector<Triangle>& input, double coplanar_sine)
+      : coplanar_sine_(coplanar_sine) {
     check_triangles(static_cast<int>(vertices.size()), input);
     he_ = pair_half_edges(input);  // errors name the caller's vertex numbers
     number_vertices(vertices, input);
@@ -126,7 +130,8 @@ class Builder {
   }
 
  private:
-  /// Smallest distance centroid-face; the centroid of a concave body may lie next to a face, or outside: there at least volume over surface.
+  /// Smallest distance centroid-face; the centroid of a concave body may lie next to a face, or outside:
+  /// there at least volume over surface.
   double half_thickness() const {
     double least = p_.radius, volume = 0, area = 0;
     for (const auto& t : T) {
@@ -141,15 +146,16 @@ class Builder {
   static void check_triangles(int given, const std::vector<Triangle>& input) {
     if (input.size() < 4)
       reject("mesh", fmt::format("{} triangles", input.size()), "a polyhedron needs at least four triangles",
-          "give a closed surface");
+             "give a closed surface");
     for (int t = 0; t < static_cast<int>(input.size()); ++t) {
       for (const int v : input[t])
         if (v < 0 || v >= given)
           reject(fmt::format("mesh triangle {}", t), fmt::format("vertex {}", v),
-              fmt::format("vertex numbers must lie in 0..{}", given - 1), "correct the triangle");
+                 fmt::format("vertex numbers must lie in 0..{}", given - 1), "correct the triangle");
       if (input[t][0] == input[t][1] || input[t][1] == input[t][2] || input[t][2] == input[t][0])
-        reject(fmt::format("mesh triangle {}", t), fmt::format("{} {} {}", input[t][0], input[t][1], input[t][2]),
-            "a triangle must have three different vertices", "remove the triangle");
+        reject(fmt::format("mesh triangle {}", t),
+               fmt::format("{} {} {}", input[t][0], input[t][1], input[t][2]),
+               "a triangle must have three different vertices", "remove the triangle");
     }
   }
 
@@ -162,7 +168,8 @@ class Builder {
     for (int v = 0; v < static_cast<int>(vertices.size()); ++v)
       if (renumber[v] == 0) {
         if (!vertices[v].allFinite())
-          reject(fmt::format("mesh vertex {}", v), "not finite", "coordinates must be finite", "correct the vertex");
+          reject(fmt::format("mesh vertex {}", v), "not finite", "coordinates must be finite",
+                 "correct the vertex");
         renumber[v] = used++;
         X.push_back(vertices[v]);
       }
@@ -186,8 +193,8 @@ class Builder {
       volume += area_[t].dot(X[T[t][0]] - middle) / 6;
     }
     if (volume < 0)
-      reject("mesh", fmt::format("volume {:.3g} m^3", volume), "triangles must be counter-clockwise seen from outside",
-          "reverse every triangle");
+      reject("mesh", fmt::format("volume {:.3g} m^3", volume),
+             "triangles must be counter-clockwise seen from outside", "reverse every triangle");
   }
 
   /// Corner at which the longest side of a triangle starts, and its length.
@@ -208,11 +215,12 @@ class Builder {
     const int h = 3 * t + corner;
     const int ha = HalfEdges::next(HalfEdges::next(h)), hb = HalfEdges::next(HalfEdges::next(he_.twin[h]));
     const Vec3 &e = X[T[t][corner]], &a = X[T[ha / 3][ha % 3]], &b = X[T[hb / 3][hb % 3]];
-    return n.cross(m).norm() < coplanar_sine_ || std::abs(n.dot(b - e)) <= round_off || std::abs(m.dot(a - e)) <= round_off;
+    return n.cross(m).norm() < coplanar_sine_ || std::abs(n.dot(b - e)) <= round_off ||
+           std::abs(m.dot(a - e)) <= round_off;
   }
 
-  /// Groups of coplanar neighbours, keyed by their first triangle. A sliver has no normal of its own: it joins the neighbour across its
-  /// longest side.
+  /// Groups of coplanar neighbours, keyed by their first triangle. A sliver has no normal of its own: it
+  /// joins the neighbour across its longest side.
   void merge_coplanar() {
     const double round_off = 1e-13 * size_;
     const int count = static_cast<int>(T.size());
@@ -220,7 +228,8 @@ class Builder {
     std::iota(parent.begin(), parent.end(), 0);
     for (int t = 0; t < count; ++t) {
       const auto [k, length] = longest_side(t);
-      if (area_[t].norm() <= round_off * length) parent[find_root(parent, t)] = find_root(parent, he_.twin[3 * t + k] / 3);
+      if (area_[t].norm() <= round_off * length)
+        parent[find_root(parent, t)] = find_root(parent, he_.twin[3 * t + k] / 3);
       for (int c = 0; c < 3; ++c) {
         const int other = he_.twin[3 * t + c] / 3;
         if (other >= t && coplanar(t, c, other)) parent[find_root(parent, t)] = find_root(parent, other);
@@ -330,7 +339,8 @@ class Builder {
     return true;
   }
 
-  /// Directions for separating axes: one of each pair of opposite faces, one of parallel edges; none where they are too many to pay.
+  /// Directions for separating axes: one of each pair of opposite faces, one of parallel edges; none where
+  /// they are too many to pay.
   void choose_axes() {
     constexpr double same = 1e-10;
     constexpr std::size_t most_faces = 64, most_edges = 128;
@@ -351,7 +361,8 @@ class Builder {
     const auto direction = [&](int e) { return Vec3((X[p_.edges[e].v1] - X[p_.edges[e].v0]).normalized()); };
     for (int e = 0; e < static_cast<int>(p_.edges.size()); ++e) {
       const Vec3 d = direction(e);
-      const bool known = std::any_of(p_.axis_edges.begin(), p_.axis_edges.end(), [&](int k) { return d.cross(direction(k)).norm() < same; });
+      const bool known = std::any_of(p_.axis_edges.begin(), p_.axis_edges.end(),
+                                     [&](int k) { return d.cross(direction(k)).norm() < same; });
       if (!known) p_.axis_edges.push_back(e);
     }
   }
@@ -361,15 +372,16 @@ class Builder {
   std::vector<Triangle>& T = p_.triangles;
   double coplanar_sine_, size_ = 0;
   HalfEdges he_;
-  std::vector<Vec3> area_;                     // twice the area vectors
-  std::vector<int> group_;                     // of a triangle: the first triangle of its coplanar group
-  std::map<int, std::vector<int>> members_;    // of a group; the order does not depend on unions
-  std::vector<std::vector<int>> loops_;        // half-edges around each face
+  std::vector<Vec3> area_;                   // twice the area vectors
+  std::vector<int> group_;                   // of a triangle: the first triangle of its coplanar group
+  std::map<int, std::vector<int>> members_;  // of a group; the order does not depend on unions
+  std::vector<std::vector<int>> loops_;      // half-edges around each face
 };
 
 }  // namespace
 
-Polyhedron make_polyhedron(std::vector<Vec3> vertices, const std::vector<Triangle>& input, double coplanar_sine) {
+Polyhedron make_polyhedron(std::vector<Vec3> vertices, const std::vector<Triangle>& input,
+                           double coplanar_sine) {
   return Builder(vertices, input, coplanar_sine).build();
 }
 

@@ -4,20 +4,22 @@
 ///   optimality:        A (v - v_hat) = sum_i J_i^T p_i,
 ///   per contact i:     u_i = J_i v + b_i + R_i p_i (+ De Saxce shift mu |u_t| on the normal),
 ///                      p_i in C_i,   -u_i in the normal cone of C_i at p_i
-///   C_i = { p_n >= -T_i, |p_t| <= mu_i p_n + c_i }: the Coulomb cone, its apex moved by cohesion, cut off in tension.
+///   C_i = { p_n >= -T_i, |p_t| <= mu_i p_n + c_i }: the Coulomb cone, its apex moved by cohesion, cut off in
+///   tension.
 ///
 /// symbol   meaning                                                              unit          shape
 /// v        generalised velocities at the end of the step                        m/s, rad/s    sum of ndof
 /// v_hat    the same without contact (free flow)                                  m/s, rad/s
-/// A        block-diagonal SPD generalised mass of the step                      kg, kg m^2    ndof x ndof per body
-/// J_i      contact-frame relative velocity, row 0 normal (opening > 0), rows 1-2 tangential    3 x ndof per touched body
-/// b_i      bias: restitution, gap / h, spring terms                             m/s           3
+/// A        block-diagonal SPD generalised mass of the step                      kg, kg m^2    ndof x ndof
+/// per body J_i      contact-frame relative velocity, row 0 normal (opening > 0), rows 1-2 tangential    3 x
+/// ndof per touched body b_i      bias: restitution, gap / h, spring terms                             m/s 3
 /// R_i      diagonal compliance (0 = hard)                                       m/s per N s   3
 /// mu_i     friction coefficient; c_i, T_i cohesion and tension impulses         1, N s
 /// p_i      impulse on the second body along the normal frame                    N s           3
 ///
-/// Friction regions: open (no impulse), stick, slip: the states of Table 1 of the rockfall paper. The convex problem alone is
-/// associated flow; exact Coulomb follows from the De Saxce shift [desaxce1998], which is on by default.
+/// Friction regions: open (no impulse), stick, slip: the states of Table 1 of the rockfall paper. The convex
+/// problem alone is associated flow; exact Coulomb follows from the De Saxce shift [desaxce1998], which is on
+/// by default.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -28,9 +30,10 @@
 namespace talus::contact {
 
 struct ProblemBody {
-  int ndof = 6;      // 3 (a structure node), 6, 12, or any size (condensed structure)
-  int offset = 0;    // into the stacked v
-  const double* mass = nullptr;          // A, ndof x ndof, column major, SPD; null for a condensed structure, of which A^-1 is all that is known
+  int ndof = 6;                  // 3 (a structure node), 6, 12, or any size (condensed structure)
+  int offset = 0;                // into the stacked v
+  const double* mass = nullptr;  // A, ndof x ndof, column major, SPD; null for a condensed structure, of
+                                 // which A^-1 is all that is known
   const double* mass_inverse = nullptr;  // A^-1, ndof x ndof, column major
 };
 
@@ -41,14 +44,14 @@ struct ContactTerm {
 };
 
 struct ProblemContact {
-  int first_term = 0;       // into terms
-  int terms = 0;            // bodies touched (fixed partners have none)
+  int first_term = 0;  // into terms
+  int terms = 0;       // bodies touched (fixed partners have none)
   Vec3 bias = Vec3::Zero();
   Vec3 compliance = Vec3::Zero();
   double friction = 0;
-  double cohesion = 0;      // impulse [N s]
-  double tension = 0;       // impulse [N s]
-  bool associated = false;  // true: leave the De Saxce shift out for this contact
+  double cohesion = 0;          // impulse [N s]
+  double tension = 0;           // impulse [N s]
+  bool associated = false;      // true: leave the De Saxce shift out for this contact
   Vec3 impulse = Vec3::Zero();  // in: warm start; out: solution
 };
 
@@ -56,36 +59,42 @@ struct ContactProblem {
   std::vector<ProblemBody> bodies;
   std::vector<ProblemContact> contacts;
   std::vector<ContactTerm> terms;
-  std::vector<double> jacobians;   // pool
-  std::vector<double> v_hat;       // in
-  std::vector<double> v;           // out
-  void clear();                    // keeps the capacity
+  std::vector<double> jacobians;  // pool
+  std::vector<double> v_hat;      // in
+  std::vector<double> v;          // out
+  void clear();                   // keeps the capacity
 };
 
 struct SolveSettings {
-  double tolerance = 1e-10;        // on the exact-Coulomb residual, relative to `velocity_scale`
-  double sufficient = 0;           // what ends the search where an attempt at `tolerance` stops at round-off; 0: `tolerance`
-  double stalled = 0;              // what is taken of a large problem whose search gets no farther, relative to `velocity_scale`; 0: what is sufficient
-  bool sweeps_alone = false;       // of a frictionless problem, where they come within `stalled`: the caller goes on from there
-  bool steps_first = false;        // of a large problem that hardly moves, or is nearly solved: a path from there ends nowhere nearer
-  double velocity_scale = 1.0;     // [m/s]
-  bool exact_coulomb = true;       // De Saxce correction
+  double tolerance = 1e-10;  // on the exact-Coulomb residual, relative to `velocity_scale`
+  double sufficient =
+      0;  // what ends the search where an attempt at `tolerance` stops at round-off; 0: `tolerance`
+  double stalled = 0;  // what is taken of a large problem whose search gets no farther, relative to
+                       // `velocity_scale`; 0: what is sufficient
+  bool sweeps_alone =
+      false;  // of a frictionless problem, where they come within `stalled`: the caller goes on from there
+  bool steps_first = false;  // of a large problem that hardly moves, or is nearly solved: a path from there
+                             // ends nowhere nearer
+  double velocity_scale = 1.0;  // [m/s]
+  bool exact_coulomb = true;    // De Saxce correction
   int max_newton = 60;
   int max_outer = 60;
-  double proximal = 1e-4;          // compliance over that of the contact, of the first attempt in large problems: the more, the surer and slower it gets nearer
-  int most_factorisations = 0;     // of the whole search, which ends unsolved soon after them; 0: as many as it takes
+  double proximal = 1e-4;  // compliance over that of the contact, of the first attempt in large problems: the
+                           // more, the surer and slower it gets nearer
+  int most_factorisations =
+      0;  // of the whole search, which ends unsolved soon after them; 0: as many as it takes
 };
 
-/// How the problem was solved. Tiers: A warm semismooth Newton, B interior point or cold start, C De Saxce outer loop,
-/// E accepted convex solution (never silently).
+/// How the problem was solved. Tiers: A warm semismooth Newton, B interior point or cold start, C De Saxce
+/// outer loop, E accepted convex solution (never silently).
 struct SolveReport {
   bool converged = false;
   char tier = 'A';
-  bool stalled = false;        // the search got no farther than this, short of what is sufficient
-  int newton = 0;              // Newton iterations (factorisations)
-  int sweeps = 0;              // Gauss-Seidel sweeps, if used
-  int outer = 0;               // proximal or De Saxce outer iterations
-  double residual = 0;         // exact-Coulomb residual, relative to velocity_scale
+  bool stalled = false;  // the search got no farther than this, short of what is sufficient
+  int newton = 0;        // Newton iterations (factorisations)
+  int sweeps = 0;        // Gauss-Seidel sweeps, if used
+  int outer = 0;         // proximal or De Saxce outer iterations
+  double residual = 0;   // exact-Coulomb residual, relative to velocity_scale
 };
 
 /// Workspace that keeps factorisations' symbolic parts and buffers between calls. Not shared between threads.
@@ -95,10 +104,12 @@ class ContactSolver {
   ~ContactSolver();
   ContactSolver(ContactSolver&&) noexcept;
   ContactSolver& operator=(ContactSolver&&) noexcept;
-  /// Fills problem.v and every contact's impulse. Deterministic: depends on the problem alone, never on earlier calls
-  /// (cached symbolic factors and buffers do not change a bit of the result) or on the thread count.
+  /// Fills problem.v and every contact's impulse. Deterministic: depends on the problem alone, never on
+  /// earlier calls (cached symbolic factors and buffers do not change a bit of the result) or on the thread
+  /// count.
   SolveReport solve(ContactProblem& problem, const SolveSettings& settings);
-  /// `count` Gauss-Seidel sweeps from the impulses of the problem, whatever their residual becomes. Fills what `solve` does; returns the residual [m/s].
+  /// `count` Gauss-Seidel sweeps from the impulses of the problem, whatever their residual becomes. Fills
+  /// what `solve` does; returns the residual [m/s].
   double sweep(ContactProblem& problem, int count);
 
  private:
@@ -106,10 +117,11 @@ class ContactSolver {
   Work* work_;
 };
 
-/// Exact-Coulomb (natural map) residual of a candidate solution, max over contacts, in m/s. For tests and reports.
+/// Exact-Coulomb (natural map) residual of a candidate solution, max over contacts, in m/s. For tests and
+/// reports.
 ///   w_i |p_i - P_C(p_i - (u_i + shift) / w_i)|,   w_i = trace(J_i A^-1 J_i^T + R_i) / 3,
-/// and |J_i (v - v_hat - A^-1 J^T p)|; less the round-off, 16 machine epsilons of the largest w |p| at the touched
-/// bodies.
+/// and |J_i (v - v_hat - A^-1 J^T p)|; less the round-off, 16 machine epsilons of the largest w |p| at the
+/// touched bodies.
 double coulomb_residual(const ContactProblem& problem, bool exact_coulomb);
 
 }  // namespace talus::contact

@@ -8,7 +8,7 @@ namespace {
 std::size_t hash(const Polyhedron& shape) {
   std::size_t seed = shape.triangles.size();
   for (const Vec3& x : shape.vertices)
-    for (const double d : x) seed = 31 * seed + std::hash<double>{}(d);   // 0 and -0 alike, as they are equal
+    for (const double d : x) seed = 31 * seed + std::hash<double>{}(d);  // 0 and -0 alike, as they are equal
   return seed;
 }
 

@@ -13,19 +13,20 @@
 namespace talus::contact {
 namespace {
 
-constexpr double one_direction = 0.9;   // cosine between normals of faces that a block sinks into together
-constexpr double inner = 0.15;          // a line as near to the end of what it cuts, over its length, leaves it whole
-constexpr double sliver = 0.1;          // width over depth, or over the block's inradius, of what is overlapped from the side
-constexpr double stands_out = 4;        // depth over that of the other faces of its direction
-constexpr double steep = 0.02;          // facets of the block steeper than this against the normal show no area
+constexpr double one_direction = 0.9;  // cosine between normals of faces that a block sinks into together
+constexpr double inner = 0.15;  // a line as near to the end of what it cuts, over its length, leaves it whole
+constexpr double sliver =
+    0.1;  // width over depth, or over the block's inradius, of what is overlapped from the side
+constexpr double stands_out = 4;  // depth over that of the other faces of its direction
+constexpr double steep = 0.02;    // facets of the block steeper than this against the normal show no area
 
-using Polygon = std::vector<Vec3>;      // (u, v, depth) in the face's axes
+using Polygon = std::vector<Vec3>;  // (u, v, depth) in the face's axes
 
 /// One quadrilateral of the skin with axes of its own.
 struct Face {
-  int first = 0;                  // of its four triangles
+  int first = 0;  // of its four triangles
   Vec3 centre, normal, u, v;
-  Vec3 corner[4];                 // in its axes
+  Vec3 corner[4];  // in its axes
   Vec3 local(const Vec3& x) const { return {u.dot(x - centre), v.dot(x - centre), -normal.dot(x - centre)}; }
   Vec3 place(const Vec3& p) const { return centre + p.x() * u + p.y() * v; }
 };
@@ -34,7 +35,8 @@ Face face_at(const TriangleSurface& s, int first) {
   Face f;
   f.first = first;
   Vec3 x[4];
-  for (int k = 0; k < 4; ++k) x[k] = s.vertices[static_cast<std::size_t>(s.triangles[static_cast<std::size_t>(first + k)][0])];
+  for (int k = 0; k < 4; ++k)
+    x[k] = s.vertices[static_cast<std::size_t>(s.triangles[static_cast<std::size_t>(first + k)][0])];
   f.centre = 0.25 * (x[0] + x[1] + x[2] + x[3]);
   f.normal = (x[2] - x[0]).cross(x[3] - x[1]).normalized();
   f.u = (x[1] - x[0] + x[2] - x[3]);
@@ -63,7 +65,9 @@ double fan_area(const Polygon& p, std::size_t i) {
 }
 
 /// On which side of the line from a to b, seen from above; > 0: left.
-double side_of(const Vec3& a, const Vec3& b, const Vec3& x) { return (b.x() - a.x()) * (x.y() - a.y()) - (b.y() - a.y()) * (x.x() - a.x()); }
+double side_of(const Vec3& a, const Vec3& b, const Vec3& x) {
+  return (b.x() - a.x()) * (x.y() - a.y()) - (b.y() - a.y()) * (x.x() - a.x());
+}
 
 /// A plane piece of the block's lower surface over one face.
 struct Piece {
@@ -72,15 +76,15 @@ struct Piece {
   Polygon polygon;
   Vec3 lift;
   bool sunk;
-  std::array<double, 4> past{};   // how far the block's facet reaches past each border of the face [m]
+  std::array<double, 4> past{};  // how far the block's facet reaches past each border of the face [m]
 };
 
 /// Faces that the block sinks into along nearly the same normal.
 struct Direction {
   Vec3 normal;
-  double area = 0;                   // sunk in
+  double area = 0;  // sunk in
   Vec3 moment = Vec3::Zero();
-  double near_area = 0;              // above, within reach
+  double near_area = 0;  // above, within reach
   Vec3 near_moment = Vec3::Zero();
   Vec3 middle() const { return area > 0 ? Vec3(moment / area) : Vec3(near_moment / near_area); }
 };
@@ -90,26 +94,30 @@ struct Sunk {
   std::size_t face;
   double area = 0, volume = 0;
   Vec3 moment = Vec3::Zero();
-  double reach_sq = 0;   // of what is farthest from its middle [m^2]
-  bool across = false;   // see leave_out_across()
+  double reach_sq = 0;  // of what is farthest from its middle [m^2]
+  bool across = false;  // see leave_out_across()
   double depth() const { return volume / area; }
   Vec3 middle() const { return moment / area; }
-  double width() const { return area / (2 * std::sqrt(reach_sq)); }   // of the footprint, at least
+  double width() const { return area / (2 * std::sqrt(reach_sq)); }  // of the footprint, at least
 };
 
 class BedFinder {
  public:
-  BedFinder(const SurfaceIndex& index, const Polyhedron& block, const Pose& pose, double reach, double yield) : s_(index.impl()), block_(block), reach_(reach), yield_(yield) {
+  BedFinder(const SurfaceIndex& index, const Polyhedron& block, const Pose& pose, double reach, double yield)
+      : s_(index.impl()), block_(block), reach_(reach), yield_(yield) {
     for (const Vec3& x : block.vertices) x_.push_back(pose.world(x));
     const Mat3 cof = narrow::cofactor(pose.F);
     for (const Vec3& n : block.face_normals) normal_.push_back((cof * n).normalized());
     const Box3 box = bounds(block, pose, reach);
     std::vector<int> first;
-    s_.tree.traverse([&](const Vec3& lo, const Vec3& hi) { return (lo.array() <= box.max().array()).all() && (hi.array() >= box.min().array()).all(); },
-                     [&](int t) {
-                       if (s_.triangle_box(t).intersects(box)) first.push_back(4 * (t / 4));
-                       return true;
-                     });
+    s_.tree.traverse(
+        [&](const Vec3& lo, const Vec3& hi) {
+          return (lo.array() <= box.max().array()).all() && (hi.array() >= box.min().array()).all();
+        },
+        [&](int t) {
+          if (s_.triangle_box(t).intersects(box)) first.push_back(4 * (t / 4));
+          return true;
+        });
     std::sort(first.begin(), first.end());
     first.erase(std::unique(first.begin(), first.end()), first.end());
     for (const int t : first) faces_.push_back(face_at(s_.surface, t));
@@ -120,13 +128,17 @@ class BedFinder {
     measure();
     measure_widths();
     leave_out_across();
-    edge_ = std::count_if(directions_.begin(), directions_.end(), [](const Direction& d) { return d.area > 0; }) > 1;
+    edge_ = std::count_if(directions_.begin(), directions_.end(),
+                          [](const Direction& d) { return d.area > 0; }) > 1;
     for (std::size_t i = 0, last = 0; i < pieces_.size(); i = last) {
       while (last < pieces_.size() && pieces_[last].face == pieces_[i].face) ++last;
       const Direction& d = directions_[direction_[pieces_[i].face]];
-      if (d.area + d.near_area > 0 && !sunk(pieces_[i].face).across && !from_the_side(pieces_[i].face)) divide(std::span(pieces_).subspan(i, last - i), d, out);
+      if (d.area + d.near_area > 0 && !sunk(pieces_[i].face).across && !from_the_side(pieces_[i].face))
+        divide(std::span(pieces_).subspan(i, last - i), d, out);
     }
-    std::stable_sort(out.begin(), out.end(), [](const Footprint& a, const Footprint& b) { return a.triangle != b.triangle ? a.triangle < b.triangle : a.sector < b.sector; });
+    std::stable_sort(out.begin(), out.end(), [](const Footprint& a, const Footprint& b) {
+      return a.triangle != b.triangle ? a.triangle < b.triangle : a.sector < b.sector;
+    });
   }
 
  private:
@@ -140,7 +152,7 @@ class BedFinder {
       highest = std::min(highest, local_.back().z());
       deepest = std::max(deepest, local_.back().z());
     }
-    if (highest >= 0 || deepest < -reach_) return;   // wholly below: on the structure's other side
+    if (highest >= 0 || deepest < -reach_) return;  // wholly below: on the structure's other side
     if (block_.convex) look_above(face);
     double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
     for (const Vec3& c : face.corner)
@@ -148,30 +160,40 @@ class BedFinder {
     for (std::size_t k = 0; k < block_.triangles.size(); ++k) {
       if (normal_[static_cast<std::size_t>(block_.triangle_face[k])].dot(face.normal) > -steep) continue;
       const auto& t = block_.triangles[k];
-      const Vec3 &a = local_[static_cast<std::size_t>(t[0])], &b = local_[static_cast<std::size_t>(t[1])], &c = local_[static_cast<std::size_t>(t[2])];
+      const Vec3 &a = local_[static_cast<std::size_t>(t[0])], &b = local_[static_cast<std::size_t>(t[1])],
+                 &c = local_[static_cast<std::size_t>(t[2])];
       const Vec3 least = a.cwiseMin(b).cwiseMin(c), most = a.cwiseMax(b).cwiseMax(c);
-      if (least.x() > high[0] || most.x() < low[0] || least.y() > high[1] || most.y() < low[1] || most.z() < -reach_) continue;
-      if (!block_.convex && least.z() > 0.5 * block_.inradius) continue;   // another part of a block that reaches round the structure
+      if (least.x() > high[0] || most.x() < low[0] || least.y() > high[1] || most.y() < low[1] ||
+          most.z() < -reach_)
+        continue;
+      if (!block_.convex && least.z() > 0.5 * block_.inradius)
+        continue;  // another part of a block that reaches round the structure
       facet_ = block_.triangle_face[k];
       const Vec3& facet = normal_[static_cast<std::size_t>(facet_)];
       lift_ = facet / facet.dot(face.normal);
       if (std::isinf(yield_)) past_ = reach_past(face, static_cast<std::size_t>(facet_));
       polygon_.assign({a, b, c});
       for (int side = 0; side < 4 && !polygon_.empty(); ++side)
-        keep(polygon_, next_, [&](const Vec3& x) { return side_of(face.corner[side], face.corner[(side + 1) % 4], x); });
+        keep(polygon_, next_,
+             [&](const Vec3& x) { return side_of(face.corner[side], face.corner[(side + 1) % 4], x); });
       if (block_.convex && most.z() > 0) keep_before();
       if (polygon_.size() < 3) continue;
-      if (!block_.convex && most.z() > 0) cut_where_before(f);
-      else cut(f);
+      if (!block_.convex && most.z() > 0)
+        cut_where_before(f);
+      else
+        cut(f);
     }
   }
 
   void cut(std::size_t f) {
-    if (std::isfinite(yield_)) cut_cells(f);
-    else slices(f, 0);
+    if (std::isfinite(yield_))
+      cut_cells(f);
+    else
+      slices(f, 0);
   }
 
-  /// Of a block with hollows the polygon's triangles below which the block reaches to before the face: one of its arms, or an end of it, may lie wholly on the structure's other side.
+  /// Of a block with hollows the polygon's triangles below which the block reaches to before the face: one of
+  /// its arms, or an end of it, may lie wholly on the structure's other side.
   void cut_where_before(std::size_t f) {
     const Polygon all = polygon_;
     const auto before = [&](std::size_t i) { return reaches_before((all[0] + all[i] + all[i + 1]) / 3); };
@@ -185,12 +207,15 @@ class BedFinder {
     }
   }
 
-  /// True if all of the block between a point of its lower surface, in a face's axes, and the plane of the face is solid.
+  /// True if all of the block between a point of its lower surface, in a face's axes, and the plane of the
+  /// face is solid.
   bool reaches_before(const Vec3& p) const {
     if (p.z() <= 0) return true;
-    double top = -std::numeric_limits<double>::infinity();   // of the solid above it: the deepest of the facets that end it
+    double top = -std::numeric_limits<double>::infinity();  // of the solid above it: the deepest of the
+                                                            // facets that end it
     for (const auto& t : block_.triangles) {
-      const Vec3 &a = local_[static_cast<std::size_t>(t[0])], &b = local_[static_cast<std::size_t>(t[1])], &c = local_[static_cast<std::size_t>(t[2])];
+      const Vec3 &a = local_[static_cast<std::size_t>(t[0])], &b = local_[static_cast<std::size_t>(t[1])],
+                 &c = local_[static_cast<std::size_t>(t[2])];
       const double twice = side_of(a, b, c);
       if (twice == 0) continue;
       const Vec3 l = Vec3(side_of(b, c, p), side_of(c, a, p), side_of(a, b, p)) / twice;
@@ -207,16 +232,22 @@ class BedFinder {
       const Vec3 &from = face.corner[side], &to = face.corner[(side + 1) % 4];
       const double border = (to - from).head<2>().norm();
       for (int v = block_.face_offset[facet]; v < block_.face_offset[facet + 1]; ++v)
-        past[side] = std::max(past[side], -side_of(from, to, local_[static_cast<std::size_t>(block_.face_vertices[static_cast<std::size_t>(v)])]) / border);
+        past[side] = std::max(
+            past[side],
+            -side_of(from, to,
+                     local_[static_cast<std::size_t>(block_.face_vertices[static_cast<std::size_t>(v)])]) /
+                border);
     }
     return past;
   }
 
-  /// Keeps of the polygon where the block reaches to before the face: past the structure's rim it may lie wholly on the other side.
+  /// Keeps of the polygon where the block reaches to before the face: past the structure's rim it may lie
+  /// wholly on the other side.
   void keep_before() {
     for (const Vec3& facet : above_) {
       const auto within = [&](const Vec3& p) { return facet[0] - facet[1] * p.x() - facet[2] * p.y(); };
-      if (!std::all_of(polygon_.begin(), polygon_.end(), [&](const Vec3& p) { return within(p) >= 0; })) keep(polygon_, next_, within);
+      if (!std::all_of(polygon_.begin(), polygon_.end(), [&](const Vec3& p) { return within(p) >= 0; }))
+        keep(polygon_, next_, within);
     }
   }
 
@@ -225,26 +256,38 @@ class BedFinder {
     above_.clear();
     for (std::size_t k = 0; k < normal_.size(); ++k) {
       if (normal_[k].dot(face.normal) <= 0) continue;
-      const Vec3& on_facet = x_[static_cast<std::size_t>(block_.face_vertices[static_cast<std::size_t>(block_.face_offset[k])])];
-      above_.emplace_back(normal_[k].dot(on_facet - face.centre), normal_[k].dot(face.u), normal_[k].dot(face.v));
+      const Vec3& on_facet =
+          x_[static_cast<std::size_t>(block_.face_vertices[static_cast<std::size_t>(block_.face_offset[k])])];
+      above_.emplace_back(normal_[k].dot(on_facet - face.centre), normal_[k].dot(face.u),
+                          normal_[k].dot(face.v));
     }
   }
 
   /// The polygon cut along the face's grid.
   void cut_cells(std::size_t f) {
     const auto& corner = faces_[f].corner;
-    const auto between = [](const Vec3& a, const Vec3& b, int i) { return Vec3(a + (b - a) * (static_cast<double>(i) / crater_cells)); };
+    const auto between = [](const Vec3& a, const Vec3& b, int i) {
+      return Vec3(a + (b - a) * (static_cast<double>(i) / crater_cells));
+    };
     whole_ = polygon_;
     for (int i = 0; i < crater_cells; ++i) {
       polygon_ = whole_;
-      keep(polygon_, next_, [&](const Vec3& x) { return -side_of(between(corner[0], corner[1], i), between(corner[3], corner[2], i), x); });
-      keep(polygon_, next_, [&](const Vec3& x) { return side_of(between(corner[0], corner[1], i + 1), between(corner[3], corner[2], i + 1), x); });
+      keep(polygon_, next_, [&](const Vec3& x) {
+        return -side_of(between(corner[0], corner[1], i), between(corner[3], corner[2], i), x);
+      });
+      keep(polygon_, next_, [&](const Vec3& x) {
+        return side_of(between(corner[0], corner[1], i + 1), between(corner[3], corner[2], i + 1), x);
+      });
       if (polygon_.size() < 3) continue;
       strip_ = polygon_;
       for (int k = 0; k < crater_cells; ++k) {
         polygon_ = strip_;
-        keep(polygon_, next_, [&](const Vec3& x) { return side_of(between(corner[0], corner[3], k), between(corner[1], corner[2], k), x); });
-        keep(polygon_, next_, [&](const Vec3& x) { return -side_of(between(corner[0], corner[3], k + 1), between(corner[1], corner[2], k + 1), x); });
+        keep(polygon_, next_, [&](const Vec3& x) {
+          return side_of(between(corner[0], corner[3], k), between(corner[1], corner[2], k), x);
+        });
+        keep(polygon_, next_, [&](const Vec3& x) {
+          return -side_of(between(corner[0], corner[3], k + 1), between(corner[1], corner[2], k + 1), x);
+        });
         if (polygon_.size() >= 3) slices(f, crater_cells * i + k);
       }
     }
@@ -295,10 +338,13 @@ class BedFinder {
     return *std::find_if(sunk_.begin(), sunk_.end(), [&](const Sunk& s) { return s.face == face; });
   }
 
-  bool narrow(const Sunk& s) const { return s.area > 0 && s.width() < sliver * std::min(s.depth(), block_.inradius); }
+  bool narrow(const Sunk& s) const {
+    return s.area > 0 && s.width() < sliver * std::min(s.depth(), block_.inradius);
+  }
 
-  /// True where a block beside the structure overlaps little of its rim, but all along a side: a strip far deeper than it is wide, and than all else that the block
-  /// sinks into that way. Its columns would press across the way that the block came.
+  /// True where a block beside the structure overlaps little of its rim, but all along a side: a strip far
+  /// deeper than it is wide, and than all else that the block sinks into that way. Its columns would press
+  /// across the way that the block came.
   bool from_the_side(std::size_t face) const {
     const Sunk& s = sunk(face);
     if (!narrow(s)) return false;
@@ -308,14 +354,17 @@ class BedFinder {
     return s.depth() * area > stands_out * volume || area == 0;
   }
 
-  /// Leaves out the faces across a convex edge of the structure, below which the block lies far deeper than below the faces on the other side of it: it presses there, and the same overlap is
-  /// not counted twice. It is the same if the faces there count at least half as much of it; a corner of the block that has only begun to reach past the edge does not. From the shallowest on, since
-  /// what is left out presses nowhere. Face by face: in a pocket the block lies across edges on all its sides.
+  /// Leaves out the faces across a convex edge of the structure, below which the block lies far deeper than
+  /// below the faces on the other side of it: it presses there, and the same overlap is not counted twice. It
+  /// is the same if the faces there count at least half as much of it; a corner of the block that has only
+  /// begun to reach past the edge does not. From the shallowest on, since what is left out presses nowhere.
+  /// Face by face: in a pocket the block lies across edges on all its sides.
   void leave_out_across() {
     std::vector<Sunk*> order;
     for (Sunk& s : sunk_)
       if (s.area > 0) order.push_back(&s);
-    std::stable_sort(order.begin(), order.end(), [](const Sunk* a, const Sunk* b) { return a->depth() < b->depth(); });
+    std::stable_sort(order.begin(), order.end(),
+                     [](const Sunk* a, const Sunk* b) { return a->depth() < b->depth(); });
     for (std::size_t i = 0; i < order.size(); ++i) {
       double counted = 0;
       bool any = false;
@@ -334,16 +383,19 @@ class BedFinder {
   }
 
   void measure_widths() {
-    std::size_t i = 0;   // pieces follow the order of the faces
+    std::size_t i = 0;  // pieces follow the order of the faces
     for (const Piece& p : pieces_) {
       while (sunk_[i].face != p.face) ++i;
       Sunk& s = sunk_[i];
       if (!p.sunk || !(s.area > 0)) continue;
-      for (const Vec3& x : p.polygon) s.reach_sq = std::max(s.reach_sq, (faces_[p.face].place(x) - s.middle()).squaredNorm());
+      for (const Vec3& x : p.polygon)
+        s.reach_sq = std::max(s.reach_sq, (faces_[p.face].place(x) - s.middle()).squaredNorm());
     }
   }
 
-  /// Two directions across a normal that depend on it alone. Of axes that lie across it much the same the first is taken, so that a face along the axes, the most common one, does not change its lines as it trembles.
+  /// Two directions across a normal that depend on it alone. Of axes that lie across it much the same the
+  /// first is taken, so that a face along the axes, the most common one, does not change its lines as it
+  /// trembles.
   static std::pair<Vec3, Vec3> lines_of(const Vec3& normal) {
     constexpr double alike = 0.1;
     int least = 0;
@@ -352,18 +404,21 @@ class BedFinder {
     return {along, normal.cross(along)};
   }
 
-  /// The pieces of one face, cut by the two lines through the middle of their direction where these pass well within them.
+  /// The pieces of one face, cut by the two lines through the middle of their direction where these pass well
+  /// within them.
   void divide(std::span<const Piece> pieces, const Direction& d, std::vector<Footprint>& out) {
     const Face& face = faces_[pieces.front().face];
     const auto [along, other] = lines_of(d.normal);
     const Vec3 middle = face.local(d.middle());
-    const Vec3 across[2] = {Vec3(face.u.dot(along), face.v.dot(along), 0), Vec3(face.u.dot(other), face.v.dot(other), 0)};
+    const Vec3 across[2] = {Vec3(face.u.dot(along), face.v.dot(along), 0),
+                            Vec3(face.u.dot(other), face.v.dot(other), 0)};
     bool whole[2];
     double side[2];
     for (int k = 0; k < 2; ++k) {
       double low = INFINITY, high = -INFINITY;
       for (const Piece& p : pieces)
-        for (const Vec3& x : p.polygon) low = std::min(low, across[k].dot(x - middle)), high = std::max(high, across[k].dot(x - middle));
+        for (const Vec3& x : p.polygon)
+          low = std::min(low, across[k].dot(x - middle)), high = std::max(high, across[k].dot(x - middle));
       side[k] = low + high;
       whole[k] = std::min(-low, high) < inner * (high - low);
     }
@@ -374,14 +429,16 @@ class BedFinder {
       for (const Piece& p : pieces) {
         part_ = p.polygon;
         for (int k = 0; k < 2; ++k)
-          if (!whole[k]) keep(part_, next_, [&](const Vec3& x) { return sign[k] * across[k].dot(x - middle); });
+          if (!whole[k])
+            keep(part_, next_, [&](const Vec3& x) { return sign[k] * across[k].dot(x - middle); });
         if (part_.size() >= 3) add(face, sector, p, out);
       }
     }
     if (edge_ && std::isinf(yield_)) push_by_energy(std::span(out).subspan(first));
   }
 
-  /// A sliver of a part along a border gives no more than a face that counts, which is no narrower than a sliver: d / 2w.
+  /// A sliver of a part along a border gives no more than a face that counts, which is no narrower than a
+  /// sliver: d / 2w.
   static Vec3 aside(const Footprint& part) {
     if (!(part.volume > 0)) return Vec3::Zero();
     const Vec3 push = part.push / part.volume;
@@ -389,15 +446,17 @@ class BedFinder {
     return size > most ? Vec3(most / size * push) : push;
   }
 
-  /// The columns of an elastic bed hold their energy whatever facet is below them, so that only those at the borders of a face push along it. The facets' own push, summed over all of them, is the same as
-  /// long as none leans over; one that does was missing there.
+  /// The columns of an elastic bed hold their energy whatever facet is below them, so that only those at the
+  /// borders of a face push along it. The facets' own push, summed over all of them, is the same as long as
+  /// none leans over; one that does was missing there.
   static void push_by_energy(std::span<Footprint> parts) {
     for (Footprint& part : parts)
       for (Column& c : part.columns) c.lift = part.normal + aside(part);
   }
 
-  /// 1/2 d^2 along what of the polygon's outline lies on the face's borders, times the way out. Where the block ends with the face, the columns it loses on one side or the other hold it in the middle: the push comes
-  /// as it reaches past the border by what it is deep.
+  /// 1/2 d^2 along what of the polygon's outline lies on the face's borders, times the way out. Where the
+  /// block ends with the face, the columns it loses on one side or the other hold it in the middle: the push
+  /// comes as it reaches past the border by what it is deep.
   static Vec3 border_push(const Face& face, const Polygon& polygon, const std::array<double, 4>& past) {
     Vec3 push = Vec3::Zero();
     for (std::size_t i = 0; i < polygon.size(); ++i) {
@@ -406,10 +465,14 @@ class BedFinder {
       for (int side = 0; side < 4; ++side) {
         const Vec3 &from = face.corner[side], &to = face.corner[(side + 1) % 4];
         const double border = (to - from).head<2>().norm();
-        if (std::max(std::abs(side_of(from, to, a)), std::abs(side_of(from, to, b))) > 1e-9 * border * border) continue;
-        const Vec3 out = ((to.y() - from.y()) * face.u - (to.x() - from.x()) * face.v) / border;   // corners run counter-clockwise
+        if (std::max(std::abs(side_of(from, to, a)), std::abs(side_of(from, to, b))) > 1e-9 * border * border)
+          continue;
+        const Vec3 out = ((to.y() - from.y()) * face.u - (to.x() - from.x()) * face.v) /
+                         border;  // corners run counter-clockwise
         const double deep = std::max(a.z(), b.z());
-        if (deep > 0) push += std::min(1.0, past[static_cast<std::size_t>(side)] / deep) * length / 6 * (a.z() * a.z() + a.z() * b.z() + b.z() * b.z()) * out;
+        if (deep > 0)
+          push += std::min(1.0, past[static_cast<std::size_t>(side)] / deep) * length / 6 *
+                  (a.z() * a.z() + a.z() * b.z() + b.z() * b.z()) * out;
         break;
       }
     }
@@ -421,7 +484,9 @@ class BedFinder {
     const Polygon& polygon = part_;
     const bool pushes = edge_ && piece.sunk && std::isinf(yield_);
     bool pushed = false;
-    auto part = std::find_if(out.rbegin(), out.rend(), [&](const Footprint& q) { return q.triangle == face.first && q.sector == sector; });
+    auto part = std::find_if(out.rbegin(), out.rend(), [&](const Footprint& q) {
+      return q.triangle == face.first && q.sector == sector;
+    });
     for (std::size_t i = 1; i + 1 < polygon.size(); ++i) {
       const double area = fan_area(polygon, i);
       if (!(area > 1e-14 * block_.radius * block_.radius)) continue;
@@ -436,7 +501,13 @@ class BedFinder {
       const Vec3 &a = polygon[0], &b = polygon[i], &c = polygon[i + 1];
       if (piece.sunk) part->volume += area * (a.z() + b.z() + c.z()) / 3;
       const std::array<double, 3> depth{a.z(), b.z(), c.z()};
-      part->columns.push_back({area, depth, depth, {face.place(a), face.place(b), face.place(c)}, piece.lift, piece.cell, piece.facet});
+      part->columns.push_back({area,
+                               depth,
+                               depth,
+                               {face.place(a), face.place(b), face.place(c)},
+                               piece.lift,
+                               piece.cell,
+                               piece.facet});
     }
   }
 
@@ -448,8 +519,8 @@ class BedFinder {
   std::vector<Face> faces_;
   std::vector<Piece> pieces_;
   std::vector<Direction> directions_;
-  std::vector<std::size_t> direction_;   // per face
-  std::vector<Sunk> sunk_;               // of the faces with pieces, in their order
+  std::vector<std::size_t> direction_;  // per face
+  std::vector<Sunk> sunk_;              // of the faces with pieces, in their order
   Polygon polygon_, part_, next_, whole_, strip_;
   Vec3 lift_;
   int facet_ = 0;
@@ -458,7 +529,8 @@ class BedFinder {
 
 }  // namespace
 
-void skin_bed(const SurfaceIndex& index, const Polyhedron& B, const Pose& pose_b, double reach, double yield, std::vector<Footprint>& out) {
+void skin_bed(const SurfaceIndex& index, const Polyhedron& B, const Pose& pose_b, double reach, double yield,
+              std::vector<Footprint>& out) {
   std::vector<Footprint> found;
   BedFinder(index, B, pose_b, reach, yield).run(found);
   out.insert(out.end(), std::make_move_iterator(found.begin()), std::make_move_iterator(found.end()));
@@ -470,9 +542,12 @@ int triangle_of_face(const TriangleSurface& skin, int first, Vec3& x) {
   Vec3 on = x;
   for (int t = first; t < first + 4; ++t) {
     const auto& v = skin.triangles[static_cast<std::size_t>(t)];
-    const Vec3 &a = skin.vertices[static_cast<std::size_t>(v[0])], &b = skin.vertices[static_cast<std::size_t>(v[1])], &c = skin.vertices[static_cast<std::size_t>(v[2])];
+    const Vec3 &a = skin.vertices[static_cast<std::size_t>(v[0])],
+               &b = skin.vertices[static_cast<std::size_t>(v[1])],
+               &c = skin.vertices[static_cast<std::size_t>(v[2])];
     const Vec3 n = (b - a).cross(c - a);
-    Vec3 l = Vec3(n.dot((b - x).cross(c - x)), n.dot((c - x).cross(a - x)), n.dot((a - x).cross(b - x))) / n.squaredNorm();
+    Vec3 l = Vec3(n.dot((b - x).cross(c - x)), n.dot((c - x).cross(a - x)), n.dot((a - x).cross(b - x))) /
+             n.squaredNorm();
     if (!(l.minCoeff() > most)) continue;
     most = l.minCoeff();
     l = l.cwiseMax(0.0);

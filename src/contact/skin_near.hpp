@@ -1,4 +1,5 @@
-/// A block beside the skin of a structure: where its corners are, and which triangles of the skin are near enough to matter. Internal to src/contact.
+/// A block beside the skin of a structure: where its corners are, and which triangles of the skin are near
+/// enough to matter. Internal to src/contact.
 ///
 /// symbol     meaning                                                         unit   shape
 /// corner     corners of the block in the world                               m      vertices
@@ -34,7 +35,8 @@ class SkinNear {
   const SurfaceIndex& index;
   const Polyhedron& block;
   double margin;
-  double deepest;   // overlap that is still read as contact: a convex block less than its height, so that it is never one through a plate [m]
+  double deepest;  // overlap that is still read as contact: a convex block less than its height, so that it
+                   // is never one through a plate [m]
   std::vector<Vec3> corner, normal;
   std::vector<int> triangles;
   std::vector<Vec3> triangle_normal;
@@ -42,8 +44,9 @@ class SkinNear {
  private:
   void order_triangles();
 
-  std::vector<Vec3> into_;   // per side of a triangle of the block, in its plane, inward
-  std::vector<std::size_t> first_, by_face_;   // faces + 1; triangles of the block, those of a face beside each other
+  std::vector<Vec3> into_;  // per side of a triangle of the block, in its plane, inward
+  std::vector<std::size_t> first_,
+      by_face_;  // faces + 1; triangles of the block, those of a face beside each other
 };
 
 }  // namespace talus::contact

@@ -24,7 +24,7 @@ void ContactProblem::clear() {
 struct ContactSolver::Work {
   Search search;
   NormalSweeps normal;
-  std::vector<Touch> every;        // all contacts, while a part is solved
+  std::vector<Touch> every;  // all contacts, while a part is solved
   std::vector<Vec3> every_p;
   std::vector<char> chosen;
 };
@@ -41,7 +41,7 @@ namespace {
 
 /// Gauss-Seidel sweeps from p while they pay. Each costs a tenth of a factorisation and what goes with it.
 void sweeps(Search& search, double tolerance, SolveReport& report) {
-  const bool small = search.system.n <= 48;   // factorisations cost less than sweeps
+  const bool small = search.system.n <= 48;  // factorisations cost less than sweeps
   const int count = small ? 6 : 10;
   for (int round = 0; round < (small ? 1 : 4); ++round) {
     const double before = search.best;
@@ -50,14 +50,17 @@ void sweeps(Search& search, double tolerance, SolveReport& report) {
     search.system.velocities(search.p, search.v);
     search.consider(search.p, search.v, search.system.residual(search.v, search.p));
     // Worth another round if the same gain twice more would do.
-    if (search.best <= tolerance || !(search.best < 0.3 * before && search.best * std::pow(search.best / before, 2) <= tolerance)) return;
+    if (search.best <= tolerance ||
+        !(search.best < 0.3 * before && search.best * std::pow(search.best / before, 2) <= tolerance))
+      return;
   }
 }
 
-/// Solves with the contacts that carry an impulse or are near to it; those that the solution closes are added. Costs in proportion.
-bool solve_in_parts(Search& search, std::vector<Touch>& every, std::vector<Vec3>& every_p, std::vector<char>& chosen,
-                    const SolveSettings& settings, SolveReport& report) {
-  std::vector<int> part;   // what is chosen, ascending
+/// Solves with the contacts that carry an impulse or are near to it; those that the solution closes are
+/// added. Costs in proportion.
+bool solve_in_parts(Search& search, std::vector<Touch>& every, std::vector<Vec3>& every_p,
+                    std::vector<char>& chosen, const SolveSettings& settings, SolveReport& report) {
+  std::vector<int> part;  // what is chosen, ascending
   System& system = search.system;
   const double tolerance = settings.tolerance * settings.velocity_scale;
   const int nc = system.contacts();
@@ -92,20 +95,25 @@ bool solve_in_parts(Search& search, std::vector<Touch>& every, std::vector<Vec3>
     const bool done = search.best <= tolerance || search.run(settings, report);
     for (int i = 0, k = 0; i < nc; ++i) every_p[i] = chosen[i] ? search.best_p[k++] : Vec3::Zero();
     system.touch.resize(every.size());
-    in_ranges(nc, contacts_at_once, [&](int from, int to) { std::copy(every.begin() + from, every.begin() + to, system.touch.begin() + from); });
+    in_ranges(nc, contacts_at_once, [&](int from, int to) {
+      std::copy(every.begin() + from, every.begin() + to, system.touch.begin() + from);
+    });
     system.list();
     search.best_p = every_p;
     for (int i = 0; i < nc; ++i) {
       const Touch& t = every[i];
       if (chosen[i] || system.open_still(t, Vec3::Zero(), search.best_v.data())) continue;
-      search.best = larger(search.best, natural_residual(t.law, system.relative(t, search.best_v.data()) + t.bias, Vec3::Zero(), t.scale(), 0));
+      search.best =
+          larger(search.best, natural_residual(t.law, system.relative(t, search.best_v.data()) + t.bias,
+                                               Vec3::Zero(), t.scale(), 0));
     }
     const double sufficient = std::max(settings.tolerance, settings.sufficient) * settings.velocity_scale;
     const double taken = done ? std::max(sufficient, settings.stalled * settings.velocity_scale) : sufficient;
     if (whole || search.best <= taken) return search.best <= taken;
     for (int i = 0; i < nc; ++i) {
       const Touch& t = every[i];
-      if (!chosen[i]) chosen[i] = !done || system.relative_normal(t, search.best_v.data()) + t.bias.x() < tolerance;
+      if (!chosen[i])
+        chosen[i] = !done || system.relative_normal(t, search.best_v.data()) + t.bias.x() < tolerance;
     }
   }
 }
@@ -159,28 +167,33 @@ SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& s
   start_from(problem, system, search.p);
   system.velocities(search.p, search.v);
   search.start();
-  if (!std::isfinite(search.best)) {   // of a wild start, or the problem's own
+  if (!std::isfinite(search.best)) {  // of a wild start, or the problem's own
     search.start_from_nothing();
     search.start();
   }
   const bool solvable = std::isfinite(search.best);
   constexpr int few = 60;
-  const bool frictionless = std::all_of(system.touch.begin(), system.touch.end(), [](const Touch& t) { return t.law.mu == 0 && t.law.cohesion == 0; });
+  const bool frictionless = std::all_of(system.touch.begin(), system.touch.end(),
+                                        [](const Touch& t) { return t.law.mu == 0 && t.law.cohesion == 0; });
   if (!solvable) {
     // a figure of the problem is none
   } else if (search.best > tolerance && nc <= few && search.unstressed(settings, report)) {
     // as near to no load as the problem allows
   } else if (search.best > tolerance && nc > few && frictionless) {
-    work_->normal.run(system, search.p, search.v, tolerance, 300, settings.sweeps_alone ? settings.stalled * settings.velocity_scale : 0);
+    work_->normal.run(system, search.p, search.v, tolerance, 300,
+                      settings.sweeps_alone ? settings.stalled * settings.velocity_scale : 0);
     system.velocities(search.p, search.v);
     search.consider(search.p, search.v, system.residual(search.v, search.p));
   } else if (search.best > tolerance && (nc <= few || search.best > Search::near * settings.velocity_scale)) {
     sweeps(search, tolerance, report);
   }
-  const bool enough = settings.sweeps_alone && frictionless && search.best <= settings.stalled * settings.velocity_scale;
+  const bool enough =
+      settings.sweeps_alone && frictionless && search.best <= settings.stalled * settings.velocity_scale;
   if (solvable && search.best > tolerance && !enough) {
-    if (nc <= few) search.run(settings, report);
-    else solve_in_parts(search, work_->every, work_->every_p, work_->chosen, settings, report);
+    if (nc <= few)
+      search.run(settings, report);
+    else
+      solve_in_parts(search, work_->every, work_->every_p, work_->chosen, settings, report);
   }
   for (int i = 0; i < nc; ++i) problem.contacts[system.touch[i].id].impulse = search.best_p[i];
   system.write(search.best_v, problem);
@@ -207,10 +220,13 @@ double coulomb_residual(const ContactProblem& problem, bool exact_coulomb) {
     Vec3 u = contact.bias;
     for (int k = contact.first_term; k < contact.first_term + contact.terms; ++k) {
       const ProblemBody& body = problem.bodies[problem.terms[k].body];
-      for (int j = 0; j < body.ndof; ++j) u += Eigen::Map<const Vec3>(problem.jacobians.data() + problem.terms[k].jacobian + 3 * j) * problem.v[body.offset + j];
+      for (int j = 0; j < body.ndof; ++j)
+        u += Eigen::Map<const Vec3>(problem.jacobians.data() + problem.terms[k].jacobian + 3 * j) *
+             problem.v[body.offset + j];
     }
     const double round_off = system.round_off(t, reach);
-    worst = larger(worst, natural_residual(t.law, u + t.compliance.cwiseProduct(p[i]), p[i], t.scale(), round_off));
+    worst = larger(worst,
+                   natural_residual(t.law, u + t.compliance.cwiseProduct(p[i]), p[i], t.scale(), round_off));
     worst = larger(worst, (u - t.bias - system.relative(t, v.data())).norm() - round_off);
   }
   return worst;

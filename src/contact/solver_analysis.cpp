@@ -1,4 +1,5 @@
-// Symbolic part of the sparse factorisation: order of the bodies, fronts, and the parts of their tree that threads share.
+// Symbolic part of the sparse factorisation: order of the bodies, fronts, and the parts of their tree that
+// threads share.
 #include <suitesparse/amd.h>
 
 #include <algorithm>
@@ -9,10 +10,10 @@ namespace talus::contact::detail {
 
 namespace {
 
-constexpr int dense_limit = 48;       // scalar size up to which one front is used
-constexpr int supernode_limit = 36;   // pivots beyond which relaxed amalgamation stops
-constexpr double work_to_share = 2e6; // multiplications of a factorisation from which on it is parted
-constexpr double share = 1.0 / 24;    // of the work, at most in one part
+constexpr int dense_limit = 48;        // scalar size up to which one front is used
+constexpr int supernode_limit = 36;    // pivots beyond which relaxed amalgamation stops
+constexpr double work_to_share = 2e6;  // multiplications of a factorisation from which on it is parted
+constexpr double share = 1.0 / 24;     // of the work, at most in one part
 
 /// Multiplications that the pivots of a front take.
 double work_of(double size, double pivots) {
@@ -103,10 +104,13 @@ void BlockLU::symbolic(const std::vector<int>& permutation) {
   for (const auto& [a, b] : pairs_) ++first_own[std::min(position[a], position[b]) + 1];
   for (int j = 0; j < nb; ++j) first_own[j + 1] += first_own[j];
   std::vector<int> next(first_own.begin(), first_own.end() - 1);
-  for (const auto& [a, b] : pairs_) own[next[std::min(position[a], position[b])]++] = std::max(position[a], position[b]);
-  std::vector<int> entries, begin(nb), end(nb), seen_by(nb, -1);   // structure of column j: entries from begin[j] to end[j]
+  for (const auto& [a, b] : pairs_)
+    own[next[std::min(position[a], position[b])]++] = std::max(position[a], position[b]);
+  std::vector<int> entries, begin(nb), end(nb),
+      seen_by(nb, -1);  // structure of column j: entries from begin[j] to end[j]
   entries.reserve(8 * pairs_.size());
-  std::vector<int> parent(nb, -1), child(nb, -1), last_child(nb, -1), sibling(nb, -1);   // children in ascending order
+  std::vector<int> parent(nb, -1), child(nb, -1), last_child(nb, -1),
+      sibling(nb, -1);  // children in ascending order
   for (int j = 0; j < nb; ++j) {
     begin[j] = static_cast<int>(entries.size());
     const auto take = [&](int i) {
@@ -124,7 +128,7 @@ void BlockLU::symbolic(const std::vector<int>& permutation) {
     last_child[above] = j;
   }
   // Postorder, so that the update matrices form a stack.
-  std::vector<int> post, stack, visit = child;   // the next child of every column to go to
+  std::vector<int> post, stack, visit = child;  // the next child of every column to go to
   post.reserve(nb);
   for (int root = 0; root < nb; ++root) {
     if (parent[root] >= 0) continue;
@@ -144,7 +148,7 @@ void BlockLU::symbolic(const std::vector<int>& permutation) {
   for (int k = 0; k < nb; ++k) rank[post[k]] = k;
   auto size_at = [&](int j) { return sizes_[permutation[j]]; };
   // Relaxed supernodes: a column joins the front of its last child if that costs few explicit zeros.
-  std::vector<int> front_of(nb, -1), first_pivot, own_size;   // place in `post` of a front's first pivot
+  std::vector<int> front_of(nb, -1), first_pivot, own_size;  // place in `post` of a front's first pivot
   const auto rest_of = [&](int j) {
     int size = 0;
     for (int k = begin[j]; k < end[j]; ++k) size += size_at(entries[k]);
@@ -157,7 +161,9 @@ void BlockLU::symbolic(const std::vector<int>& permutation) {
       const int f = front_of[post[k - 1]];
       const int rest_own = size_at(j) + rest_of(j), pivots = own_size[f];
       const int zeros = rest_own - rest_of(post[k - 1]);  // scalar rows added to each of the front's columns
-      if (zeros == 0 || (pivots + size_at(j) <= supernode_limit && zeros * pivots <= (rest_own * (pivots + size_at(j))) / 4)) join = f;
+      if (zeros == 0 || (pivots + size_at(j) <= supernode_limit &&
+                         zeros * pivots <= (rest_own * (pivots + size_at(j))) / 4))
+        join = f;
     }
     if (join < 0) {
       join = static_cast<int>(first_pivot.size());
@@ -200,16 +206,20 @@ void BlockLU::symbolic(const std::vector<int>& permutation) {
   for (int f = 0; f < nf; ++f)
     if (fronts_[f].parent >= 0) ++fronts_[fronts_[f].parent].children;
   // Every block of the matrix belongs to the front that eliminates its first body.
-  const auto front_of_pair = [&](const std::pair<int, int>& p) { return front_of[post[std::min(rank[position[p.first]], rank[position[p.second]])]]; };
+  const auto front_of_pair = [&](const std::pair<int, int>& p) {
+    return front_of[post[std::min(rank[position[p.first]], rank[position[p.second]])]];
+  };
   std::vector<int> first_pair(nf + 1, 0), pairs_of(pairs_.size());
   for (const auto& p : pairs_) ++first_pair[front_of_pair(p) + 1];
   for (int f = 0; f < nf; ++f) first_pair[f + 1] += first_pair[f];
   next.assign(first_pair.begin(), first_pair.end() - 1);
-  for (std::size_t p = 0; p < pairs_.size(); ++p) pairs_of[next[front_of_pair(pairs_[p])]++] = static_cast<int>(p);
+  for (std::size_t p = 0; p < pairs_.size(); ++p)
+    pairs_of[next[front_of_pair(pairs_[p])]++] = static_cast<int>(p);
   for (int f = 0; f < nf; ++f) {
     Front& front = fronts_[f];
     front.first_entry = static_cast<int>(entries_.size());
-    for (int i = 0; i < front.bodies; ++i) place[front_body_[front.first_body + i]] = front_offset_[front.first_body + i];
+    for (int i = 0; i < front.bodies; ++i)
+      place[front_body_[front.first_body + i]] = front_offset_[front.first_body + i];
     for (int i = 0; i < front.pivot_bodies; ++i) {
       const int a = front_body_[front.first_body + i];
       entries_.push_back({diagonal_[a], sizes_[a], sizes_[a], place[a], place[a]});
@@ -226,20 +236,23 @@ void BlockLU::symbolic(const std::vector<int>& permutation) {
   pivot_rows_.resize(pivot_total);
 }
 
-/// Ranges of fronts (children before parents) that no front before them depends on, each at most a share of the work; the fronts above are parts by themselves.
+/// Ranges of fronts (children before parents) that no front before them depends on, each at most a share of
+/// the work; the fronts above are parts by themselves.
 void BlockLU::part() {
   const int nf = static_cast<int>(fronts_.size());
-  std::vector<double> below(nf, 0);   // work of a front and all that it waits for
+  std::vector<double> below(nf, 0);  // work of a front and all that it waits for
   double all = 0;
   for (int f = 0; f < nf; ++f) {
     below[f] += work_of(fronts_[f].size, fronts_[f].pivots);
-    if (fronts_[f].parent >= 0) below[fronts_[f].parent] += below[f];
-    else all += below[f];
+    if (fronts_[f].parent >= 0)
+      below[fronts_[f].parent] += below[f];
+    else
+      all += below[f];
   }
   const double most = all < work_to_share ? all : share * all;
   parts_.clear();
   double filled = 0;
-  int covered = 0;   // fronts before this one are in parts
+  int covered = 0;  // fronts before this one are in parts
   for (int f = 0; f < nf; ++f) {
     const bool fits = below[f] <= most, top = fronts_[f].parent < 0 || below[fronts_[f].parent] > most;
     if (fits && !top) continue;
@@ -262,12 +275,14 @@ void BlockLU::part() {
     for (int f = p.first; f < p.last; ++f) {
       const Front& front = fronts_[f];
       p.largest = std::max(p.largest, front.size);
-      for (int b = 0; b < front.pivot_bodies; ++b) part_of_body_[front_body_[front.first_body + b]] = static_cast<int>(k);
+      for (int b = 0; b < front.pivot_bodies; ++b)
+        part_of_body_[front_body_[front.first_body + b]] = static_cast<int>(k);
     }
     for (int f = p.first; f < p.last; ++f) {
       const Front& front = fronts_[f];
       for (int b = front.pivot_bodies; b < front.bodies; ++b)
-        if (const int body = front_body_[front.first_body + b]; part_of_body_[body] != static_cast<int>(k)) p.outside.push_back(body);
+        if (const int body = front_body_[front.first_body + b]; part_of_body_[body] != static_cast<int>(k))
+          p.outside.push_back(body);
     }
     std::sort(p.outside.begin(), p.outside.end());
     p.outside.erase(std::unique(p.outside.begin(), p.outside.end()), p.outside.end());
@@ -277,10 +292,12 @@ void BlockLU::part() {
   left_.assign(fronts_.size(), Update{});
   std::vector<int> part_of_front(fronts_.size());
   for (std::size_t k = 0; k < parts_.size(); ++k)
-    std::fill(part_of_front.begin() + parts_[k].first, part_of_front.begin() + parts_[k].last, static_cast<int>(k));
+    std::fill(part_of_front.begin() + parts_[k].first, part_of_front.begin() + parts_[k].last,
+              static_cast<int>(k));
   for (int f = 0; f < nf; ++f)
-    if (const int parent = fronts_[f].parent; parent >= 0 && part_of_front[parent] != part_of_front[f]) parts_[part_of_front[parent]].below.push_back(f);
-  for (std::size_t k = 0; k < parts_.size(); ++k) {   // children come before their parents
+    if (const int parent = fronts_[f].parent; parent >= 0 && part_of_front[parent] != part_of_front[f])
+      parts_[part_of_front[parent]].below.push_back(f);
+  for (std::size_t k = 0; k < parts_.size(); ++k) {  // children come before their parents
     Part& p = parts_[k];
     if (p.shared) {
       shared_.push_back(static_cast<int>(k));

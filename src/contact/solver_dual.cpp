@@ -42,7 +42,7 @@ double DualNewton::evaluate(const System& system, const std::vector<Vec3>& p) {
   state_.resize(nc);
   for (int i = 0; i < nc; ++i) {
     const Touch& t = system.touch[i];
-    const Vec3 u = u_.segment<3>(3 * i) + q_.segment<3>(3 * i) / root_[i];   // u / sqrt(w)
+    const Vec3 u = u_.segment<3>(3 * i) + q_.segment<3>(3 * i) / root_[i];  // u / sqrt(w)
     Vec3 projected;
     Mat3 G;
     if (t.w > 0) {
@@ -59,7 +59,8 @@ double DualNewton::evaluate(const System& system, const std::vector<Vec3>& p) {
   return F_.squaredNorm();
 }
 
-/// How far p may go along the direction (scaled like F) until a contact that sticks slips or one that is closed opens.
+/// How far p may go along the direction (scaled like F) until a contact that sticks slips or one that is
+/// closed opens.
 double DualNewton::give_way(const System& system, const std::vector<Vec3>& p, const VecX& direction) const {
   double reach = INFINITY;
   for (int i = 0; i < system.contacts(); ++i) {
@@ -69,15 +70,17 @@ double DualNewton::give_way(const System& system, const std::vector<Vec3>& p, co
     const double mu = t.law.mu, g = mu * p[i].x() + t.law.cohesion;
     if (d.x() < 0) reach = std::min(reach, std::max(0.0, (t.law.floor - p[i].x()) / d.x()));
     // |p_t + a d_t| = g + a mu d_n
-    const double A = d.tail<2>().squaredNorm() - mu * mu * d.x() * d.x(), B = p[i].tail<2>().dot(d.tail<2>()) - g * mu * d.x();
-    const double C = std::min(0.0, p[i].tail<2>().squaredNorm() - g * g), q = B + std::sqrt(std::max(0.0, B * B - A * C));
+    const double A = d.tail<2>().squaredNorm() - mu * mu * d.x() * d.x(),
+                 B = p[i].tail<2>().dot(d.tail<2>()) - g * mu * d.x();
+    const double C = std::min(0.0, p[i].tail<2>().squaredNorm() - g * g),
+                 q = B + std::sqrt(std::max(0.0, B * B - A * C));
     if (q > 0) reach = std::min(reach, -C / q);
   }
   return reach;
 }
 
-DualOutcome DualNewton::run(const System& system, std::vector<Vec3>& p, std::vector<double>& v, double tolerance, double sufficient,
-                            int max_iterations) {
+DualOutcome DualNewton::run(const System& system, std::vector<Vec3>& p, std::vector<double>& v,
+                            double tolerance, double sufficient, int max_iterations) {
   DualOutcome outcome;
   const int nc = system.contacts();
   assemble(system);
@@ -93,13 +96,13 @@ DualOutcome DualNewton::run(const System& system, std::vector<Vec3>& p, std::vec
       outcome.residual = residual;
       best_ = p;
     }
-    if (outcome.residual <= sufficient && outcome.iterations >= halved + 3) break;   // at round-off
+    if (outcome.residual <= sufficient && outcome.iterations >= halved + 3) break;  // at round-off
     if (outcome.residual <= tolerance || outcome.iterations >= max_iterations || !std::isfinite(merit)) break;
     Eigen::CompleteOrthogonalDecomposition<MatX> solver;
     solver.setThreshold(1e-11);
     solver.compute(M_);
     const VecX step = solver.solve(-F_);
-    VecX left = M_ * step + F_;   // what no step can meet
+    VecX left = M_ * step + F_;  // what no step can meet
     trial_ = p;
     for (int i = 0; i < nc; ++i) trial_[i] += step.segment<3>(3 * i) / root_[i];
     if (left.squaredNorm() > 0.25 * merit) {

@@ -23,7 +23,8 @@ inline void add_block_six(const double* Ja, const double* T, double* H) {
   }
 }
 
-/// The contacts of a body of many degrees of freedom, the touched skin of a structure, one below the other: their block is one product.
+/// The contacts of a body of many degrees of freedom, the touched skin of a structure, one below the other:
+/// their block is one product.
 class Stack {
  public:
   void begin(int columns) {
@@ -39,15 +40,18 @@ class Stack {
   void add_product(double* H) const {
     using Rows = Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>;
     const Eigen::Index n = columns_, rows = static_cast<Eigen::Index>(J_.size()) / n;
-    if (rows > 0) Eigen::Map<Eigen::MatrixXd>(H, n, n).noalias() += Rows(J_.data(), rows, n).transpose() * Rows(T_.data(), rows, n);
+    if (rows > 0)
+      Eigen::Map<Eigen::MatrixXd>(H, n, n).noalias() +=
+          Rows(J_.data(), rows, n).transpose() * Rows(T_.data(), rows, n);
   }
 
  private:
   int columns_ = 0;
-  std::vector<double, Eigen::aligned_allocator<double>> J_, T_;   // aligned, so that sums never depend on where they lie
+  std::vector<double, Eigen::aligned_allocator<double>> J_,
+      T_;  // aligned, so that sums never depend on where they lie
 };
 
-constexpr int many = 48;   // degrees of freedom from which the stack pays
+constexpr int many = 48;  // degrees of freedom from which the stack pays
 
 }  // namespace
 
@@ -61,8 +65,10 @@ void Hessian::prepare(const System& system) {
     first_pair_.push_back(static_cast<int>(pair_of_.size()));
     for (int a = 0; a < t.count; ++a)
       for (int b = a + 1; b < t.count; ++b) {
-        const std::uint64_t i = system.terms[t.first + a].body, j = system.terms[t.first + b].body, key = std::min(i, j) * bodies + std::max(i, j);
-        if (keys_.empty() || keys_.back().first != key) keys_.emplace_back(key, static_cast<int>(keys_.size()));   // contacts of a pair follow each other
+        const std::uint64_t i = system.terms[t.first + a].body, j = system.terms[t.first + b].body,
+                            key = std::min(i, j) * bodies + std::max(i, j);
+        if (keys_.empty() || keys_.back().first != key)
+          keys_.emplace_back(key, static_cast<int>(keys_.size()));  // contacts of a pair follow each other
         pair_of_.push_back(static_cast<int>(keys_.size()) - 1);
       }
   }
@@ -71,7 +77,8 @@ void Hessian::prepare(const System& system) {
   pairs_.clear();
   for (std::size_t k = 0; k < keys_.size(); ++k) {
     if (k == 0 || keys_[k].first != keys_[k - 1].first)
-      pairs_.emplace_back(static_cast<int>(keys_[k].first / bodies), static_cast<int>(keys_[k].first % bodies));
+      pairs_.emplace_back(static_cast<int>(keys_[k].first / bodies),
+                          static_cast<int>(keys_[k].first % bodies));
     place_[keys_[k].second] = static_cast<int>(pairs_.size()) - 1;
   }
   for (int& pair : pair_of_) pair = place_[pair];
@@ -82,14 +89,18 @@ void Hessian::prepare(const System& system) {
 
 /// The pattern, if it does not do: all pairs, in large problems those of closed contacts.
 void Hessian::list(const System& system, const unsigned char* state) {
-  constexpr std::size_t few = 400;       // pairs, from which on it pays
-  constexpr double too_many = 1.3, kept = 1.1;   // of the closed ones: listed, and still listed after one more has closed
+  constexpr std::size_t few = 400;  // pairs, from which on it pays
+  constexpr double too_many = 1.3,
+                   kept = 1.1;  // of the closed ones: listed, and still listed after one more has closed
   const bool all = state == nullptr || pairs_.size() < few;
   closed_.assign(pairs_.size(), all ? 1 : 0);
   for (int i = 0; !all && i < system.contacts(); ++i)
     if (state[i] != open)
-      for (int k = first_pair_[i], end = k + system.touch[i].count * (system.touch[i].count - 1) / 2; k < end; ++k) closed_[pair_of_[k]] = 1;
-  const auto closed = static_cast<double>(std::count(closed_.begin(), closed_.end(), 1)), listed = static_cast<double>(listed_.size());
+      for (int k = first_pair_[i], end = k + system.touch[i].count * (system.touch[i].count - 1) / 2; k < end;
+           ++k)
+        closed_[pair_of_[k]] = 1;
+  const auto closed = static_cast<double>(std::count(closed_.begin(), closed_.end(), 1)),
+             listed = static_cast<double>(listed_.size());
   bool holds = listed <= too_many * closed;
   for (std::size_t k = 0; holds && k < pairs_.size(); ++k) holds = closed_[k] == 0 || in_list_[k] >= 0;
   if (holds && analysed_) return;
@@ -113,12 +124,13 @@ void Hessian::assemble(const System& system, const Mat3* derivative, const unsig
   });
 }
 
-void Hessian::assemble_column(const System& system, const Mat3* derivative, const unsigned char* state, int body) {
+void Hessian::assemble_column(const System& system, const Mat3* derivative, const unsigned char* state,
+                              int body) {
   const int n = system.ndof[body];
   for (int i = 0; i < n; ++i) lu.diagonal(body)[i * (n + 1)] = 1;
-  static thread_local std::vector<double> T;   // D J
+  static thread_local std::vector<double> T;  // D J
   T.resize(3 * static_cast<std::size_t>(n));
-  static thread_local Stack stack;   // keeps its room
+  static thread_local Stack stack;  // keeps its room
   stack.begin(n);
   for (int e = system.first_of_body[body]; e < system.first_of_body[body + 1]; ++e) {
     const auto [i, at] = system.of_body[e];
@@ -128,7 +140,7 @@ void Hessian::assemble_column(const System& system, const Mat3* derivative, cons
     const double* J = system.J.data() + at;
     for (int r = 0; r < 3; ++r)
       for (int c = 0; c < n; ++c) T[r * n + c] = D(r, 0) * J[c] + D(r, 1) * J[n + c] + D(r, 2) * J[2 * n + c];
-    int b = 0;   // the body's place in the contact
+    int b = 0;  // the body's place in the contact
     while (system.terms[t.first + b].body != body) ++b;
     for (int a = 0; a < t.count; ++a) {
       const TouchTerm& ta = system.terms[t.first + a];
@@ -145,8 +157,10 @@ void Hessian::assemble_column(const System& system, const Mat3* derivative, cons
         const int index = in_list_[pair_of_[first_pair_[i] + lo * t.count - lo * (lo + 1) / 2 + hi - lo - 1]];
         H = ta.body < body ? lu.upper(index) : lu.lower(index);
       }
-      if (n == 6 && ta.n == 6) add_block_six(system.J.data() + ta.at, T.data(), H);
-      else add_block(system.J.data() + ta.at, ta.n, T.data(), n, H);
+      if (n == 6 && ta.n == 6)
+        add_block_six(system.J.data() + ta.at, T.data(), H);
+      else
+        add_block(system.J.data() + ta.at, ta.n, T.data(), n, H);
     }
   }
   stack.add_product(lu.diagonal(body));

@@ -1,7 +1,8 @@
 /// H = 1 + sum J_i^T D_i J_i over the pairs of bodies that touch, and its factor.
 ///
-/// In large problems open contacts, most of those of a heap, are left out of the pattern too: it holds the pairs of what is closed now or was not long ago,
-/// and is found anew when another pair closes, or once it has become much too large.
+/// In large problems open contacts, most of those of a heap, are left out of the pattern too: it holds the
+/// pairs of what is closed now or was not long ago, and is found anew when another pair closes, or once it
+/// has become much too large.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -25,13 +26,13 @@ class Hessian {
 
   std::vector<int> sizes_;
   std::vector<std::pair<int, int>> pairs_;
-  std::vector<std::pair<std::uint64_t, int>> keys_;   // of runs of contacts with the same bodies
-  std::vector<int> place_;                            // of a run's pair
-  std::vector<int> pair_of_, first_pair_;  // pair of bodies of every two terms of a contact
-  std::vector<std::pair<int, int>> listed_;           // pairs of the pattern
-  std::vector<int> in_list_;                          // place of a pair there, negative: none
+  std::vector<std::pair<std::uint64_t, int>> keys_;  // of runs of contacts with the same bodies
+  std::vector<int> place_;                           // of a run's pair
+  std::vector<int> pair_of_, first_pair_;            // pair of bodies of every two terms of a contact
+  std::vector<std::pair<int, int>> listed_;          // pairs of the pattern
+  std::vector<int> in_list_;                         // place of a pair there, negative: none
   bool analysed_ = false;
-  std::vector<char> closed_;                          // of a pair: one of its contacts is
+  std::vector<char> closed_;  // of a pair: one of its contacts is
 };
 
 }  // namespace talus::contact::detail

@@ -11,12 +11,14 @@ namespace {
 
 using Vec2 = Eigen::Vector2d;
 
-constexpr double long_step = 0.8;    // from it on another corrector is not worth its cost
-constexpr double short_step = 0.6;   // below it the contacts that hold up the path are put back inside their cones
+constexpr double long_step = 0.8;  // from it on another corrector is not worth its cost
+constexpr double short_step =
+    0.6;  // below it the contacts that hold up the path are put back inside their cones
 
 // Largest a in [0, 1] that keeps x0 + a dx0 >= |x + a dx|.
 double cone_step(double x0, const Vec2& x, double dx0, const Vec2& dx) {
-  const double A = dx0 * dx0 - dx.squaredNorm(), B = x0 * dx0 - x.dot(dx), C = std::max(0.0, x0 * x0 - x.squaredNorm());
+  const double A = dx0 * dx0 - dx.squaredNorm(), B = x0 * dx0 - x.dot(dx),
+               C = std::max(0.0, x0 * x0 - x.squaredNorm());
   double a = 1;
   if (dx0 < 0) a = std::min(a, -x0 / dx0);
   // A a^2 + 2 B a + C = 0: the smallest positive root.
@@ -30,7 +32,9 @@ double cone_step(double x0, const Vec2& x, double dx0, const Vec2& dx) {
 }
 
 /// Slip rate beyond |u_t| of a point that is inside its cones by delta [m/s].
-double slip_slack(const Law& law, double delta) { return delta * (law.mu > 0 ? std::min(1.0, std::max(0.1, 1 / law.mu)) : 1.0); }
+double slip_slack(const Law& law, double delta) {
+  return delta * (law.mu > 0 ? std::min(1.0, std::max(0.1, 1 / law.mu)) : 1.0);
+}
 
 }  // namespace
 
@@ -75,7 +79,8 @@ void Interior::begin(double delta) {
     if (system_->touch[i].w > 0) count_ += pairs_[i].frictional ? 2 : 1;
 }
 
-/// Fills v(p) and the normal velocities at the point; returns the mean of the complementary products [m^2/s^2].
+/// Fills v(p) and the normal velocities at the point; returns the mean of the complementary products
+/// [m^2/s^2].
 double Interior::measure() {
   const System& system = *system_;
   system.velocities(p_, vp_);
@@ -87,13 +92,16 @@ double Interior::measure() {
       un_[i] = system.relative_normal(t, v_.data()) + t.bias.x() + t.compliance.x() * p_[i].x();
       const Pair& q = pairs_[i];
       products_[2 * i] = t.w * q.P * q.y;
-      if (q.frictional) products_[2 * i + 1] = t.w * ((t.law.mu * p_[i].x() + t.law.cohesion) * q.gamma + q.pt.dot(q.ut));
+      if (q.frictional)
+        products_[2 * i + 1] = t.w * ((t.law.mu * p_[i].x() + t.law.cohesion) * q.gamma + q.pt.dot(q.ut));
     }
   });
-  return std::accumulate(products_.begin(), products_.end(), 0.0) / count_;   // one after the other, whatever the threads
+  return std::accumulate(products_.begin(), products_.end(), 0.0) /
+         count_;  // one after the other, whatever the threads
 }
 
-/// Most contacts are there before the last few, which hold up the whole path: sweeps from its point. True if they settle all.
+/// Most contacts are there before the last few, which hold up the whole path: sweeps from its point. True if
+/// they settle all.
 bool Interior::settle(const InteriorOptions& options, Progress& progress) {
   settled_ = p_;
   settled_v_ = vp_;
@@ -102,7 +110,8 @@ bool Interior::settle(const InteriorOptions& options, Progress& progress) {
     local_.run(*system_, settled_, settled_v_, options.tolerance, options.sweeps);
     system_->velocities(settled_, settled_v_);
     after = system_->residual(settled_v_, settled_);
-    if (after <= options.tolerance || after > 3 * options.tolerance) break;   // so near, they cost less than the path
+    if (after <= options.tolerance || after > 3 * options.tolerance)
+      break;  // so near, they cost less than the path
   }
   if (after < progress.least) {
     progress.least = after;
@@ -126,7 +135,8 @@ bool Interior::stuck(double residual, Progress& progress) {
 
 /// Eliminates the variables of one contact: its constant, and in the predictor its block D.
 void Interior::contact_equations(const Touch& t, Pair& q, std::size_t i, Phase phase, double tau) {
-  const double mu = t.law.mu, a = t.law.exact ? 0.0 : mu, b = t.law.exact ? lag_ * mu : mu, target = tau / t.w;
+  const double mu = t.law.mu, a = t.law.exact ? 0.0 : mu, b = t.law.exact ? lag_ * mu : mu,
+               target = tau / t.w;
   const double g = mu * p_[i].x() + t.law.cohesion;
   const double r2 = un_[i] - a * q.gamma - q.y;
   double rn = target - q.y * q.P - q.P * r2;
@@ -169,7 +179,8 @@ void Interior::contact_equations(const Touch& t, Pair& q, std::size_t i, Phase p
   D(0, 2) = -Pt.y();
   for (int r = 0; r < 2; ++r) {
     D(1 + r, 0) = e[r] * (mu * q.ut[r] * Pn + q.pt[r] * gn);
-    for (int k = 0; k < 2; ++k) D(1 + r, 1 + k) = e[r] * (mu * q.ut[r] * Pt[k] + q.pt[r] * gt[k] + (r == k ? g : 0.0));
+    for (int k = 0; k < 2; ++k)
+      D(1 + r, 1 + k) = e[r] * (mu * q.ut[r] * Pt[k] + q.pt[r] * gt[k] + (r == k ? g : 0.0));
   }
 }
 
@@ -200,7 +211,7 @@ void Interior::right_hand_side(Phase phase, double tau) {
 
 /// Every contact's step from that of the velocities; returns the longest that all of them admit.
 double Interior::steps(Phase phase, double tau) {
-  std::atomic<double> alpha = 1;   // the least: the same in whatever order
+  std::atomic<double> alpha = 1;  // the least: the same in whatever order
   in_ranges(system_->contacts(), contacts_at_once, [&](int from, int to) {
     double here = 1;
     for (int i = from; i < to; ++i) {
@@ -209,14 +220,16 @@ double Interior::steps(Phase phase, double tau) {
       contact_step(t, pairs_[i], static_cast<std::size_t>(i), phase, tau);
       here = std::min(here, pairs_[i].own);
     }
-    for (double least = alpha.load(std::memory_order_relaxed); here < least && !alpha.compare_exchange_weak(least, here, std::memory_order_relaxed);) {}
+    for (double least = alpha.load(std::memory_order_relaxed);
+         here < least && !alpha.compare_exchange_weak(least, here, std::memory_order_relaxed);) {}
   });
   return alpha;
 }
 
 /// The contact's step from that of the velocities, and how much of it the contact admits.
 void Interior::contact_step(const Touch& t, Pair& q, std::size_t i, Phase phase, double tau) const {
-  const double mu = t.law.mu, a = t.law.exact ? 0.0 : mu, b = t.law.exact ? lag_ * mu : mu, target = tau / t.w;
+  const double mu = t.law.mu, a = t.law.exact ? 0.0 : mu, b = t.law.exact ? lag_ * mu : mu,
+               target = tau / t.w;
   const double g = mu * p_[i].x() + t.law.cohesion;
   const Vec3 du = system_->relative(t, step_.data());
   const double r2 = un_[i] - a * q.gamma - q.y;
@@ -237,7 +250,9 @@ void Interior::contact_step(const Touch& t, Pair& q, std::size_t i, Phase phase,
   q.own = 1;
   if (q.dP < 0) q.own = std::min(q.own, -q.P / q.dP);
   if (q.dy < 0) q.own = std::min(q.own, -q.y / q.dy);
-  if (q.frictional) q.own = std::min({q.own, cone_step(g, q.pt, mu * q.dP, q.dpt), cone_step(q.gamma, q.ut, q.dgamma, q.dut)});
+  if (q.frictional)
+    q.own =
+        std::min({q.own, cone_step(g, q.pt, mu * q.dP, q.dpt), cone_step(q.gamma, q.ut, q.dgamma, q.dut)});
 }
 
 double Interior::complementarity_after(double alpha) {
@@ -249,14 +264,17 @@ double Interior::complementarity_after(double alpha) {
       const Pair& q = pairs_[i];
       products_[2 * i] = t.w * (q.P + alpha * q.dP) * (q.y + alpha * q.dy);
       if (q.frictional)
-        products_[2 * i + 1] = t.w * ((t.law.mu * (p_[i].x() + alpha * q.dP) + t.law.cohesion) * (q.gamma + alpha * q.dgamma) + (q.pt + alpha * q.dpt).dot(q.ut + alpha * q.dut));
+        products_[2 * i + 1] =
+            t.w * ((t.law.mu * (p_[i].x() + alpha * q.dP) + t.law.cohesion) * (q.gamma + alpha * q.dgamma) +
+                   (q.pt + alpha * q.dpt).dot(q.ut + alpha * q.dut));
     }
   });
   return std::max(std::accumulate(products_.begin(), products_.end(), 0.0) / count_, 0.0);
 }
 
-/// Predictor to tau = 0, then the corrector with the centring that the predictor's success asks for. The factor serves again: up to `correctors` more, each
-/// with the products of the last direction's own parts, while they lengthen a short step. False if a pivot vanishes.
+/// Predictor to tau = 0, then the corrector with the centring that the predictor's success asks for. The
+/// factor serves again: up to `correctors` more, each with the products of the last direction's own parts,
+/// while they lengthen a short step. False if a pivot vanishes.
 bool Interior::direction(double complementarity, int correctors, double& alpha) {
   right_hand_side(Phase::predictor, 0);
   hessian_->assemble(*system_, D_.data(), nullptr);
@@ -272,7 +290,9 @@ bool Interior::direction(double complementarity, int correctors, double& alpha) 
   alpha = steps(Phase::corrector, tau);
   for (int k = 0; k < correctors && alpha < long_step; ++k) {
     last_pairs_.resize(pairs_.size());
-    in_ranges(system_->contacts(), contacts_at_once, [&](int from, int to) { std::copy(pairs_.begin() + from, pairs_.begin() + to, last_pairs_.begin() + from); });
+    in_ranges(system_->contacts(), contacts_at_once, [&](int from, int to) {
+      std::copy(pairs_.begin() + from, pairs_.begin() + to, last_pairs_.begin() + from);
+    });
     last_step_ = step_;
     right_hand_side(Phase::corrector, tau);
     step_ = rhs_;
@@ -311,7 +331,8 @@ void Interior::advance(double alpha, double complementarity, bool recentre) {
   });
 }
 
-InteriorOutcome Interior::run(const System& system, std::vector<Vec3>& p, std::vector<double>& v, const InteriorOptions& options) {
+InteriorOutcome Interior::run(const System& system, std::vector<Vec3>& p, std::vector<double>& v,
+                              const InteriorOptions& options) {
   InteriorOutcome outcome;
   Progress progress;
   system_ = &system;
@@ -323,12 +344,15 @@ InteriorOutcome Interior::run(const System& system, std::vector<Vec3>& p, std::v
   for (int it = 0; count_ > 0; ++it) {
     const double complementarity = measure();
     const double residual = system.residual(vp_, p_);
-    if (options.sweeps > 0 && it >= progress.next_settling && residual > options.tolerance && complementarity < 40 * tolerance_sq) {
+    if (options.sweeps > 0 && it >= progress.next_settling && residual > options.tolerance &&
+        complementarity < 40 * tolerance_sq) {
       if (settle(options, progress)) break;
       progress.next_settling = it + 3;
     }
-    if (stuck(residual, progress)) break;   // the caller starts elsewhere
-    if (progress.least <= options.tolerance || it >= options.max_iterations || !std::isfinite(complementarity)) break;
+    if (stuck(residual, progress)) break;  // the caller starts elsewhere
+    if (progress.least <= options.tolerance || it >= options.max_iterations ||
+        !std::isfinite(complementarity))
+      break;
     if (complementarity < 1e-4 * tolerance_sq) break;
     ++outcome.iterations;
     for (int k = 0; k < system.n; ++k) force_[k] = v_[k] - vp_[k];

@@ -3,7 +3,8 @@
 ///   C = { p : p_n >= -T, |p_t| <= mu p_n + c }            (Mohr-Coulomb with tension cut-off)
 ///   associated:  p = argmin over C of  r_n (p_n - z_n)^2 + r_t |p_t - z_t|^2
 ///   exact:       p_n = max(floor, z_n),  p_t = z_t limited to the disk |p_t| <= mu p_n + c   [alart1991]
-///   D = -dp/du where z = const - u / r, so D >= 0 for the associated law; it is unsymmetric for exact Coulomb.
+///   D = -dp/du where z = const - u / r, so D >= 0 for the associated law; it is unsymmetric for exact
+///   Coulomb.
 ///
 /// symbol   meaning                                              unit      shape
 /// z        trial impulse                                        N s       3
@@ -17,7 +18,8 @@
 
 namespace talus::contact::detail {
 
-/// |(y, z)|. Slips and impulses are far from the range where the square would overflow or vanish; std::hypot costs ten times as much.
+/// |(y, z)|. Slips and impulses are far from the range where the square would overflow or vanish; std::hypot
+/// costs ten times as much.
 inline double length(double y, double z) { return std::sqrt(y * y + z * z); }
 
 struct Law {
@@ -29,7 +31,8 @@ inline double law_floor(double mu, double cohesion, double tension) {
   return mu > 0 ? std::max(-tension, -cohesion / mu) : -tension;
 }
 
-/// Bits of the state: the regions of the law. 0 open, 1 closed and sticking, 3 closed and slipping, 2 or 4 on the cut-off.
+/// Bits of the state: the regions of the law. 0 open, 1 closed and sticking, 3 closed and slipping, 2 or 4 on
+/// the cut-off.
 enum State : unsigned char { open = 0, closed = 1, slip = 2, held = 4 };
 
 /// p(z) and, if D is given, D. Returns the state.
@@ -137,19 +140,22 @@ struct Scale {
 /// The larger of two residuals. One that is not a number is larger than any.
 inline double larger(double a, double b) { return b <= a || a != a ? a : b; }
 
-/// Natural-map residual [m/s] of impulse p at the total contact velocity u + R p, in the scale w of the contact:
-/// |w (p - P_C(p - (u + R p + shift n) / w))|, P_C nearest in w, with the De Saxce shift mu |(u + R p)_t| for exact Coulomb. It is zero exactly
-/// at solutions; `round_off` is what the velocities cannot resolve, and is taken off. Not a number where the velocity is none or without bound: to
-/// the comparisons of the law it would be open.
-inline double natural_residual(const Law& law, const Vec3& u_total, const Vec3& p, const Scale& w, double round_off,
-                               double extra_shift = 0) {
-  if (const double sum = u_total.x() + u_total.y() + u_total.z(); !std::isfinite(sum)) return std::numeric_limits<double>::quiet_NaN();
+/// Natural-map residual [m/s] of impulse p at the total contact velocity u + R p, in the scale w of the
+/// contact: |w (p - P_C(p - (u + R p + shift n) / w))|, P_C nearest in w, with the De Saxce shift mu |(u + R
+/// p)_t| for exact Coulomb. It is zero exactly at solutions; `round_off` is what the velocities cannot
+/// resolve, and is taken off. Not a number where the velocity is none or without bound: to the comparisons of
+/// the law it would be open.
+inline double natural_residual(const Law& law, const Vec3& u_total, const Vec3& p, const Scale& w,
+                               double round_off, double extra_shift = 0) {
+  if (const double sum = u_total.x() + u_total.y() + u_total.z(); !std::isfinite(sum))
+    return std::numeric_limits<double>::quiet_NaN();
   if (!(w.normal > 0)) return 0;
   Law cone = law;
   cone.exact = false;
   Vec3 u = u_total, q;
   u.x() += extra_shift + (law.exact ? law.mu * length(u.y(), u.z()) : 0.0);
-  project(cone, p - Vec3(u.x() / w.normal, u.y() / w.tangential, u.z() / w.tangential), 1, w.tangential / w.normal, q, nullptr);
+  project(cone, p - Vec3(u.x() / w.normal, u.y() / w.tangential, u.z() / w.tangential), 1,
+          w.tangential / w.normal, q, nullptr);
   // Below its last digit p swallows u / w in the difference, of which nothing can be said.
   const double r = std::max(w.length(p - q), std::numeric_limits<double>::epsilon() * w.length(p));
   return r <= round_off ? 0.0 : r - round_off;

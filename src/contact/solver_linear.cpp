@@ -14,7 +14,8 @@ namespace {
 
 using Panel = Eigen::Map<Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
 
-constexpr double pivot_threshold = 0.1;   // a diagonal at least so large beside the column's largest is the pivot
+constexpr double pivot_threshold =
+    0.1;  // a diagonal at least so large beside the column's largest is the pivot
 
 /// What the columns from..to of L leave of those beyond, up to k: U = L^-1 A on their rows, A - L U below.
 void update_columns(double* F, int m, int k, int from, int to) {
@@ -28,8 +29,10 @@ void update_columns(double* F, int m, int k, int from, int to) {
   rest.noalias() -= left * upper;
 }
 
-/// Takes from x[first..last) what four columns of L, first of them a, leave there: loaded and stored once instead of four times.
-inline void take_four(double* __restrict x, const double* a, std::size_t stride, int first, int last, double x0, double x1, double x2, double x3) {
+/// Takes from x[first..last) what four columns of L, first of them a, leave there: loaded and stored once
+/// instead of four times.
+inline void take_four(double* __restrict x, const double* a, std::size_t stride, int first, int last,
+                      double x0, double x1, double x2, double x3) {
   const double *b = a + stride, *c = b + stride, *d = c + stride;
   for (int i = first; i < last; ++i) {
     double left = x[i];
@@ -46,7 +49,8 @@ inline void take_one(double* __restrict x, const double* a, int first, int last,
   for (int i = first; i < last; ++i) x[i] -= a[i] * by;
 }
 
-/// Column j less what the columns from..j of L leave of it: U above the diagonal, what is to be parted by the pivot from there on.
+/// Column j less what the columns from..j of L leave of it: U above the diagonal, what is to be parted by the
+/// pivot from there on.
 void eliminate_before(double* F, int m, int from, int j) {
   const auto stride = static_cast<std::size_t>(m);
   double* x = F + static_cast<std::size_t>(j) * stride;
@@ -60,14 +64,16 @@ void eliminate_before(double* F, int m, int from, int j) {
     x[p + 3] -= a[p + 3] * x[p];
     x[p + 3] -= b[p + 3] * x[p + 1];
     x[p + 3] -= c[p + 3] * x[p + 2];
-    if (x[p] != 0 || x[p + 1] != 0 || x[p + 2] != 0 || x[p + 3] != 0) take_four(x, a, stride, p + 4, m, x[p], x[p + 1], x[p + 2], x[p + 3]);
+    if (x[p] != 0 || x[p + 1] != 0 || x[p + 2] != 0 || x[p + 3] != 0)
+      take_four(x, a, stride, p + 4, m, x[p], x[p + 1], x[p + 2], x[p + 3]);
   }
   for (; p < j; ++p) take_one(x, F + static_cast<std::size_t>(p) * stride, p + 1, m, x[p]);
 }
 
-// In-place LU of the first k columns and rows of the m x m front F; the rest becomes the Schur complement. Of many columns, a skin's, so many at a time are
-// eliminated one by one.
-bool partial_lu(double* F, int m, int k, int* pivot_row, std::vector<double, Eigen::aligned_allocator<double>>& upper) {
+// In-place LU of the first k columns and rows of the m x m front F; the rest becomes the Schur complement. Of
+// many columns, a skin's, so many at a time are eliminated one by one.
+bool partial_lu(double* F, int m, int k, int* pivot_row,
+                std::vector<double, Eigen::aligned_allocator<double>>& upper) {
   constexpr int columns_at_once = 48;
   const int width = k > 2 * columns_at_once ? columns_at_once : k;
   for (int j = 0, begin = 0, end = width; j < k; ++j) {
@@ -76,11 +82,13 @@ bool partial_lu(double* F, int m, int k, int* pivot_row, std::vector<double, Eig
     int best = j;
     for (int i = j + 1; i < k; ++i)
       if (std::abs(cj[i]) > std::abs(cj[best])) best = i;
-    if (std::abs(cj[j]) >= pivot_threshold * std::abs(cj[best])) best = j;   // rows far apart in memory stay where they are
+    if (std::abs(cj[j]) >= pivot_threshold * std::abs(cj[best]))
+      best = j;  // rows far apart in memory stay where they are
     pivot_row[j] = best;
     if (!(std::abs(cj[best]) > 0) || !std::isfinite(cj[best])) return false;
     if (best != j)
-      for (int c = 0; c < m; ++c) std::swap(F[static_cast<std::size_t>(c) * m + j], F[static_cast<std::size_t>(c) * m + best]);
+      for (int c = 0; c < m; ++c)
+        std::swap(F[static_cast<std::size_t>(c) * m + j], F[static_cast<std::size_t>(c) * m + best]);
     const double inverse = 1 / cj[j];
     for (int i = j + 1; i < m; ++i) cj[i] *= inverse;
     if (j + 1 < end) continue;
@@ -98,13 +106,14 @@ bool partial_lu(double* F, int m, int k, int* pivot_row, std::vector<double, Eig
     for (int j = 0; j < k; ++j) U[static_cast<std::size_t>(j) * r + c] = cc[j];
   }
   for (int i = 1; i < k; ++i) {
-    const double* row = F + i;   // of L, a column apart
+    const double* row = F + i;  // of L, a column apart
     const auto L = [&](int j) { return row[static_cast<std::size_t>(j) * m]; };
     double* ui = U + static_cast<std::size_t>(i) * r;
     int j = 0;
     for (; j + 4 <= i; j += 4) {
       const double l0 = L(j), l1 = L(j + 1), l2 = L(j + 2), l3 = L(j + 3);
-      if (l0 != 0 || l1 != 0 || l2 != 0 || l3 != 0) take_four(ui, U + static_cast<std::size_t>(j) * r, static_cast<std::size_t>(r), 0, r, l0, l1, l2, l3);
+      if (l0 != 0 || l1 != 0 || l2 != 0 || l3 != 0)
+        take_four(ui, U + static_cast<std::size_t>(j) * r, static_cast<std::size_t>(r), 0, r, l0, l1, l2, l3);
     }
     for (; j < i; ++j) take_one(ui, U + static_cast<std::size_t>(j) * r, 0, r, L(j));
   }
@@ -126,7 +135,8 @@ bool partial_lu(double* F, int m, int k, int* pivot_row, std::vector<double, Eig
 
 void BlockLU::set_zero() {
   constexpr int values_at_once = 1 << 14;
-  in_ranges(static_cast<int>(values_.size()), values_at_once, [&](int from, int to) { std::fill(values_.begin() + from, values_.begin() + to, 0.0); });
+  in_ranges(static_cast<int>(values_.size()), values_at_once,
+            [&](int from, int to) { std::fill(values_.begin() + from, values_.begin() + to, 0.0); });
 }
 
 /// The front's own blocks of the matrix, and what its children left.
@@ -144,9 +154,11 @@ void BlockLU::gather_front(const Front& front, Part& part) {
   }
   if (front.children == 0) return;
   part.place.resize(sizes_.size());
-  for (int i = 0; i < front.bodies; ++i) part.place[front_body_[front.first_body + i]] = front_offset_[front.first_body + i];
+  for (int i = 0; i < front.bodies; ++i)
+    part.place[front_body_[front.first_body + i]] = front_offset_[front.first_body + i];
   if (!part.shared) {
-    for (auto kid = part.below.rbegin(); kid != part.below.rend(); ++kid) add_child(fronts_[*kid], parts_[left_[*kid].part].stack.data() + left_[*kid].at, part.place, m, F);
+    for (auto kid = part.below.rbegin(); kid != part.below.rend(); ++kid)
+      add_child(fronts_[*kid], parts_[left_[*kid].part].stack.data() + left_[*kid].at, part.place, m, F);
     return;
   }
   for (int c = 0; c < front.children; ++c) {
@@ -159,7 +171,8 @@ void BlockLU::gather_front(const Front& front, Part& part) {
 }
 
 /// Adds the Schur complement U of a child to the front F of size m.
-void BlockLU::add_child(const Front& kid, const double* U, const std::vector<int>& place, int m, double* F) const {
+void BlockLU::add_child(const Front& kid, const double* U, const std::vector<int>& place, int m,
+                        double* F) const {
   const int rest = kid.size - kid.pivots;
   for (int bc = kid.pivot_bodies; bc < kid.bodies; ++bc) {
     const int body_c = front_body_[kid.first_body + bc];
@@ -194,12 +207,14 @@ bool BlockLU::factor_part(int number) {
     out += static_cast<std::size_t>(m) * k;
     if (r == 0) continue;
     for (int c = 0; c < r; ++c)
-      std::memcpy(out + static_cast<std::size_t>(c) * k, F + static_cast<std::size_t>(k + c) * m, sizeof(double) * k);
+      std::memcpy(out + static_cast<std::size_t>(c) * k, F + static_cast<std::size_t>(k + c) * m,
+                  sizeof(double) * k);
     const std::size_t at = part.top;
     part.top += static_cast<std::size_t>(r) * r;
     if (part.stack.size() < part.top) part.stack.resize(part.top);
     for (int c = 0; c < r; ++c)
-      std::memcpy(part.stack.data() + at + static_cast<std::size_t>(c) * r, F + static_cast<std::size_t>(k + c) * m + k, sizeof(double) * r);
+      std::memcpy(part.stack.data() + at + static_cast<std::size_t>(c) * r,
+                  F + static_cast<std::size_t>(k + c) * m + k, sizeof(double) * r);
     part.updates.push_back({f, number, at});
     left_[f] = part.updates.back();
   }
@@ -227,7 +242,8 @@ bool BlockLU::factor() {
   return true;
 }
 
-/// Forward substitution; what bodies outside of a shared part lose is kept in the part's own vector until all are done.
+/// Forward substitution; what bodies outside of a shared part lose is kept in the part's own vector until all
+/// are done.
 void BlockLU::forward(Part& part, int number, double* x) const {
   part.local.resize(part.largest);
   double* y = part.local.data();
@@ -235,19 +251,23 @@ void BlockLU::forward(Part& part, int number, double* x) const {
     part.left.resize(static_cast<std::size_t>(n_));
     for (const int body : part.outside) std::fill_n(part.left.data() + offsets_[body], sizes_[body], 0.0);
   }
-  const auto at = [&](int body) { return (!part.shared || part_of_body_[body] == number ? x : part.left.data()) + offsets_[body]; };
+  const auto at = [&](int body) {
+    return (!part.shared || part_of_body_[body] == number ? x : part.left.data()) + offsets_[body];
+  };
   for (int f = part.first; f < part.last; ++f) {
     const Front& front = fronts_[f];
     const int m = front.size, k = front.pivots;
     const double* L = factor_.data() + front.factor;
-    for (int b = front.first_body; b < front.first_body + front.bodies; ++b) std::copy_n(at(front_body_[b]), sizes_[front_body_[b]], y + front_offset_[b]);
+    for (int b = front.first_body; b < front.first_body + front.bodies; ++b)
+      std::copy_n(at(front_body_[b]), sizes_[front_body_[b]], y + front_offset_[b]);
     for (int j = 0; j < k; ++j) std::swap(y[j], y[pivot_rows_[front.pivot_row + j]]);
     for (int j = 0; j < k; ++j) {
       const double t = y[j];
       const double* cj = L + static_cast<std::size_t>(j) * m;
       for (int i = j + 1; i < m; ++i) y[i] -= cj[i] * t;
     }
-    for (int b = front.first_body; b < front.first_body + front.bodies; ++b) std::copy_n(y + front_offset_[b], sizes_[front_body_[b]], at(front_body_[b]));
+    for (int b = front.first_body; b < front.first_body + front.bodies; ++b)
+      std::copy_n(y + front_offset_[b], sizes_[front_body_[b]], at(front_body_[b]));
   }
 }
 
@@ -258,7 +278,8 @@ void BlockLU::backward(Part& part, double* x) const {
     const int m = front.size, k = front.pivots, r = m - k;
     const double* L = factor_.data() + front.factor;
     const double* U = L + static_cast<std::size_t>(m) * k;
-    for (int b = front.first_body; b < front.first_body + front.bodies; ++b) std::copy_n(x + offsets_[front_body_[b]], sizes_[front_body_[b]], y + front_offset_[b]);
+    for (int b = front.first_body; b < front.first_body + front.bodies; ++b)
+      std::copy_n(x + offsets_[front_body_[b]], sizes_[front_body_[b]], y + front_offset_[b]);
     for (int c = 0; c < r; ++c) {
       const double t = y[k + c];
       const double* uc = U + static_cast<std::size_t>(c) * k;
@@ -270,7 +291,8 @@ void BlockLU::backward(Part& part, double* x) const {
       const double t = y[j];
       for (int i = 0; i < j; ++i) y[i] -= cj[i] * t;
     }
-    for (int b = front.first_body; b < front.first_body + front.pivot_bodies; ++b) std::copy_n(y + front_offset_[b], sizes_[front_body_[b]], x + offsets_[front_body_[b]]);
+    for (int b = front.first_body; b < front.first_body + front.pivot_bodies; ++b)
+      std::copy_n(y + front_offset_[b], sizes_[front_body_[b]], x + offsets_[front_body_[b]]);
   }
 }
 

@@ -7,7 +7,10 @@ namespace talus::contact::detail {
 
 namespace {
 
-struct Proximal { double rn, rt; Vec3 rho; };
+struct Proximal {
+  double rn, rt;
+  Vec3 rho;
+};
 
 inline Proximal proximal(const Touch& t, double epsilon) {
   Proximal q;
@@ -17,19 +20,22 @@ inline Proximal proximal(const Touch& t, double epsilon) {
   return q;
 }
 
-/// What the proximal compliance is to be multiplied with. An eigenvalue lambda of the Delassus matrix leaves q = rho / (rho + lambda) of an error of the multipliers: by the
-/// rate q of the slowest, rho is made a `wanted` rate's, however light the bodies between which loads are borne (lambda / w is their ratio of masses).
+/// What the proximal compliance is to be multiplied with. An eigenvalue lambda of the Delassus matrix leaves
+/// q = rho / (rho + lambda) of an error of the multipliers: by the rate q of the slowest, rho is made a
+/// `wanted` rate's, however light the bodies between which loads are borne (lambda / w is their ratio of
+/// masses).
 double closer(double rate) {
   constexpr double wanted = 0.1, most_at_once = 1e-3;
   return std::clamp((1 - rate) / rate * wanted / (1 - wanted), most_at_once, 0.1);
 }
 
-constexpr double least_epsilon = 1e-13;   // beyond, round-off of the held directions is as large as the masses in those that are free
+constexpr double least_epsilon =
+    1e-13;  // beyond, round-off of the held directions is as large as the masses in those that are free
 
 }  // namespace
 
-void Newton::evaluate(const System& system, const std::vector<Vec3>& multiplier, double epsilon, bool convex, Point& point,
-                      bool derivatives) {
+void Newton::evaluate(const System& system, const std::vector<Vec3>& multiplier, double epsilon, bool convex,
+                      Point& point, bool derivatives) {
   const int nc = system.contacts();
   point.p.resize(nc);
   point.u.resize(nc);
@@ -67,8 +73,10 @@ void Newton::evaluate(const System& system, const std::vector<Vec3>& multiplier,
   }
 }
 
-double Newton::exact_step(const System& system, const std::vector<Vec3>& multiplier, double epsilon, const Point& from) {
-  // phi'(a) = dv^T (v + a dv - v_hat) - sum (J dv)^T p(u + a J dv): increasing in a; its root is the exact step.
+double Newton::exact_step(const System& system, const std::vector<Vec3>& multiplier, double epsilon,
+                          const Point& from) {
+  // phi'(a) = dv^T (v + a dv - v_hat) - sum (J dv)^T p(u + a J dv): increasing in a; its root is the exact
+  // step.
   const int nc = system.contacts();
   slope_.resize(nc);
   double quadratic = 0, linear = 0;
@@ -117,7 +125,8 @@ double Newton::exact_step(const System& system, const std::vector<Vec3>& multipl
   return lo > 0 ? lo : 0.5 * (lo + hi);
 }
 
-NewtonOutcome Newton::run(const System& system, std::vector<Vec3>& p, std::vector<double>& v, const NewtonOptions& options) {
+NewtonOutcome Newton::run(const System& system, std::vector<Vec3>& p, std::vector<double>& v,
+                          const NewtonOptions& options) {
   NewtonOutcome outcome;
   const int nc = system.contacts();
   double epsilon = options.epsilon;
@@ -130,9 +139,10 @@ NewtonOutcome Newton::run(const System& system, std::vector<Vec3>& p, std::vecto
   double factored_epsilon = 0;
   evaluate(system, multiplier_, epsilon, options.convex, here_, true);
   int failures = 0, halved = 0;
-  bool moved = false;   // the multipliers, and no step since
+  bool moved = false;  // the multipliers, and no step since
   while (true) {
-    // Two candidates: the impulses p(v) with the velocities that follow from them, and, where the balance of momentum is met to round-off, with v itself.
+    // Two candidates: the impulses p(v) with the velocities that follow from them, and, where the balance of
+    // momentum is met to round-off, with v itself.
     candidate_.resize(system.n);
     for (int k = 0; k < system.n; ++k) candidate_[k] = here_.v[k] - here_.difference[k];
     double inner = 0, outer = 0, law_off = 0, residual = 0;
@@ -148,8 +158,11 @@ NewtonOutcome Newton::run(const System& system, std::vector<Vec3>& p, std::vecto
         if (options.convex) law.exact = false;
         const Vec3 off = proximal(t, epsilon).rho.cwiseProduct(here_.p[i] - multiplier_[i]);
         const double along = length(off.y(), off.z());
-        of_contact_[i] = {std::max(0.0, (u - here_.u[i]).norm() - system.round_off(t, reach_)), off.cwiseAbs().maxCoeff(), length(std::abs(off.x()) + law.mu * along, along),
-                          natural_residual(law, u + t.compliance.cwiseProduct(here_.p[i]), here_.p[i], t.scale(), system.excuse(t, reach_), options.convex ? t.shift : 0.0)};
+        of_contact_[i] = {
+            std::max(0.0, (u - here_.u[i]).norm() - system.round_off(t, reach_)), off.cwiseAbs().maxCoeff(),
+            length(std::abs(off.x()) + law.mu * along, along),
+            natural_residual(law, u + t.compliance.cwiseProduct(here_.p[i]), here_.p[i], t.scale(),
+                             system.excuse(t, reach_), options.convex ? t.shift : 0.0)};
       }
     });
     for (const OfContact& of : of_contact_) {
@@ -170,12 +183,13 @@ NewtonOutcome Newton::run(const System& system, std::vector<Vec3>& p, std::vecto
       best_p_ = here_.p;
       best_v_ = here_.v;
     }
-    if (best <= options.sufficient && outcome.newton >= halved + 3) break;   // at round-off
+    if (best <= options.sufficient && outcome.newton >= halved + 3) break;  // at round-off
     if (best <= options.tolerance || !std::isfinite(here_.merit)) break;
     if (!(moved && inner == 0) && (inner <= 0.1 * outer || inner <= 0.01 * options.tolerance)) {
       // Inner problem solved: move the multipliers. Slow outer progress asks for a smaller proximal term.
       if (++outcome.outer > options.max_outer) break;
-      if (const double rate = outer / last_outer; rate > 0.2) epsilon = std::max(least_epsilon, epsilon * closer(rate));
+      if (const double rate = outer / last_outer; rate > 0.2)
+        epsilon = std::max(least_epsilon, epsilon * closer(rate));
       last_outer = outer;
       last_inner = INFINITY;
       multiplier_ = here_.p;
@@ -185,7 +199,8 @@ NewtonOutcome Newton::run(const System& system, std::vector<Vec3>& p, std::vecto
       continue;
     }
     moved = false;
-    const bool stale = !factored || factored_epsilon != epsilon || inner > 0.05 * last_inner || factored_state_ != here_.state;
+    const bool stale = !factored || factored_epsilon != epsilon || inner > 0.05 * last_inner ||
+                       factored_state_ != here_.state;
     last_inner = inner;
     if (stale) {
       if (outcome.newton >= options.max_newton) break;
@@ -218,8 +233,10 @@ NewtonOutcome Newton::run(const System& system, std::vector<Vec3>& p, std::vecto
   }
   outcome.residual = best;
   p = best_p_;
-  if (std::isfinite(best)) v = best_v_;
-  else system.velocities(p, v);
+  if (std::isfinite(best))
+    v = best_v_;
+  else
+    system.velocities(p, v);
   return outcome;
 }
 

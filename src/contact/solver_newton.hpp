@@ -5,13 +5,14 @@
 ///     (1 + sum J_i^T D_i J_i) dv = -F,   D_i = -dp_i/du_i
 ///   outer:  p^{k+1} = p(v),  which removes the proximal compliance as it converges   [rockafellar1976]
 ///
-/// Velocities that follow from impulses, v(p), are off by the last digits of what presses a body from both sides, eps w |p|, which may be more than it moves
-/// by: a pebble beneath a boulder. Those of the inner problem are not: p(v) meets the law exactly at J v + b + R p + rho (p - p^k), so that where F is
-/// round-off of the impulses (v, p) is a solution to within |rho (p - p^k)|.
+/// Velocities that follow from impulses, v(p), are off by the last digits of what presses a body from both
+/// sides, eps w |p|, which may be more than it moves by: a pebble beneath a boulder. Those of the inner
+/// problem are not: p(v) meets the law exactly at J v + b + R p + rho (p - p^k), so that where F is round-off
+/// of the impulses (v, p) is a solution to within |rho (p - p^k)|.
 ///
-/// For associated laws F is the gradient of a C1, strongly convex function and the exact line search on it makes the inner
-/// iteration globally convergent. For exact Coulomb F is not a gradient; the line search is on |F|^2, and
-/// a failure is reported to the caller.
+/// For associated laws F is the gradient of a C1, strongly convex function and the exact line search on it
+/// makes the inner iteration globally convergent. For exact Coulomb F is not a gradient; the line search is
+/// on |F|^2, and a failure is reported to the caller.
 #pragma once
 #include <vector>
 
@@ -22,11 +23,12 @@ namespace talus::contact::detail {
 
 struct NewtonOptions {
   double tolerance = 1e-10;  // [m/s], on the residual of (v(p), p) or (v, p)
-  double sufficient = 0;     // [m/s] ends the search once three factorisations have not halved the residual; 0: `tolerance` alone
+  double sufficient = 0;  // [m/s] ends the search once three factorisations have not halved the residual; 0:
+                          // `tolerance` alone
   int max_newton = 60;
   int max_outer = 60;
-  double epsilon = 1e-4;     // proximal compliance over w
-  bool convex = false;       // use the associated law with Touch::shift everywhere
+  double epsilon = 1e-4;  // proximal compliance over w
+  bool convex = false;    // use the associated law with Touch::shift everywhere
 };
 
 struct NewtonOutcome {
@@ -38,25 +40,31 @@ class Newton {
  public:
   explicit Newton(Hessian& hessian) : hessian_(&hessian) {}
   /// p: in the first multipliers, out the best impulses found; v their velocities.
-  NewtonOutcome run(const System& system, std::vector<Vec3>& p, std::vector<double>& v, const NewtonOptions& options);
+  NewtonOutcome run(const System& system, std::vector<Vec3>& p, std::vector<double>& v,
+                    const NewtonOptions& options);
 
  private:
-  struct Point {  // everything that is known at a trial v
+  struct Point {                        // everything that is known at a trial v
     std::vector<double> v, difference;  // difference = v - v(p(v)) = F
     std::vector<Vec3> p, u;
     std::vector<unsigned char> state;
     double merit = 0;
   };
-  void evaluate(const System& system, const std::vector<Vec3>& multiplier, double epsilon, bool convex, Point& point, bool derivatives);
-  double exact_step(const System& system, const std::vector<Vec3>& multiplier, double epsilon, const Point& from);
+  void evaluate(const System& system, const std::vector<Vec3>& multiplier, double epsilon, bool convex,
+                Point& point, bool derivatives);
+  double exact_step(const System& system, const std::vector<Vec3>& multiplier, double epsilon,
+                    const Point& from);
 
   Hessian* hessian_;
   Point here_, there_;
   std::vector<Mat3> D_;
   std::vector<double> step_, candidate_, reach_, best_v_;
   std::vector<Vec3> multiplier_, slope_, best_p_;
-  /// How far a contact is from the inner and the outer solution, the law from being met by v, and the residual of v(p) [m/s].
-  struct OfContact { double inner = 0, outer = 0, law = 0, residual = 0; };
+  /// How far a contact is from the inner and the outer solution, the law from being met by v, and the
+  /// residual of v(p) [m/s].
+  struct OfContact {
+    double inner = 0, outer = 0, law = 0, residual = 0;
+  };
   std::vector<OfContact> of_contact_;
   std::vector<unsigned char> factored_state_;
 };

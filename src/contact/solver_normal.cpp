@@ -8,7 +8,7 @@ namespace talus::contact::detail {
 
 namespace {
 
-constexpr int pace = 30;   // sweeps between two looks at what they gain
+constexpr int pace = 30;  // sweeps between two looks at what they gain
 
 inline void add_six(double s, const double* a, double* x) {
   store<Four>(load<Four>(x) + load<Four>(a) * s, x);
@@ -26,11 +26,23 @@ void NormalSweeps::gather(const System& system, const std::vector<Vec3>& p) {
     for (int i = from; i < to; ++i) {
       const Touch& t = system.touch[i];
       const TouchTerm* terms = system.terms.data() + t.first;
-      const bool rigid = t.count > 0 && t.count <= 2 && std::all_of(terms, terms + t.count, [](const TouchTerm& term) { return term.n == 6; });
-      rows_[i] = {t.first, t.count, rigid ? t.count : 0, {rigid ? terms[0].v : 0, rigid ? terms[t.count - 1].v : 0}, t.count > 0 ? terms[0].at / 3 : 0,
-                  t.bias.x(), t.W(0, 0), t.slip.k, t.w, t.compliance.x(), t.law.floor};
+      const bool rigid =
+          t.count > 0 && t.count <= 2 &&
+          std::all_of(terms, terms + t.count, [](const TouchTerm& term) { return term.n == 6; });
+      rows_[i] = {t.first,
+                  t.count,
+                  rigid ? t.count : 0,
+                  {rigid ? terms[0].v : 0, rigid ? terms[t.count - 1].v : 0},
+                  t.count > 0 ? terms[0].at / 3 : 0,
+                  t.bias.x(),
+                  t.W(0, 0),
+                  t.slip.k,
+                  t.w,
+                  t.compliance.x(),
+                  t.law.floor};
       p_[i] = p[i].x();
-      for (int k = 0; k < t.count; ++k) std::copy_n(system.J.data() + terms[k].at, terms[k].n, J_.data() + terms[k].at / 3);
+      for (int k = 0; k < t.count; ++k)
+        std::copy_n(system.J.data() + terms[k].at, terms[k].n, J_.data() + terms[k].at / 3);
     }
   });
 }
@@ -42,7 +54,8 @@ inline double NormalSweeps::velocity(const Row& row, const double* v) const {
     u.add<6>(j, v + row.v[0]);
     if (row.rigid > 1) u.add<6>(j + 6, v + row.v[1]);
   } else {
-    for (int k = row.first; k < row.first + row.count; ++k) u.add(J_.data() + system_->terms[k].at / 3, system_->terms[k].n, v + system_->terms[k].v);
+    for (int k = row.first; k < row.first + row.count; ++k)
+      u.add(J_.data() + system_->terms[k].at / 3, system_->terms[k].n, v + system_->terms[k].v);
   }
   return row.bias + u[0];
 }
@@ -65,7 +78,8 @@ void NormalSweeps::sweep(bool forward, double* v) {
     const Row& row = rows_[i];
     change_[i] = 0;
     if (!(row.diagonal > 0)) return false;
-    const double next = std::max(row.floor, p_[i] - (velocity(row, v) + row.compliance * p_[i]) * row.inverse);
+    const double next =
+        std::max(row.floor, p_[i] - (velocity(row, v) + row.compliance * p_[i]) * row.inverse);
     const double change = next - p_[i];
     if (change == 0) return false;
     p_[i] = next;
@@ -94,7 +108,9 @@ double NormalSweeps::residual(const double* v) {
     for (int i = from; i < to; ++i) {
       const Row& row = rows_[i];
       const double u = velocity(row, v) + row.compliance * p_[i];
-      change_[i] = !std::isfinite(u) ? std::numeric_limits<double>::quiet_NaN() : row.scale > 0 ? row.scale * std::abs(p_[i] - std::max(row.floor, p_[i] - u / row.scale)) : 0;
+      change_[i] = !std::isfinite(u) ? std::numeric_limits<double>::quiet_NaN()
+                   : row.scale > 0 ? row.scale * std::abs(p_[i] - std::max(row.floor, p_[i] - u / row.scale))
+                                   : 0;
     }
   });
   double worst = 0;
@@ -102,7 +118,8 @@ double NormalSweeps::residual(const double* v) {
   return worst;
 }
 
-/// Largest change of the last sweep [m/s], and p . N p of what both changed by the diagonal of N. Sums by ranges, then range by range, whatever the threads.
+/// Largest change of the last sweep [m/s], and p . N p of what both changed by the diagonal of N. Sums by
+/// ranges, then range by range, whatever the threads.
 std::pair<double, double> NormalSweeps::gain() {
   const int n = static_cast<int>(rows_.size()), ranges = (n + contacts_at_once - 1) / contacts_at_once;
   gains_.resize(static_cast<std::size_t>(ranges));
@@ -124,7 +141,8 @@ std::pair<double, double> NormalSweeps::gain() {
   return all;
 }
 
-void NormalSweeps::run(const System& system, std::vector<Vec3>& p, std::vector<double>& v, double tolerance, int budget, double enough) {
+void NormalSweeps::run(const System& system, std::vector<Vec3>& p, std::vector<double>& v, double tolerance,
+                       int budget, double enough) {
   gather(system, p);
   direction_.assign(rows_.size(), 0.0);
   change_.assign(rows_.size(), 0.0);
@@ -139,10 +157,13 @@ void NormalSweeps::run(const System& system, std::vector<Vec3>& p, std::vector<d
     carry_on(momentum, v.data());
     if (!(largest > 2 * tolerance) && !(residual(v.data()) > tolerance)) break;
     if (sweeps % pace == 0) {
-      // Of a tower every sweep carries an impulse on by a part of it alone: where the same pace does not nearly get there, others are faster.
+      // Of a tower every sweep carries an impulse on by a part of it alone: where the same pace does not
+      // nearly get there, others are faster.
       const double rounds_left = static_cast<double>(budget - sweeps) / pace;
       const double in_the_end = largest * std::pow(std::min(1.0, largest / checked), rounds_left);
-      if (sweeps >= 2 * pace && in_the_end > 10 * tolerance && (in_the_end > enough || residual(v.data()) <= enough)) break;
+      if (sweeps >= 2 * pace && in_the_end > 10 * tolerance &&
+          (in_the_end > enough || residual(v.data()) <= enough))
+        break;
       checked = largest;
     }
   }

@@ -16,7 +16,8 @@ void VisitingOrder::list_neighbours(const System& system) {
       const Touch& t = system.touch[system.of_body[e].contact];
       for (int k = t.first; k < t.first + t.count; ++k) {
         const int other = system.terms[k].body;
-        const bool again = static_cast<int>(neighbours_.size()) > first_neighbour_.back() && neighbours_.back() == other;
+        const bool again =
+            static_cast<int>(neighbours_.size()) > first_neighbour_.back() && neighbours_.back() == other;
         if (other != b && !again) neighbours_.push_back(other);
       }
     }
@@ -24,7 +25,8 @@ void VisitingOrder::list_neighbours(const System& system) {
   }
 }
 
-/// Orders a node's bodies by the number of contacts that lie between them and the start, which is one of them.
+/// Orders a node's bodies by the number of contacts that lie between them and the start, which is one of
+/// them.
 void VisitingOrder::spread(std::span<int> bodies, int node, int start) {
   reached_.clear();
   std::size_t next = 0;
@@ -35,18 +37,20 @@ void VisitingOrder::spread(std::span<int> bodies, int node, int start) {
       reached_.push_back(b);
     };
     for (reach(body); next < reached_.size(); ++next)
-      for (int k = first_neighbour_[reached_[next]]; k < first_neighbour_[reached_[next] + 1]; ++k) reach(neighbours_[k]);
+      for (int k = first_neighbour_[reached_[next]]; k < first_neighbour_[reached_[next] + 1]; ++k)
+        reach(neighbours_[k]);
   };
   reach_from(start);
-  for (const int b : bodies) reach_from(b);   // what no contacts lead to
+  for (const int b : bodies) reach_from(b);  // what no contacts lead to
   for (std::size_t k = 0; k < bodies.size(); ++k) node_[bodies[k] = reached_[k]] = node;
 }
 
-/// Parts a node's bodies in halves of as many contacts each, those of the one as near to each other as contacts go, down to `parts` nodes.
+/// Parts a node's bodies in halves of as many contacts each, those of the one as near to each other as
+/// contacts go, down to `parts` nodes.
 void VisitingOrder::part(const System& system, std::span<int> bodies, int node, int parts) {
   if (node >= parts || bodies.empty()) return;
   spread(bodies, node, bodies.front());
-  spread(bodies, node, bodies.back());   // from one end to the other
+  spread(bodies, node, bodies.back());  // from one end to the other
   const auto contacts_of = [&](int b) { return system.first_of_body[b + 1] - system.first_of_body[b]; };
   long all = 0, filled = 0;
   for (const int b : bodies) all += contacts_of(b);
@@ -73,7 +77,8 @@ void VisitingOrder::find(const System& system) {
   node_.assign(bodies_.size(), 1);
   list_neighbours(system);
   part(system, bodies_, 1, parts);
-  // A contact belongs to the least node that holds its bodies; groups are the nodes, from the parts to the root.
+  // A contact belongs to the least node that holds its bodies; groups are the nodes, from the parts to the
+  // root.
   group_of_.resize(nc);
   groups_.assign(2 * static_cast<std::size_t>(parts) - 1, {0, 0});
   for (int i = 0; i < nc; ++i) {
@@ -81,7 +86,7 @@ void VisitingOrder::find(const System& system) {
     int node = t.count > 0 ? node_[system.terms[t.first].body] : 1;
     for (int k = t.first + 1; k < t.first + t.count; ++k)
       for (int other = node_[system.terms[k].body]; node != other;) (node > other ? node : other) /= 2;
-    const int of_level = static_cast<int>(std::bit_floor(static_cast<unsigned>(node)));   // as many nodes
+    const int of_level = static_cast<int>(std::bit_floor(static_cast<unsigned>(node)));  // as many nodes
     group_of_[i] = 2 * (parts - of_level) + node - of_level;
     ++groups_[group_of_[i]].second;
   }

@@ -1,4 +1,5 @@
-/// Products with the three rows of a Jacobian, four columns at a time: what sweeps, directions and residuals spend most of their time on.
+/// Products with the three rows of a Jacobian, four columns at a time: what sweeps, directions and residuals
+/// spend most of their time on.
 ///
 ///   u = J x,   x += J^T p
 ///
@@ -16,13 +17,17 @@ namespace talus::contact::detail {
 using Two = double __attribute__((vector_size(16)));
 using Four = double __attribute__((vector_size(32)));
 
-template <class V> inline V load(const double* from) {
+template <class V>
+inline V load(const double* from) {
   V v;
   std::memcpy(&v, from, sizeof v);
   return v;
 }
 
-template <class V> inline void store(const V& v, double* to) { std::memcpy(to, &v, sizeof v); }
+template <class V>
+inline void store(const V& v, double* to) {
+  std::memcpy(to, &v, sizeof v);
+}
 
 inline double sum_of(const Four& a, const Two& b) {
   const Two s = __builtin_shufflevector(a, a, 0, 1) + __builtin_shufflevector(a, a, 2, 3) + b;
@@ -33,7 +38,8 @@ inline double sum_of(const Four& a, const Two& b) {
 template <int Rows>
 class RowSums {
  public:
-  template <int N> void add(const double* J, const double* x) {
+  template <int N>
+  void add(const double* J, const double* x) {
     constexpr int fours = N / 4 * 4, twos = N / 2 * 2;
     for (int k = 0; k < fours; k += 4) {
       const Four v = load<Four>(x + k);
@@ -62,10 +68,17 @@ class RowSums {
   Two two_[Rows] = {};
 };
 
-template <int N> inline void add_transposed(const double* J, const Vec3& p, double* x) {
+template <int N>
+inline void add_transposed(const double* J, const Vec3& p, double* x) {
   constexpr int fours = N / 4 * 4, twos = N / 2 * 2;
-  for (int k = 0; k < fours; k += 4) store<Four>(load<Four>(x + k) + load<Four>(J + k) * p.x() + load<Four>(J + N + k) * p.y() + load<Four>(J + 2 * N + k) * p.z(), x + k);
-  for (int k = fours; k < twos; k += 2) store<Two>(load<Two>(x + k) + load<Two>(J + k) * p.x() + load<Two>(J + N + k) * p.y() + load<Two>(J + 2 * N + k) * p.z(), x + k);
+  for (int k = 0; k < fours; k += 4)
+    store<Four>(load<Four>(x + k) + load<Four>(J + k) * p.x() + load<Four>(J + N + k) * p.y() +
+                    load<Four>(J + 2 * N + k) * p.z(),
+                x + k);
+  for (int k = fours; k < twos; k += 2)
+    store<Two>(load<Two>(x + k) + load<Two>(J + k) * p.x() + load<Two>(J + N + k) * p.y() +
+                   load<Two>(J + 2 * N + k) * p.z(),
+               x + k);
   for (int k = twos; k < N; ++k) x[k] += J[k] * p.x() + J[N + k] * p.y() + J[2 * N + k] * p.z();
 }
 

@@ -7,7 +7,8 @@
 
 namespace talus::contact::detail {
 
-bool Search::consider(const std::vector<Vec3>& candidate, const std::vector<double>& velocities, double residual) {
+bool Search::consider(const std::vector<Vec3>& candidate, const std::vector<double>& velocities,
+                      double residual) {
   if (!(residual < best)) return false;
   best = residual;
   best_p = candidate;
@@ -18,7 +19,7 @@ bool Search::consider(const std::vector<Vec3>& candidate, const std::vector<doub
 void Search::start() {
   best = INFINITY;
   if (consider(p, v, system.residual(v, p))) return;
-  best_p = p;   // whatever it is: what is left here is of another problem
+  best_p = p;  // whatever it is: what is left here is of another problem
   best_v = v;
 }
 
@@ -44,7 +45,9 @@ bool Search::interior(double distance) {
   options.recentre = system.contacts() > 60;
   options.sweeps = options.recentre ? 15 : 0;
   options.correctors = options.recentre ? 2 : 0;
-  if (settings_->most_factorisations > 0) options.max_iterations = std::clamp(settings_->most_factorisations - report_->newton, 1, options.max_iterations);
+  if (settings_->most_factorisations > 0)
+    options.max_iterations =
+        std::clamp(settings_->most_factorisations - report_->newton, 1, options.max_iterations);
   trial_p_ = p;
   system.velocities(trial_p_, trial_v_);
   const InteriorOutcome outcome = interior_.run(system, trial_p_, trial_v_, options);
@@ -55,7 +58,8 @@ bool Search::interior(double distance) {
 
 bool Search::polish(int iterations) {
   if (system.contacts() > DualNewton::most_contacts || best > 1e-2 * settings_->velocity_scale) return false;
-  if (best >= polished_ && iterations <= polished_for_) return false;   // it was there before, and would end where it did
+  if (best >= polished_ && iterations <= polished_for_)
+    return false;  // it was there before, and would end where it did
   polished_ = best;
   polished_for_ = iterations;
   trial_p_ = best_p;
@@ -87,8 +91,9 @@ double Search::visited(int count) {
 
 bool Search::swept_while_it_pays() {
   p = best_p;
-  double before = best;   // when it last paid
-  for (int round = 0, idle = 0; round < 20 && idle < 4; ++round) {   // the largest residual of one round says little: contacts hand it on
+  double before = best;  // when it last paid
+  for (int round = 0, idle = 0; round < 20 && idle < 4;
+       ++round) {  // the largest residual of one round says little: contacts hand it on
     swept(20);
     if (best <= sufficient_) return true;
     idle = best > 0.9 * before ? idle + 1 : 0;
@@ -113,7 +118,7 @@ void Search::hold_shift() {
 bool Search::shifted(int rounds, int budget) {
   p = best_p;
   v = best_v;
-  const int most = report_->newton + budget;   // a step that cannot be solved must not hang
+  const int most = report_->newton + budget;  // a step that cannot be solved must not hang
   bool done = false;
   for (int k = 0; k < rounds && !done && report_->newton < most; ++k) {
     hold_shift();
@@ -134,8 +139,10 @@ bool Search::shifted(int rounds, int budget) {
 }
 
 bool Search::stepped(int budget) {
-  constexpr int patience = 24, more = 8;   // factorisations that are to take a fifth of the residual; all that go on from what may be taken
-  const double proximal = settings_->steps_first ? 3e-3 : 1e-2;   // compliance over that of the contact: from near by longer steps
+  constexpr int patience = 24, more = 8;  // factorisations that are to take a fifth of the residual; all that
+                                          // go on from what may be taken
+  const double proximal =
+      settings_->steps_first ? 3e-3 : 1e-2;  // compliance over that of the contact: from near by longer steps
   double paid = INFINITY;
   bool may_be_taken = false;
   for (int since = report_->newton, last = since + budget; report_->newton < last;) {
@@ -183,12 +190,14 @@ bool Search::solved_from_best() {
 
 bool Search::raised(double step) {
   constexpr double moderate = 1;
-  constexpr int most_factorisations = 600;   // until it goes straight to its own
-  const double own = std::ranges::max_element(system.touch, {}, [](const Touch& t) { return t.law.mu; })->law.mu;
+  constexpr int most_factorisations = 600;  // until it goes straight to its own
+  const double own =
+      std::ranges::max_element(system.touch, {}, [](const Touch& t) { return t.law.mu; })->law.mu;
   if (own <= moderate) return false;
   const std::vector<Touch> touches = system.touch;
   const auto hold_at = [&](double friction) {
-    for (std::size_t i = 0; i < touches.size(); ++i) system.touch[i].law.mu = std::min(touches[i].law.mu, friction);
+    for (std::size_t i = 0; i < touches.size(); ++i)
+      system.touch[i].law.mu = std::min(touches[i].law.mu, friction);
   };
   const std::vector<Vec3> before_p = best_p;
   const std::vector<double> before_v = best_v;
@@ -220,25 +229,32 @@ void Search::begin(const SolveSettings& settings, SolveReport& report) {
 
 bool Search::unstressed(const SolveSettings& settings, SolveReport& report) {
   begin(settings, report);
-  sufficient_ = tolerance_;   // what else would do depends on where the search began
-  round_off_ = std::min(100 * tolerance_, std::max(settings.tolerance, settings.sufficient) * settings.velocity_scale);   // where rows that repeat each other may hold it
-  for (Vec3& impulse : p) impulse *= 0.5;   // of the same region
+  sufficient_ = tolerance_;  // what else would do depends on where the search began
+  round_off_ = std::min(100 * tolerance_,
+                        std::max(settings.tolerance, settings.sufficient) *
+                            settings.velocity_scale);  // where rows that repeat each other may hold it
+  for (Vec3& impulse : p) impulse *= 0.5;              // of the same region
   newton(1e-4, 20);
   p = best_p;
-  swept(6);   // to round-off
+  swept(6);  // to round-off
   return best <= tolerance_;
 }
 
 bool Search::run(const SolveSettings& settings, SolveReport& report) {
   begin(settings, report);
   const bool small = system.n <= 48;
-  const auto spent = [&] { return settings.most_factorisations > 0 && report.newton >= settings.most_factorisations; };
+  const auto spent = [&] {
+    return settings.most_factorisations > 0 && report.newton >= settings.most_factorisations;
+  };
   if (spent()) return false;
   // From farther off straight to the path.
-  if ((small || best <= near * settings.velocity_scale) && (newton(small ? 1e-4 : settings.proximal, std::min(settings.max_newton, small ? 20 : 8)) || polish())) return true;
+  if ((small || best <= near * settings.velocity_scale) &&
+      (newton(small ? 1e-4 : settings.proximal, std::min(settings.max_newton, small ? 20 : 8)) || polish()))
+    return true;
   if (spent()) return false;
 
-  // A heap nearly at rest, of which no more than a part of its speed is asked: sweeps get there from the last impulses, a path does not.
+  // A heap nearly at rest, of which no more than a part of its speed is asked: sweeps get there from the last
+  // impulses, a path does not.
   if (!small && sufficient_ > 10 * tolerance_ && swept_while_it_pays()) return true;
 
   report.tier = 'B';
@@ -249,10 +265,10 @@ bool Search::run(const SolveSettings& settings, SolveReport& report) {
     if (stepped(24)) return true;
   }
 
-  // Cold: the interior point from the warm start, at half the distance its residual tells (fewest iterations over problems of moving
-  // heaps). The Newton method finishes, since the regions are known by then.
-  double finished = INFINITY;   // the best that was tried last [m/s]
-  int fruitless = 0;            // tries since the best was last halved
+  // Cold: the interior point from the warm start, at half the distance its residual tells (fewest iterations
+  // over problems of moving heaps). The Newton method finishes, since the regions are known by then.
+  double finished = INFINITY;  // the best that was tried last [m/s]
+  int fruitless = 0;           // tries since the best was last halved
   const auto finish = [&] {
     p = best_p;
     fruitless = best > 0.5 * finished ? fruitless + 1 : 0;
@@ -261,7 +277,8 @@ bool Search::run(const SolveSettings& settings, SolveReport& report) {
     if (!small && best > 1e-3 * settings.velocity_scale) return false;
     return newton(1e-4, 20) || polish() || (small && newton(1e-3, 20));
   };
-  // Near to what suffices and still not there: the rows contradict each other by that much. Better rows are the caller's, and cheaper. Or enough was spent.
+  // Near to what suffices and still not there: the rows contradict each other by that much. Better rows are
+  // the caller's, and cheaper. Or enough was spent.
   const auto given_up = [&] {
     if (spent()) return true;
     const bool tried = system.contacts() <= 60 ? report.newton > 300 || fruitless >= 2 : report.newton > 150;
@@ -270,17 +287,19 @@ bool Search::run(const SolveSettings& settings, SolveReport& report) {
   p = best_p;
   if (interior(0.5 * best)) return true;
   if (may_stall) {
-    p = trial_p_;   // where the path ends its largest residual may be more than before, and is of fewer contacts
+    p = trial_p_;  // where the path ends its largest residual may be more than before, and is of fewer
+                   // contacts
     v = trial_v_;
     if (stepped(150)) return true;
     report.tier = 'E';
     return false;
   }
   if (finish()) return true;
-  // What a few sweeps make of the best so far (a path that stops short usually leaves a handful of contacts wrong); nothing.
+  // What a few sweeps make of the best so far (a path that stops short usually leaves a handful of contacts
+  // wrong); nothing.
   for (int round = 0; round < 4 && !given_up(); ++round) {
     report.tier = 'B';
-    if (round == 2 && !small) {   // the convex problems are a surer way on than a path from nothing
+    if (round == 2 && !small) {  // the convex problems are a surer way on than a path from nothing
       report.tier = 'C';
       if (shifted(4, 100)) return true;
     }

@@ -1,4 +1,5 @@
-/// The search for a solution of a contact problem: which method, from where, in which order (the tiers of problem.hpp).
+/// The search for a solution of a contact problem: which method, from where, in which order (the tiers of
+/// problem.hpp).
 #pragma once
 #include <vector>
 
@@ -13,19 +14,21 @@ namespace talus::contact::detail {
 
 class Search {
  public:
-  /// Part of the velocity scale: large problems whose warm start is off by more change too many regions for Newton's method.
+  /// Part of the velocity scale: large problems whose warm start is off by more change too many regions for
+  /// Newton's method.
   static constexpr double near = 1e-4;
   System system;
-  std::vector<Vec3> p, best_p;     // the point at hand and the best so far
-  std::vector<double> v, best_v;   // their velocities
-  double best = 0;                 // residual of the best [m/s]
+  std::vector<Vec3> p, best_p;    // the point at hand and the best so far
+  std::vector<double> v, best_v;  // their velocities
+  double best = 0;                // residual of the best [m/s]
 
   /// The point at hand is the best so far, of no residual that counts where it is not finite.
   void start();
   void start_from_nothing();
   /// Keeps the candidate if it is better than the best.
   bool consider(const std::vector<Vec3>& candidate, const std::vector<double>& velocities, double residual);
-  /// The solution next to half of the warm start, to nothing where there is none: of forces that hold each other in balance no more than the load asks for.
+  /// The solution next to half of the warm start, to nothing where there is none: of forces that hold each
+  /// other in balance no more than the load asks for.
   bool unstressed(const SolveSettings& settings, SolveReport& report);
   /// From p on. True if the best comes below what suffices.
   bool run(const SolveSettings& settings, SolveReport& report);
@@ -34,29 +37,32 @@ class Search {
   // Each from p; true if the best comes below what suffices.
   bool newton(double epsilon, int max_newton);
   bool interior(double distance);
-  bool polish(int iterations = 40);   // the last digits of a small problem, from the best
-  /// De Saxce: the convex problem with the shift held, then the shift from its solution; the exact Newton method is tried from every
-  /// convex solution, since it converges fast once the slip directions are right.
+  bool polish(int iterations = 40);  // the last digits of a small problem, from the best
+  /// De Saxce: the convex problem with the shift held, then the shift from its solution; the exact Newton
+  /// method is tried from every convex solution, since it converges fast once the slip directions are right.
   bool shifted(int rounds, int budget);
-  /// The same by one proximal step of the convex problem at a time, the shift taken anew after each: slow, but from near the solution of a large
-  /// heap it always comes nearer. From p; true, too, if it gets no farther than what is taken then.
+  /// The same by one proximal step of the convex problem at a time, the shift taken anew after each: slow,
+  /// but from near the solution of a large heap it always comes nearer. From p; true, too, if it gets no
+  /// farther than what is taken then.
   bool stepped(int budget);
-  /// Friction above 1: from 1 up to its own by factors of `step`, from one solution to the next. Where none is found the walk goes on from the best
-  /// there: solutions end at some frictions in between, and others begin. False: the best is what it was.
+  /// Friction above 1: from 1 up to its own by factors of `step`, from one solution to the next. Where none
+  /// is found the walk goes on from the best there: solutions end at some frictions in between, and others
+  /// begin. False: the best is what it was.
   bool raised(double step);
-  void hold_shift();         // of every contact by its slip at p
-  bool solved_from_best();   // a problem whose laws have changed
+  void hold_shift();        // of every contact by its slip at p
+  bool solved_from_best();  // a problem whose laws have changed
   double swept(int count);
-  double visited(int count);   // residual after sweeps from p
+  double visited(int count);  // residual after sweeps from p
   bool swept_while_it_pays();
 
   void begin(const SolveSettings& settings, SolveReport& report);
 
   const SolveSettings* settings_ = nullptr;
   SolveReport* report_ = nullptr;
-  double tolerance_ = 0, sufficient_ = 0, stalled_ = 0;   // [m/s]
-  double round_off_ = 0;                    // below which three iterations that do not halve the residual end a Newton method that may not stop at what suffices [m/s]
-  double polished_ = 0;                     // residual from which the last polish started [m/s], and its iterations
+  double tolerance_ = 0, sufficient_ = 0, stalled_ = 0;  // [m/s]
+  double round_off_ = 0;  // below which three iterations that do not halve the residual end a Newton method
+                          // that may not stop at what suffices [m/s]
+  double polished_ = 0;   // residual from which the last polish started [m/s], and its iterations
   int polished_for_ = 0;
   Hessian hessian_;
   Newton newton_{hessian_};

@@ -8,9 +8,11 @@ namespace talus::contact::detail {
 
 namespace {
 
-/// Slip under exact Coulomb with u_n = 0: the direction d of p_t = g d by Newton's method on its angle, g the bound that d leaves.
+/// Slip under exact Coulomb with u_n = 0: the direction d of p_t = g d by Newton's method on its angle, g the
+/// bound that d leaves.
 ///
-///   g (1 + mu c . d) = cohesion - mu k q_n,   (g S d + r) x d = 0,   (g S d + r) . d <= 0,      r = q_t - c q_n
+///   g (1 + mu c . d) = cohesion - mu k q_n,   (g S d + r) x d = 0,   (g S d + r) . d <= 0,      r = q_t - c
+///   q_n
 ///
 /// From the direction of `start`, else against r. False where it does not settle, or the contact would open.
 bool slip_direction(const Touch& t, const Vec3& q, const Vec3& start, double change, Vec3& p) {
@@ -24,9 +26,10 @@ bool slip_direction(const Touch& t, const Vec3& q, const Vec3& start, double cha
     const double lever = 1 + mu * (e.c1 * x + e.c2 * y);
     if (!(lever > 0)) return false;
     const double g = most / lever, along_lever = mu * (e.c2 * x - e.c1 * y) / lever;
-    const double S1 = e.s11 * x + e.s12 * y, S2 = e.s12 * x + e.s22 * y;                      // S d
-    const double across = S2 * x - S1 * y, along = S1 * x + S2 * y;                           // its parts across d and along it
-    const double turned = e.s11 * y * y - 2 * e.s12 * x * y + e.s22 * x * x;                  // of S times the normal to d, across
+    const double S1 = e.s11 * x + e.s12 * y, S2 = e.s12 * x + e.s22 * y;  // S d
+    const double across = S2 * x - S1 * y, along = S1 * x + S2 * y;       // its parts across d and along it
+    const double turned =
+        e.s11 * y * y - 2 * e.s12 * x * y + e.s22 * x * x;  // of S times the normal to d, across
     const double off = g * across + r2 * x - r1 * y, slides = g * along + r1 * x + r2 * y;
     const double slope = g * (turned - along_lever * across) - slides;
     if (!(slope > 0)) {
@@ -35,7 +38,8 @@ bool slip_direction(const Touch& t, const Vec3& q, const Vec3& start, double cha
       y = -r2 / away;
       continue;
     }
-    const double turn = std::clamp(-off / slope, -1.0, 1.0), shorter = 1 / std::sqrt(1 + turn * turn), before_x = x;
+    const double turn = std::clamp(-off / slope, -1.0, 1.0), shorter = 1 / std::sqrt(1 + turn * turn),
+                 before_x = x;
     x = (x - turn * y) * shorter;
     y = (y + turn * before_x) * shorter;
     if (std::abs(turn) > change) continue;
@@ -51,11 +55,13 @@ bool slip_direction(const Touch& t, const Vec3& q, const Vec3& start, double cha
 Vec3 solve_one(const Touch& t, const Vec3& q, const Vec3& start, SlipAccuracy accuracy) {
   const Law& law = t.law;
   const Eliminated& e = t.slip;
-  if (law.mu == 0 && law.cohesion == 0) return Vec3(e.k > 0 ? std::max(law.floor, -q.x() * e.k) : start.x(), 0, 0);
+  if (law.mu == 0 && law.cohesion == 0)
+    return Vec3(e.k > 0 ? std::max(law.floor, -q.x() * e.k) : start.x(), 0, 0);
   const double r1 = q.y() - e.c1 * q.x(), r2 = q.z() - e.c2 * q.x();
   const double stick1 = -(e.i11 * r1 + e.i12 * r2), stick2 = -(e.i12 * r1 + e.i22 * r2);
   const Vec3 stick(-e.k * q.x() - e.c1 * stick1 - e.c2 * stick2, stick1, stick2);
-  if (stick.x() >= law.floor && length(stick.y(), stick.z()) <= law.mu * stick.x() + law.cohesion) return stick;
+  if (stick.x() >= law.floor && length(stick.y(), stick.z()) <= law.mu * stick.x() + law.cohesion)
+    return stick;
   const double at_floor = std::max(0.0, law.mu * law.floor + law.cohesion);
   if (at_floor <= 1e-14 * law.cohesion) {
     const Vec3 none(law.floor, 0, 0);
@@ -65,7 +71,8 @@ Vec3 solve_one(const Touch& t, const Vec3& q, const Vec3& start, SlipAccuracy ac
   Vec3 p = start, next;
   if (law.exact) {
     if (accuracy.by_direction && slip_direction(t, q, start, accuracy.change, next)) return next;
-    // Slip: normal and tangential in turn. The tangential step is a projected gradient step with the largest eigenvalue.
+    // Slip: normal and tangential in turn. The tangential step is a projected gradient step with the largest
+    // eigenvalue.
     const double a = t.W(1, 1), b = t.W(2, 2), c = t.W(1, 2);
     const double wt = 0.5 * (a + b) + length(0.5 * (a - b), c);
     for (int k = 0; k < accuracy.iterations; ++k) {
@@ -114,7 +121,8 @@ void sweep(const System& system, std::vector<Vec3>& p, std::vector<double>& v, i
 }
 
 /// Marks the contacts whose residual is above the limit; false if none is.
-bool LocalSweeps::mark(const System& system, const std::vector<Vec3>& p, const std::vector<double>& v, double limit) {
+bool LocalSweeps::mark(const System& system, const std::vector<Vec3>& p, const std::vector<double>& v,
+                       double limit) {
   std::atomic<bool> any = false;
   in_ranges(system.contacts(), contacts_at_once, [&](int from, int to) {
     bool some = false;
@@ -131,10 +139,11 @@ bool LocalSweeps::mark(const System& system, const std::vector<Vec3>& p, const s
   return any;
 }
 
-/// Has the memory of contacts fetched that are visited soon, `way` (1 or -1) from this one on: what is left to visit lies too far apart for the
-/// processor to foresee.
+/// Has the memory of contacts fetched that are visited soon, `way` (1 or -1) from this one on: what is left
+/// to visit lies too far apart for the processor to foresee.
 void LocalSweeps::fetch(const System& system, int i, int way) const {
-  constexpr int line = 64, near = 4, far = 8;   // bytes; contacts from here, first their places, then their Jacobians
+  constexpr int line = 64, near = 4,
+                far = 8;  // bytes; contacts from here, first their places, then their Jacobians
   const auto left = [&](int k) { return k >= 0 && k < system.contacts() && pending_[k] != 0; };
   if (const int k = i + way * far; left(k)) {
     const char* touch = reinterpret_cast<const char*>(&system.touch[k]);
@@ -149,7 +158,8 @@ void LocalSweeps::fetch(const System& system, int i, int way) const {
 }
 
 /// True if the contact's impulse changed by more than counts.
-bool LocalSweeps::visit(const System& system, int i, std::vector<Vec3>& p, std::vector<double>& v, double change_that_counts) {
+bool LocalSweeps::visit(const System& system, int i, std::vector<Vec3>& p, std::vector<double>& v,
+                        double change_that_counts) {
   const Touch& t = system.touch[i];
   if (!(t.w > 0) || system.open_still(t, p[i], v.data())) return false;
   const Vec3 u = system.relative(t, v.data()) + t.bias + t.compliance.cwiseProduct(p[i]);
@@ -162,16 +172,17 @@ bool LocalSweeps::visit(const System& system, int i, std::vector<Vec3>& p, std::
   return counts;
 }
 
-void LocalSweeps::run(const System& system, std::vector<Vec3>& p, std::vector<double>& v, double tolerance, int budget) {
+void LocalSweeps::run(const System& system, std::vector<Vec3>& p, std::vector<double>& v, double tolerance,
+                      int budget) {
   const int nc = system.contacts();
   pending_.assign(nc, 0);
   visits_.assign(nc, 0);
   const double change_that_counts = part_that_counts * tolerance;
   mark(system, p, v, change_that_counts);
   const long most = static_cast<long>(budget) * nc;
-  long visits = 0, last = nc;   // in all, in the last round
+  long visits = 0, last = nc;  // in all, in the last round
   for (int round = 0; visits < most; ++round) {
-    if (last == 0) {   // many changes too small to count may add up
+    if (last == 0) {  // many changes too small to count may add up
       if (!mark(system, p, v, change_that_counts)) return;
       visits += nc / 4;
       last = nc;
@@ -186,7 +197,8 @@ void LocalSweeps::run(const System& system, std::vector<Vec3>& p, std::vector<do
       for (int e = t.first; e < t.first + t.count; ++e) {
         const int b = system.terms[e].body;
         // A neighbour of two that are visited at once is marked by both.
-        for (int o = system.first_of_body[b]; o < system.first_of_body[b + 1]; ++o) std::atomic_ref(pending_[system.of_body[o].contact]).store(1, std::memory_order_relaxed);
+        for (int o = system.first_of_body[b]; o < system.first_of_body[b + 1]; ++o)
+          std::atomic_ref(pending_[system.of_body[o].contact]).store(1, std::memory_order_relaxed);
       }
       return true;
     });

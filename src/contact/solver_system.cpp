@@ -14,7 +14,8 @@ void System::velocities(const std::vector<Vec3>& p, std::vector<double>& v) cons
       double* x = v.data() + offset[b];
       std::copy_n(v_hat.data() + offset[b], ndof[b], x);
       for (int e = first_of_body[b]; e < first_of_body[b + 1]; ++e)
-        if (const Vec3& q = p[of_body[e].contact]; q != Vec3::Zero()) add_transposed(J.data() + of_body[e].at, ndof[b], q, x);
+        if (const Vec3& q = p[of_body[e].contact]; q != Vec3::Zero())
+          add_transposed(J.data() + of_body[e].at, ndof[b], q, x);
     }
   });
 }
@@ -36,7 +37,9 @@ void System::impulse_reach(const std::vector<Vec3>& p, std::vector<double>& reac
   in_ranges(static_cast<int>(body.size()), bodies_at_once, [&](int from, int to) {
     for (int b = from; b < to; ++b) {
       reach[b] = 0;
-      for (int e = first_of_body[b]; e < first_of_body[b + 1]; ++e) reach[b] = std::max(reach[b], (touch[of_body[e].contact].scale() * p[of_body[e].contact]).cwiseAbs().maxCoeff());
+      for (int e = first_of_body[b]; e < first_of_body[b + 1]; ++e)
+        reach[b] = std::max(
+            reach[b], (touch[of_body[e].contact].scale() * p[of_body[e].contact]).cwiseAbs().maxCoeff());
     }
   });
 }
@@ -66,8 +69,9 @@ void System::list() {
     for (int k = t.first; k < t.first + t.count; ++k) ++first_of_body[terms[k].body + 2];
   for (std::size_t b = 2; b < first_of_body.size(); ++b) first_of_body[b] += first_of_body[b - 1];
   of_body.resize(first_of_body.back());
-  for (int i = 0; i < contacts(); ++i)   // first_of_body[b + 1] runs up to the end of body b's list
-    for (int k = touch[i].first; k < touch[i].first + touch[i].count; ++k) of_body[first_of_body[terms[k].body + 1]++] = {i, static_cast<std::uint32_t>(terms[k].at)};
+  for (int i = 0; i < contacts(); ++i)  // first_of_body[b + 1] runs up to the end of body b's list
+    for (int k = touch[i].first; k < touch[i].first + touch[i].count; ++k)
+      of_body[first_of_body[terms[k].body + 1]++] = {i, static_cast<std::uint32_t>(terms[k].at)};
   first_of_body.pop_back();
   order.find(*this);
 }
@@ -81,7 +85,8 @@ Eliminated eliminate_normal(const Mat3& W) {
   e.s11 = W(1, 1) - W(0, 1) * e.c1;
   e.s12 = W(1, 2) - W(0, 1) * e.c2;
   e.s22 = W(2, 2) - W(0, 2) * e.c2;
-  const double little = 1e-12 * W.trace() / 3, a = e.s11 + little, b = e.s22 + little, det = a * b - e.s12 * e.s12;
+  const double little = 1e-12 * W.trace() / 3, a = e.s11 + little, b = e.s22 + little,
+               det = a * b - e.s12 * e.s12;
   e.i11 = b / det;
   e.i12 = -e.s12 / det;
   e.i22 = a / det;
@@ -100,11 +105,12 @@ void multiply_few(double* row, const double* M, int m) {
     named.push_back(q);
     for (int i = 0; i < 3; ++i) entries.push_back(std::exchange(row[i * m + q], 0.0));
   }
-  std::size_t first = 0;   // of the named columns that column c needs
+  std::size_t first = 0;  // of the named columns that column c needs
   for (int c = 0; c < m; ++c) {
     while (first < named.size() && named[first] < c) ++first;
     for (std::size_t k = first; k < named.size(); ++k)
-      for (int i = 0; i < 3; ++i) row[i * m + c] += entries[3 * k + static_cast<std::size_t>(i)] * M[c * m + named[k]];
+      for (int i = 0; i < 3; ++i)
+        row[i * m + c] += entries[3 * k + static_cast<std::size_t>(i)] * M[c * m + named[k]];
   }
 }
 
@@ -112,7 +118,7 @@ void multiply_few(double* row, const double* M, int m) {
 
 namespace {
 
-constexpr int large_skin = 96;   // degrees of freedom from which on the root is found by blocks
+constexpr int large_skin = 96;  // degrees of freedom from which on the root is found by blocks
 
 /// Root of a skin's inverse mass, M = L of L L^T, and L^-1 v; false if it is not safely positive definite.
 bool take_skin(int m, const double* B, const double* v, double* M, double* free) {
@@ -121,7 +127,8 @@ bool take_skin(int m, const double* B, const double* v, double* M, double* free)
   L.triangularView<Eigen::Lower>() = W.triangularView<Eigen::Lower>();
   Eigen::Ref<MatX> in_place(L);
   const Eigen::LLT<Eigen::Ref<MatX>> root(in_place);
-  if (root.info() != Eigen::Success || (L.diagonal().array().square() <= 1e-15 * W.diagonal().array()).any()) return false;
+  if (root.info() != Eigen::Success || (L.diagonal().array().square() <= 1e-15 * W.diagonal().array()).any())
+    return false;
   L.triangularView<Eigen::StrictlyUpper>().setZero();
   Eigen::Map<VecX>(free, m) = L.triangularView<Eigen::Lower>().solve(Eigen::Map<const VecX>(v, m));
   return true;
@@ -129,13 +136,17 @@ bool take_skin(int m, const double* B, const double* v, double* M, double* free)
 
 }  // namespace
 
-/// M of A^-1 = M M^T by Cholesky's method, and v_hat; columns of what is held, or cannot move on its own, are zero.
+/// M of A^-1 = M M^T by Cholesky's method, and v_hat; columns of what is held, or cannot move on its own, are
+/// zero.
 void System::take_body(const ContactProblem& problem, int active) {
   const ProblemBody& source = problem.bodies[body[active]];
   const int m = source.ndof;
   const double *A = source.mass, *B = source.mass_inverse, *v = problem.v_hat.data() + source.offset;
-  double *M = root.data() + matrix[active], *free = v_hat.data() + offset[active], *rest = held.data() + offset[active];
-  const auto fast = [&](int i) { return !(B[i * m + i] > 0 && (A == nullptr || std::isfinite(A[i * m + i]))); };
+  double *M = root.data() + matrix[active], *free = v_hat.data() + offset[active],
+         *rest = held.data() + offset[active];
+  const auto fast = [&](int i) {
+    return !(B[i * m + i] > 0 && (A == nullptr || std::isfinite(A[i * m + i])));
+  };
   std::fill_n(rest, m, 0.0);
   const auto any_fast = [&] {
     for (int i = 0; i < m; ++i)
@@ -158,12 +169,13 @@ void System::take_body(const ContactProblem& problem, int active) {
     const double root_of_pivot = std::sqrt(pivot);
     M[c * m + c] = root_of_pivot;
     free[c] = left / root_of_pivot;
-    if (m > 12) {   // a small skin, or one with nodes that are held: by whole columns
+    if (m > 12) {  // a small skin, or one with nodes that are held: by whole columns
       const int below = m - c - 1;
       Eigen::Map<VecX> column(M + c * m + c + 1, below);
       column = Eigen::Map<const VecX>(B + c * m + c + 1, below);
       for (int k = 0; k < c; ++k)
-        if (const double factor = M[k * m + c]; factor != 0) column.noalias() -= factor * Eigen::Map<const VecX>(M + k * m + c + 1, below);
+        if (const double factor = M[k * m + c]; factor != 0)
+          column.noalias() -= factor * Eigen::Map<const VecX>(M + k * m + c + 1, below);
       column /= root_of_pivot;
       for (int r = c + 1; r < m; ++r)
         if (fast(r)) M[c * m + r] = 0;
@@ -218,13 +230,16 @@ void System::number(const ContactProblem& problem, bool exact_coulomb) {
     t.law.exact = exact_coulomb && !contact.associated;
     for (int k = contact.first_term; k < contact.first_term + contact.terms; ++k) {
       const int b = active_[problem.terms[k].body];
-      if (std::any_of(terms.begin() + t.first, terms.end(), [&](const TouchTerm& known) { return known.body == b; })) continue;
+      if (std::any_of(terms.begin() + t.first, terms.end(),
+                      [&](const TouchTerm& known) { return known.body == b; }))
+        continue;
       terms.push_back({b, ndof[b], offset[b], at});
       at += 3 * static_cast<std::size_t>(ndof[b]);
     }
     t.count = static_cast<int>(terms.size()) - t.first;
   }
-  if (J.size() < at) J.resize(at);   // what is beyond is not looked at: shrunk and grown again it would be cleared each time
+  if (J.size() < at)
+    J.resize(at);  // what is beyond is not looked at: shrunk and grown again it would be cleared each time
 }
 
 /// Jacobians, bias and Delassus block of one contact.
@@ -234,7 +249,8 @@ void System::fill(const ContactProblem& problem, int contact) {
   t.bias = source.bias;
   t.compliance = source.compliance;
   t.W = t.compliance.asDiagonal();
-  for (int e = t.first; e < t.first + t.count; ++e) std::fill_n(J.data() + terms[e].at, 3 * static_cast<std::size_t>(terms[e].n), 0.0);
+  for (int e = t.first; e < t.first + t.count; ++e)
+    std::fill_n(J.data() + terms[e].at, 3 * static_cast<std::size_t>(terms[e].n), 0.0);
   for (int k = source.first_term; k < source.first_term + source.terms; ++k) {
     const ContactTerm& from = problem.terms[k];
     int e = t.first;
@@ -255,7 +271,7 @@ void System::fill(const ContactProblem& problem, int contact) {
     if (m > 12) {
       multiply_few(row, M, m);
     } else {
-      for (int c = 0; c < m; ++c) {   // column c of J M needs columns c and beyond of J
+      for (int c = 0; c < m; ++c) {  // column c of J M needs columns c and beyond of J
         Vec3 sum = Vec3::Zero();
         for (int q = c; q < m; ++q)
           for (int i = 0; i < 3; ++i) sum[i] += row[i * m + q] * M[c * m + q];
@@ -271,12 +287,15 @@ void System::fill(const ContactProblem& problem, int contact) {
       }
   }
   t.w = t.wt = t.W.trace() / 3;
-  // A spring along the face that gives by far more than the normal: of one mean of the two, round-off would be more than what is asked.
+  // A spring along the face that gives by far more than the normal: of one mean of the two, round-off would
+  // be more than what is asked.
   constexpr double apart = 1e4;
-  if (const double along = std::max(t.W(1, 1), t.W(2, 2)); along > apart * t.W(0, 0) && t.W(0, 0) > 0) t.w = t.W(0, 0), t.wt = along;
+  if (const double along = std::max(t.W(1, 1), t.W(2, 2)); along > apart * t.W(0, 0) && t.W(0, 0) > 0)
+    t.w = t.W(0, 0), t.wt = along;
   t.slip = t.w > 0 ? eliminate_normal(t.W) : Eliminated{};
   // Sliding presses it by no more than mu |c| of what friction takes.
-  t.opens = t.w > 0 && t.law.exact && t.law.floor == 0 && t.law.cohesion == 0 && t.law.mu * length(t.slip.c1, t.slip.c2) < 1;
+  t.opens = t.w > 0 && t.law.exact && t.law.floor == 0 && t.law.cohesion == 0 &&
+            t.law.mu * length(t.slip.c1, t.slip.c2) < 1;
 }
 
 void System::assemble(const ContactProblem& problem, bool exact_coulomb) {

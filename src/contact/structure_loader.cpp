@@ -5,11 +5,15 @@
 namespace talus {
 namespace {
 
-void* symbol(const char* name) { return module_symbol("libtalus_fem.so", name, "structure", "build the target talus_fem, or point TALUS_MODULE_DIR to its folder"); }
+void* symbol(const char* name) {
+  return module_symbol("libtalus_fem.so", name, "structure",
+                       "build the target talus_fem, or point TALUS_MODULE_DIR to its folder");
+}
 
 }  // namespace
 
-std::unique_ptr<Structure> load_structure(const StructureSpec& spec, const Vec3& gravity, const std::function<void(const std::string&)>& report) {
+std::unique_ptr<Structure> load_structure(const StructureSpec& spec, const Vec3& gravity,
+                                          const std::function<void(const std::string&)>& report) {
   static const auto make = reinterpret_cast<MakeStructure>(symbol("talus_make_structure"));
   return std::unique_ptr<Structure>(make(spec, gravity, report));
 }

@@ -33,7 +33,8 @@ void SurfaceIndex::Impl::follow(const TriangleSurface& from) {
   Focus& f = *focus;
   const bool changed = from.revision != surface.revision;
   if (!changed && f.chosen) {
-    for (const int v : f.vertices) surface.vertices[v] = from.vertices[v], surface.velocities[v] = from.velocities[v];
+    for (const int v : f.vertices)
+      surface.vertices[v] = from.vertices[v], surface.velocities[v] = from.velocities[v];
     for (const int t : f.triangles) compute_normal(t);
     tree.refit([&](int t) { return triangle_box(t); });
     return;
@@ -51,7 +52,8 @@ void SurfaceIndex::Impl::follow(const TriangleSurface& from) {
   normal.resize(surface.triangles.size());
   for (const int t : f.triangles) compute_normal(t);
   if (f.new_topology) connect(f.triangles);
-  tree.build(std::span<const int>(f.triangles), [&](int t) { return triangle_box(t); }, 4);
+  tree.build(
+      std::span<const int>(f.triangles), [&](int t) { return triangle_box(t); }, 4);
 }
 
 /// The faces whose box meets one of the boxes, and two rings of faces around them.
@@ -59,15 +61,20 @@ void SurfaceIndex::Impl::choose() {
   const auto& T = surface.triangles;
   const std::size_t faces = T.size() / 4;
   BoxTree near;
-  near.build(static_cast<int>(focus->boxes.size()), [&](int i) { return focus->boxes[static_cast<std::size_t>(i)]; });
+  near.build(static_cast<int>(focus->boxes.size()),
+             [&](int i) { return focus->boxes[static_cast<std::size_t>(i)]; });
   std::vector<char> chosen(faces, 0), marked(surface.vertices.size(), 0);
   for (std::size_t q = 0; q < faces; ++q) {
     Box3 box;
     for (int k = 0; k < 4; ++k) box.extend(surface.vertices[T[4 * q + k][0]]);
-    chosen[q] = near.traverse([&](const Vec3& lo, const Vec3& hi) { return (lo.array() <= box.max().array()).all() && (hi.array() >= box.min().array()).all(); },
-                              [&](int i) { return !focus->boxes[static_cast<std::size_t>(i)].intersects(box); })
-                    ? 0
-                    : 1;
+    chosen[q] =
+        near.traverse(
+            [&](const Vec3& lo, const Vec3& hi) {
+              return (lo.array() <= box.max().array()).all() && (hi.array() >= box.min().array()).all();
+            },
+            [&](int i) { return !focus->boxes[static_cast<std::size_t>(i)].intersects(box); })
+            ? 0
+            : 1;
   }
   for (int ring = 0; ring < 2; ++ring) {
     for (std::size_t q = 0; q < faces; ++q)

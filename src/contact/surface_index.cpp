@@ -44,10 +44,12 @@ void SurfaceIndex::Impl::adopt(const TriangleSurface& from) {
       }
   compute_normals();
   connect();
-  tree.build(static_cast<int>(T.size()), [&](int t) { return triangle_box(t); }, fans() ? 4 : 1);
+  tree.build(
+      static_cast<int>(T.size()), [&](int t) { return triangle_box(t); }, fans() ? 4 : 1);
 }
 
-/// Triangles at each vertex, and opposite half-edges through those at the start vertex; a side shared by three or more counts as a rim.
+/// Triangles at each vertex, and opposite half-edges through those at the start vertex; a side shared by
+/// three or more counts as a rim.
 void SurfaceIndex::Impl::connect() {
   std::vector<int> all(surface.triangles.size());
   std::iota(all.begin(), all.end(), 0);
@@ -61,7 +63,9 @@ void SurfaceIndex::Impl::connect(const std::vector<int>& triangles) {
     for (const int v : T[t]) ++vertex_offset[v + 1];
   std::partial_sum(vertex_offset.begin(), vertex_offset.end(), vertex_offset.begin());
   vertex_triangle.resize(3 * triangles.size());
-  struct Sides { int triangle, to, from; };   // of a triangle at a vertex: where its side from there ends, and where the one to there starts
+  struct Sides {
+    int triangle, to, from;
+  };  // of a triangle at a vertex: where its side from there ends, and where the one to there starts
   std::vector<Sides> at_vertex(3 * triangles.size());
   std::vector<int> at(vertex_offset.begin(), vertex_offset.end() - 1);
   for (const int t : triangles)
@@ -138,8 +142,8 @@ void SurfaceIndex::refit(const TriangleSurface& surface) {
     s.follow(surface);
     return;
   }
-  if (surface.triangles.size() != s.surface.triangles.size() || surface.vertices.size() != s.surface.vertices.size() ||
-      surface.revision != s.surface.revision) {
+  if (surface.triangles.size() != s.surface.triangles.size() ||
+      surface.vertices.size() != s.surface.vertices.size() || surface.revision != s.surface.revision) {
     s.adopt(surface);
   } else {
     s.surface.vertices = surface.vertices;
@@ -195,23 +199,26 @@ int SurfaceIndex::triangle_at(const Vec3& x) const {
 double SurfaceIndex::height(double x, double y) const {
   const Impl& s = *impl_;
   double best = std::numeric_limits<double>::quiet_NaN();
-  s.tree.traverse(
-      [&](const Vec3& lo, const Vec3& hi) { return lo.x() <= x && x <= hi.x() && lo.y() <= y && y <= hi.y(); },
-      [&](int t) {
-        const auto& v = s.surface.triangles[t];
-        const Vec3 &a = s.surface.vertices[v[0]], &b = s.surface.vertices[v[1]], &c = s.surface.vertices[v[2]];
-        const auto cross = [](double ux, double uy, double vx, double vy) { return ux * vy - uy * vx; };
-        const double all = cross(b.x() - a.x(), b.y() - a.y(), c.x() - a.x(), c.y() - a.y());
-        if (all == 0) return true;
-        const double wa = cross(b.x() - x, b.y() - y, c.x() - x, c.y() - y) / all;
-        const double wb = cross(c.x() - x, c.y() - y, a.x() - x, a.y() - y) / all;
-        const double wc = 1 - wa - wb;
-        constexpr double slack = -1e-12;  // points on a shared side belong to both triangles
-        if (wa < slack || wb < slack || wc < slack) return true;
-        const double z = wa * a.z() + wb * b.z() + wc * c.z();
-        if (!(best >= z)) best = z;
-        return true;
-      });
+  s.tree.traverse([&](const Vec3& lo,
+                      const Vec3& hi) { return lo.x() <= x && x <= hi.x() && lo.y() <= y && y <= hi.y(); },
+                  [&](int t) {
+                    const auto& v = s.surface.triangles[t];
+                    const Vec3 &a = s.surface.vertices[v[0]], &b = s.surface.vertices[v[1]],
+                               &c = s.surface.vertices[v[2]];
+                    const auto cross = [](double ux, double uy, double vx, double vy) {
+                      return ux * vy - uy * vx;
+                    };
+                    const double all = cross(b.x() - a.x(), b.y() - a.y(), c.x() - a.x(), c.y() - a.y());
+                    if (all == 0) return true;
+                    const double wa = cross(b.x() - x, b.y() - y, c.x() - x, c.y() - y) / all;
+                    const double wb = cross(c.x() - x, c.y() - y, a.x() - x, a.y() - y) / all;
+                    const double wc = 1 - wa - wb;
+                    constexpr double slack = -1e-12;  // points on a shared side belong to both triangles
+                    if (wa < slack || wb < slack || wc < slack) return true;
+                    const double z = wa * a.z() + wb * b.z() + wc * c.z();
+                    if (!(best >= z)) best = z;
+                    return true;
+                  });
   return best;
 }
 

@@ -7,13 +7,13 @@
 #include <cstdlib>
 
 #ifdef TALUS_AUDIT
-#define TALUS_ASSERT(condition, ...)                                                                      \
-  do {                                                                                                    \
-    if (!(condition)) {                                                                                   \
-      std::fprintf(stderr, "%s:%d: assertion failed: %s %s\n", __FILE__, __LINE__, #condition,            \
-                   fmt::format("" __VA_ARGS__).c_str());                                                  \
-      std::abort();                                                                                       \
-    }                                                                                                     \
+#define TALUS_ASSERT(condition, ...)                                                           \
+  do {                                                                                         \
+    if (!(condition)) {                                                                        \
+      std::fprintf(stderr, "%s:%d: assertion failed: %s %s\n", __FILE__, __LINE__, #condition, \
+                   fmt::format("" __VA_ARGS__).c_str());                                       \
+      std::abort();                                                                            \
+    }                                                                                          \
   } while (false)
 #else
 #define TALUS_ASSERT(condition, ...) ((void)0)

@@ -5,7 +5,8 @@
 
 namespace talus {
 
-/// RFC 4180: a name with a comma, quote or line break stands in quotes. One that a spreadsheet would take for a formula has an apostrophe before it.
+/// RFC 4180: a name with a comma, quote or line break stands in quotes. One that a spreadsheet would take for
+/// a formula has an apostrophe before it.
 inline std::string csv_field(std::string_view name) {
   constexpr std::string_view begins_a_formula = "=+-@\t\r";
   std::string text;

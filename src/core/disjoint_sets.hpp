@@ -1,4 +1,5 @@
-/// Disjoint sets of the numbers 0 to n - 1. The lowest number of a set is its name, whatever the order in which its members were joined.
+/// Disjoint sets of the numbers 0 to n - 1. The lowest number of a set is its name, whatever the order in
+/// which its members were joined.
 #pragma once
 #include <algorithm>
 #include <numeric>
@@ -8,7 +9,9 @@ namespace talus {
 
 class DisjointSets {
  public:
-  explicit DisjointSets(int n) : parent_(static_cast<std::size_t>(n)) { std::iota(parent_.begin(), parent_.end(), 0); }
+  explicit DisjointSets(int n) : parent_(static_cast<std::size_t>(n)) {
+    std::iota(parent_.begin(), parent_.end(), 0);
+  }
 
   /// The lowest number in the set of `i`.
   int root(int i) {

@@ -6,17 +6,18 @@
 
 namespace talus {
 
-/// One thing wrong with the input: where it is, what it is, and what to do. `check(scene)` collects all of them.
+/// One thing wrong with the input: where it is, what it is, and what to do. `check(scene)` collects all of
+/// them.
 struct Problem {
   enum class Severity { error, warning };
   Severity severity = Severity::error;
-  std::string file;    // path as the user gave it; empty if none applies
-  int line = 0;        // 1-based; 0 if unknown
-  int column = 0;      // 1-based; 0 if unknown
-  std::string key;     // dotted key, e.g. "block.B1.size", or the entity, e.g. "mesh edge 12-17"
-  std::string value;   // the offending value as text
-  std::string rule;    // what must hold
-  std::string remedy;  // what to do
+  std::string file;         // path as the user gave it; empty if none applies
+  int line = 0;             // 1-based; 0 if unknown
+  int column = 0;           // 1-based; 0 if unknown
+  std::string key;          // dotted key, e.g. "block.B1.size", or the entity, e.g. "mesh edge 12-17"
+  std::string value;        // the offending value as text
+  std::string rule;         // what must hold
+  std::string remedy;       // what to do
   std::string str() const;  // "file:line:column: error: key = value: rule; remedy"
 };
 

@@ -21,10 +21,20 @@ std::size_t sequence_length(std::string_view text, std::size_t i) {
   std::size_t n = 0;
   unsigned code = 0, least = 0;
   if (c < 0x80) return 1;
-  if (c >= 0xc2 && c <= 0xdf) { n = 2; code = c & 0x1fU; least = 0x80; }
-  else if ((c & 0xf0) == 0xe0) { n = 3; code = c & 0x0fU; least = 0x800; }
-  else if (c >= 0xf0 && c <= 0xf4) { n = 4; code = c & 0x07U; least = 0x10000; }
-  else return 0;
+  if (c >= 0xc2 && c <= 0xdf) {
+    n = 2;
+    code = c & 0x1fU;
+    least = 0x80;
+  } else if ((c & 0xf0) == 0xe0) {
+    n = 3;
+    code = c & 0x0fU;
+    least = 0x800;
+  } else if (c >= 0xf0 && c <= 0xf4) {
+    n = 4;
+    code = c & 0x07U;
+    least = 0x10000;
+  } else
+    return 0;
   if (i + n > text.size()) return 0;
   for (std::size_t j = 1; j < n; ++j) {
     if ((byte(i + j) & 0xc0) != 0x80) return 0;
@@ -74,13 +84,20 @@ void JsonLog::write(Level level, std::string_view event, std::initializer_list<F
   const auto milliseconds = now.time_since_epoch().count() % 1000;
   std::string line = fmt::format("{{\"time\":\"{:%Y-%m-%dT%H:%M:%S}.{:03d}Z\",\"level\":\"{}\",\"event\":{}",
                                  fmt::gmtime(std::chrono::system_clock::to_time_t(now)), milliseconds,
-                                 level == Level::info ? "info" : level == Level::warning ? "warning" : "error", json_quoted(event));
+                                 level == Level::info      ? "info"
+                                 : level == Level::warning ? "warning"
+                                                           : "error",
+                                 json_quoted(event));
   for (const auto& [name, value] : fields) {
     line += "," + json_quoted(name) + ":";
-    if (const bool* b = std::get_if<bool>(&value)) line += *b ? "true" : "false";
-    else if (const long* n = std::get_if<long>(&value)) line += fmt::format("{}", *n);
-    else if (const double* d = std::get_if<double>(&value)) line += std::isfinite(*d) ? exact_text(*d) : "null";
-    else line += json_quoted(std::get<std::string>(value));
+    if (const bool* b = std::get_if<bool>(&value))
+      line += *b ? "true" : "false";
+    else if (const long* n = std::get_if<long>(&value))
+      line += fmt::format("{}", *n);
+    else if (const double* d = std::get_if<double>(&value))
+      line += std::isfinite(*d) ? exact_text(*d) : "null";
+    else
+      line += json_quoted(std::get<std::string>(value));
   }
   line += "}\n";
   const std::lock_guard lock(mutex_);

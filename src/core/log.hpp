@@ -1,4 +1,5 @@
-/// A log as JSON lines: one object a line with `time` (UTC, ISO 8601), `level`, `event`, and the fields given.
+/// A log as JSON lines: one object a line with `time` (UTC, ISO 8601), `level`, `event`, and the fields
+/// given.
 #pragma once
 #include <cstdio>
 #include <initializer_list>
@@ -20,13 +21,19 @@ class JsonLog {
   using Field = std::pair<std::string_view, Value>;
   enum class Level { info, warning, error };
 
-  JsonLog() = default;                                        // drops everything
+  JsonLog() = default;                                             // drops everything
   explicit JsonLog(const std::string& path, bool append = false);  // throws InputError if it cannot be opened
 
   void write(Level level, std::string_view event, std::initializer_list<Field> fields = {});
-  void info(std::string_view event, std::initializer_list<Field> fields = {}) { write(Level::info, event, fields); }
-  void warning(std::string_view event, std::initializer_list<Field> fields = {}) { write(Level::warning, event, fields); }
-  void error(std::string_view event, std::initializer_list<Field> fields = {}) { write(Level::error, event, fields); }
+  void info(std::string_view event, std::initializer_list<Field> fields = {}) {
+    write(Level::info, event, fields);
+  }
+  void warning(std::string_view event, std::initializer_list<Field> fields = {}) {
+    write(Level::warning, event, fields);
+  }
+  void error(std::string_view event, std::initializer_list<Field> fields = {}) {
+    write(Level::error, event, fields);
+  }
 
  private:
   std::unique_ptr<std::FILE, int (*)(std::FILE*)> file_{nullptr, &std::fclose};

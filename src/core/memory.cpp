@@ -27,13 +27,15 @@ double of_system() {
 double number_in(const char* path) {
   std::ifstream file(path);
   double value = 0;
-  return file >> value ? value : unlimited;   // "max" is no number
+  return file >> value ? value : unlimited;  // "max" is no number
 }
 
 /// Of a container: version 2 of control groups, and version 1.
 double of_group() {
-  const double two = number_in("/sys/fs/cgroup/memory.max") - std::min(1e300, number_in("/sys/fs/cgroup/memory.current"));
-  const double one = number_in("/sys/fs/cgroup/memory/memory.limit_in_bytes") - std::min(1e300, number_in("/sys/fs/cgroup/memory/memory.usage_in_bytes"));
+  const double two =
+      number_in("/sys/fs/cgroup/memory.max") - std::min(1e300, number_in("/sys/fs/cgroup/memory.current"));
+  const double one = number_in("/sys/fs/cgroup/memory/memory.limit_in_bytes") -
+                     std::min(1e300, number_in("/sys/fs/cgroup/memory/memory.usage_in_bytes"));
   return std::max(0.0, std::min(two > 0 ? two : 0, one));
 }
 
@@ -44,7 +46,8 @@ double of_process() {
   std::ifstream statm("/proc/self/statm");
   double pages = 0;
   if (!(statm >> pages)) return unlimited;
-  return std::max(0.0, static_cast<double>(limit.rlim_cur) - pages * static_cast<double>(sysconf(_SC_PAGESIZE)));
+  return std::max(0.0,
+                  static_cast<double>(limit.rlim_cur) - pages * static_cast<double>(sysconf(_SC_PAGESIZE)));
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
-/// What a process may still take of memory: the least of what the system, its control group and its own limit leave.
+/// What a process may still take of memory: the least of what the system, its control group and its own limit
+/// leave.
 #pragma once
 
 namespace talus {

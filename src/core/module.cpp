@@ -17,9 +17,7 @@ std::vector<std::filesystem::path>& further_places() {
 }
 }  // namespace
 
-void add_module_directory(const std::filesystem::path& directory) {
-  further_places().push_back(directory);
-}
+void add_module_directory(const std::filesystem::path& directory) { further_places().push_back(directory); }
 
 void* module_symbol(const std::string& file, const std::string& symbol, const std::string& key,
                     const std::string& remedy) {

@@ -1,4 +1,5 @@
-/// Multiples of a time, each the double nearest to the exact product of decimals: 3 x 0.1 s is 0.3 s. So multiples of one time that are also those of another are equal to the bit.
+/// Multiples of a time, each the double nearest to the exact product of decimals: 3 x 0.1 s is 0.3 s. So
+/// multiples of one time that are also those of another are equal to the bit.
 #pragma once
 #include <cmath>
 
@@ -17,7 +18,10 @@ class Multiples {
       }
     }
   }
-  double at(long k) const { return denominator_ > 0 ? static_cast<double>(k) * numerator_ / denominator_ : static_cast<double>(k) * time_; }
+  double at(long k) const {
+    return denominator_ > 0 ? static_cast<double>(k) * numerator_ / denominator_
+                            : static_cast<double>(k) * time_;
+  }
   /// The first that is later than t.
   long after(double t) const {
     long k = std::lround(std::floor(t / time_));
@@ -27,7 +31,7 @@ class Multiples {
   }
 
  private:
-  double time_, numerator_ = 0, denominator_ = 0;   // the latter 0: no short decimal
+  double time_, numerator_ = 0, denominator_ = 0;  // the latter 0: no short decimal
 };
 
 }  // namespace talus

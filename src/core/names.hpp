@@ -1,11 +1,14 @@
-/// What may be the name of a block, a structure, a material, a probe: it stands in messages and becomes the name of files and datasets.
+/// What may be the name of a block, a structure, a material, a probe: it stands in messages and becomes the
+/// name of files and datasets.
 #pragma once
 #include <string>
 #include <string_view>
 
 namespace talus {
 
-inline constexpr const char* name_rule = "a name has 1 to 100 bytes of UTF-8, without slash, backslash and control characters, and is not \".\", \"..\" or \"*\"";
+inline constexpr const char* name_rule =
+    "a name has 1 to 100 bytes of UTF-8, without slash, backslash and control characters, and is not \".\", "
+    "\"..\" or \"*\"";
 inline constexpr const char* name_remedy = "choose another name: it becomes the name of files and datasets";
 
 bool is_name(std::string_view text);
@@ -15,7 +18,8 @@ bool has_control_characters(std::string_view text);
 
 bool is_utf8(std::string_view text);
 
-/// As a message may show it: control characters other than line break and tabulator as \xNN, and all beyond ASCII if the text is no UTF-8.
+/// As a message may show it: control characters other than line break and tabulator as \xNN, and all beyond
+/// ASCII if the text is no UTF-8.
 std::string printable(std::string_view text);
 
 /// The name of the serial-th piece that comes off a structure, from 1.

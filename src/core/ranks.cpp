@@ -23,7 +23,9 @@ void work_alone() { alone = true; }
 Ranks* ranks() {
   if (alone || launched_ranks() == 1) return nullptr;
   using Give = Ranks* (*)();
-  static Ranks* const shared = reinterpret_cast<Give>(module_symbol("libtalus_mpi.so", "talus_ranks", "mpirun", "build the target talus_mpi (it needs MPI: make setup), or run one process"))();
+  static Ranks* const shared = reinterpret_cast<Give>(
+      module_symbol("libtalus_mpi.so", "talus_ranks", "mpirun",
+                    "build the target talus_mpi (it needs MPI: make setup), or run one process"))();
   return shared;
 }
 

@@ -10,7 +10,7 @@ namespace talus {
 class Sha256 {
  public:
   void update(std::string_view bytes);
-  std::string hex();   // finishes; the object is not used afterwards
+  std::string hex();  // finishes; the object is not used afterwards
 
  private:
   void block(const unsigned char* data);

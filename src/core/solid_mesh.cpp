@@ -11,7 +11,8 @@ namespace talus {
 namespace solid_mesh {
 
 long whole(const Reader& in, double x) {
-  if (!(std::abs(x) < 9e15)) in.fail(fmt::format("{:g}", x), "a whole number is expected here", "write the file again");
+  if (!(std::abs(x) < 9e15))
+    in.fail(fmt::format("{:g}", x), "a whole number is expected here", "write the file again");
   return static_cast<long>(x);
 }
 
@@ -19,7 +20,8 @@ void add_node(const Reader& in, Draft& mesh, long tag, const Vec3& x) {
   if (!x.allFinite()) in.fail(in.text(), "coordinates must be finite numbers", "correct the node");
   const auto [at, fresh] = mesh.number.try_emplace(tag, static_cast<int>(mesh.nodes.size()));
   if (!fresh && mesh.nodes[static_cast<std::size_t>(at->second)] != x)
-    in.fail(in.text(), fmt::format("node {} was given another place above", tag), "number the nodes of all parts through, or save one part to a file");
+    in.fail(in.text(), fmt::format("node {} was given another place above", tag),
+            "number the nodes of all parts through, or save one part to a file");
   if (!fresh) return;
   mesh.nodes.push_back(x);
 }
@@ -41,7 +43,9 @@ void refuse_group(const std::string& path, const std::string& name, const std::s
 
 namespace {
 
-std::string ending(const std::string& path) { return upper(std::filesystem::path(path).extension().string()); }
+std::string ending(const std::string& path) {
+  return upper(std::filesystem::path(path).extension().string());
+}
 
 [[noreturn]] void unknown_ending(const std::string& path) {
   Problem p;
@@ -74,7 +78,8 @@ std::string solid_mesh_text(const std::string& path, const SolidMesh& mesh) {
 }
 
 std::vector<std::array<int, 3>> outer_triangles(const SolidMesh& mesh) {
-  static constexpr int hex_face[6][4] = {{0, 3, 2, 1}, {4, 5, 6, 7}, {0, 1, 5, 4}, {1, 2, 6, 5}, {2, 3, 7, 6}, {3, 0, 4, 7}};
+  static constexpr int hex_face[6][4] = {{0, 3, 2, 1}, {4, 5, 6, 7}, {0, 1, 5, 4},
+                                         {1, 2, 6, 5}, {2, 3, 7, 6}, {3, 0, 4, 7}};
   static constexpr int tet_face[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
   std::map<std::vector<int>, int> shared;  // sorted nodes of a face -> cells that have it
   const auto each_face = [&mesh](const auto& visit) {

@@ -30,11 +30,16 @@ class AbaqusFile {
       const std::string& line = in_.text();
       if (line.empty() || line.rfind("**", 0) == 0) continue;
       const auto f = fields(line);
-      if (line[0] == '*') keyword(f);
-      else if (keyword_ == "*NODE") node(f);
-      else if (keyword_ == "*ELEMENT") element(f);
-      else if (keyword_ == "*INSTANCE") placement(f);
-      else if ((keyword_ == "*NSET" || keyword_ == "*ELSET") && !set_.empty()) set(f);
+      if (line[0] == '*')
+        keyword(f);
+      else if (keyword_ == "*NODE")
+        node(f);
+      else if (keyword_ == "*ELEMENT")
+        element(f);
+      else if (keyword_ == "*INSTANCE")
+        placement(f);
+      else if ((keyword_ == "*NSET" || keyword_ == "*ELSET") && !set_.empty())
+        set(f);
     }
     return std::move(mesh_);
   }
@@ -54,32 +59,42 @@ class AbaqusFile {
     std::string type;
     for (std::size_t i = 1; i < f.size(); ++i) {
       const auto eq = f[i].find('=');
-      const std::string key = upper(f[i].substr(0, eq)), value = eq == std::string::npos ? "" : f[i].substr(eq + 1);
+      const std::string key = upper(f[i].substr(0, eq)),
+                        value = eq == std::string::npos ? "" : f[i].substr(eq + 1);
       if (key == "NSET" || key == "ELSET") set_ = value;
       if (key == "TYPE") type = upper(value);
       if (key == "GENERATE") generate_ = true;
     }
-    if (keyword_ == "*INCLUDE") in_.fail(in_.text(), "included files are not read", "write the mesh into one file");
+    if (keyword_ == "*INCLUDE")
+      in_.fail(in_.text(), "included files are not read", "write the mesh into one file");
     if (keyword_ == "*ELEMENT") element_type(type);
   }
 
   /// Lines and surfaces carry no volume: they only name groups.
   void element_type(const std::string& type) {
-    static const std::map<std::string, std::size_t> flat{{"T3D2", 2}, {"B31", 2}, {"CPS3", 3}, {"CPE3", 3}, {"S3", 3}, {"M3D3", 3}, {"CPS4", 4}, {"CPE4", 4},
-                                                         {"CPS4R", 4}, {"S4", 4}, {"S4R", 4}, {"M3D4", 4}, {"SFM3D3", 3}, {"SFM3D4", 4}};
+    static const std::map<std::string, std::size_t> flat{
+        {"T3D2", 2}, {"B31", 2},   {"CPS3", 3}, {"CPE3", 3}, {"S3", 3},   {"M3D3", 3},   {"CPS4", 4},
+        {"CPE4", 4}, {"CPS4R", 4}, {"S4", 4},   {"S4R", 4},  {"M3D4", 4}, {"SFM3D3", 3}, {"SFM3D4", 4}};
     const auto named = flat.find(type);
     solid_ = named == flat.end();
     type_ = type;
-    if (!solid_) wanted_ = named->second;
-    else if (type.rfind("C3D8", 0) == 0) wanted_ = 8;
-    else if (type == "C3D4") wanted_ = 4;
-    else in_.fail("TYPE=" + type, "only C3D8 (hexahedra) and C3D4 (tetrahedra) are supported", "remesh with first-order hexahedra or tetrahedra");
+    if (!solid_)
+      wanted_ = named->second;
+    else if (type.rfind("C3D8", 0) == 0)
+      wanted_ = 8;
+    else if (type == "C3D4")
+      wanted_ = 4;
+    else
+      in_.fail("TYPE=" + type, "only C3D8 (hexahedra) and C3D4 (tetrahedra) are supported",
+               "remesh with first-order hexahedra or tetrahedra");
   }
 
   void node(const std::vector<std::string>& f) {
     if (f.size() < 4) in_.fail(in_.text(), "number, x, y, z are expected", "correct the line");
     if (std::any_of(f.begin() + 4, f.end(), [](const std::string& s) { return !s.empty(); }))
-      in_.fail(in_.text(), "number, x, y, z are expected, and nothing after them: are the commas decimal ones?", "write numbers with decimal points, separated by commas");
+      in_.fail(in_.text(),
+               "number, x, y, z are expected, and nothing after them: are the commas decimal ones?",
+               "write numbers with decimal points, separated by commas");
     Vec3 x;
     for (int c = 0; c < 3; ++c) {
       char* end = nullptr;
@@ -117,14 +132,17 @@ class AbaqusFile {
   void placement(const std::vector<std::string>& f) const {
     for (const std::string& s : f)
       if (!s.empty() && std::strtod(s.c_str(), nullptr) != 0)
-        in_.fail(in_.text(), "instances are read where their part stands, this one is moved", "write the mesh flat (no parts and instances), with the nodes where they belong");
+        in_.fail(in_.text(), "instances are read where their part stands, this one is moved",
+                 "write the mesh flat (no parts and instances), with the nodes where they belong");
   }
 
   void set(const std::vector<std::string>& f) {
     std::set<int>& group = mesh_.groups[set_];
     for (const long m : generate_ ? range(f) : listed(f, group)) {
-      if (keyword_ == "*NSET") group.insert(in_.node(mesh_, m));
-      else if (const auto e = element_nodes_.find(m); e != element_nodes_.end()) group.insert(e->second.begin(), e->second.end());
+      if (keyword_ == "*NSET")
+        group.insert(in_.node(mesh_, m));
+      else if (const auto e = element_nodes_.find(m); e != element_nodes_.end())
+        group.insert(e->second.begin(), e->second.end());
     }
   }
 
@@ -133,8 +151,10 @@ class AbaqusFile {
     std::vector<long> members;
     for (const std::string& s : f) {
       if (s.empty()) continue;
-      if (std::isdigit(static_cast<unsigned char>(s[0]))) members.push_back(number(s));
-      else group.insert(mesh_.groups[s].begin(), mesh_.groups[s].end());
+      if (std::isdigit(static_cast<unsigned char>(s[0])))
+        members.push_back(number(s));
+      else
+        group.insert(mesh_.groups[s].begin(), mesh_.groups[s].end());
     }
     return members;
   }
@@ -145,8 +165,13 @@ class AbaqusFile {
     if (step <= 0) in_.fail(in_.text(), "the step must be positive", "correct the line");
     const long first = number(f[0]), last = number(f[1]);
     // Unsigned: the distance of any two numbers.
-    const unsigned long count = first <= last ? (static_cast<unsigned long>(last) - static_cast<unsigned long>(first)) / static_cast<unsigned long>(step) + 1 : 0;
-    if (count > 10'000'000) in_.fail(in_.text(), "the range has more than ten million members", "correct the range");
+    const unsigned long count = first <= last
+                                    ? (static_cast<unsigned long>(last) - static_cast<unsigned long>(first)) /
+                                              static_cast<unsigned long>(step) +
+                                          1
+                                    : 0;
+    if (count > 10'000'000)
+      in_.fail(in_.text(), "the range has more than ten million members", "correct the range");
     std::vector<long> members;
     for (unsigned long k = 0; k < count; ++k) members.push_back(first + static_cast<long>(k) * step);
     return members;
@@ -157,7 +182,7 @@ class AbaqusFile {
   std::string keyword_, type_, set_;
   bool generate_ = false, solid_ = true;
   std::size_t wanted_ = 0;
-  std::vector<long> pending_;                                 // numbers of an element that is not yet complete
+  std::vector<long> pending_;  // numbers of an element that is not yet complete
   std::unordered_map<long, std::vector<int>> element_nodes_;  // for look-up only
 };
 
@@ -169,7 +194,8 @@ std::string abaqus_text(const std::string& path, const SolidMesh& mesh) {
   fmt::memory_buffer text;
   const auto out = std::back_inserter(text);
   fmt::format_to(out, "*NODE\n");
-  for (std::size_t n = 0; n < mesh.nodes.size(); ++n) fmt::format_to(out, "{}, {}, {}, {}\n", n + 1, mesh.nodes[n].x(), mesh.nodes[n].y(), mesh.nodes[n].z());
+  for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
+    fmt::format_to(out, "{}, {}, {}, {}\n", n + 1, mesh.nodes[n].x(), mesh.nodes[n].y(), mesh.nodes[n].z());
   std::size_t element = 0;
   const auto cells = [&](std::string_view type, const auto& list) {
     if (list.empty()) return;
@@ -183,10 +209,13 @@ std::string abaqus_text(const std::string& path, const SolidMesh& mesh) {
   cells("C3D8", mesh.hexes);
   cells("C3D4", mesh.tets);
   for (const auto& [name, nodes] : mesh.groups) {
-    if (name.empty() || name.find_first_of(",\"*=\n\r\t ") != std::string::npos) refuse_group(path, name, "the name of a set in an .inp file holds no blank and none of , = * and quotation marks");
+    if (name.empty() || name.find_first_of(",\"*=\n\r\t ") != std::string::npos)
+      refuse_group(path, name,
+                   "the name of a set in an .inp file holds no blank and none of , = * and quotation marks");
     fmt::format_to(out, "*NSET, NSET={}\n", name);
     std::size_t on_line = 0;
-    for (const int n : nodes) fmt::format_to(out, "{}{}", n + 1, ++on_line % 16 == 0 || on_line == nodes.size() ? "\n" : ", ");
+    for (const int n : nodes)
+      fmt::format_to(out, "{}{}", n + 1, ++on_line % 16 == 0 || on_line == nodes.size() ? "\n" : ", ");
   }
   return fmt::to_string(text);
 }

@@ -48,12 +48,15 @@ class Reader {
     std::istringstream s(text_);
     std::vector<T> v;
     for (T x; s >> x;) v.push_back(x);
-    if (v.size() < least) fail(text_, fmt::format("at least {} numbers are expected here", least), "write the file again as ASCII");
+    if (v.size() < least)
+      fail(text_, fmt::format("at least {} numbers are expected here", least),
+           "write the file again as ASCII");
     return v;
   }
   int node(const Draft& mesh, long tag) const {
     const auto found = mesh.number.find(tag);
-    if (found == mesh.number.end()) fail(fmt::format("node {}", tag), "the node is not defined", "write the nodes with the elements");
+    if (found == mesh.number.end())
+      fail(fmt::format("node {}", tag), "the node is not defined", "write the nodes with the elements");
     return found->second;
   }
 

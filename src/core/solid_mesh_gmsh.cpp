@@ -8,17 +8,27 @@ namespace talus::solid_mesh {
 namespace {
 
 /// Takes one Gmsh element; what carries no volume only names groups.
-void add_gmsh_element(const Reader& in, Draft& mesh, int type, const std::vector<long>& tags, std::size_t first, const std::vector<std::string>& groups) {
+void add_gmsh_element(const Reader& in, Draft& mesh, int type, const std::vector<long>& tags,
+                      std::size_t first, const std::vector<std::string>& groups) {
   static const std::map<int, int> count{{15, 1}, {1, 2}, {2, 3}, {3, 4}, {4, 4}, {5, 8}};
   const auto known = count.find(type);
   if (known == count.end()) {
-    static const std::map<int, std::string> names{{6, "prism"}, {7, "pyramid"}, {8, "second-order line"}, {9, "second-order triangle"}, {10, "second-order quadrangle"},
-                                                  {11, "second-order tetrahedron"}, {12, "second-order hexahedron"}, {16, "second-order quadrangle"}, {17, "second-order hexahedron"}};
+    static const std::map<int, std::string> names{{6, "prism"},
+                                                  {7, "pyramid"},
+                                                  {8, "second-order line"},
+                                                  {9, "second-order triangle"},
+                                                  {10, "second-order quadrangle"},
+                                                  {11, "second-order tetrahedron"},
+                                                  {12, "second-order hexahedron"},
+                                                  {16, "second-order quadrangle"},
+                                                  {17, "second-order hexahedron"}};
     const auto name = names.find(type);
-    in.fail(fmt::format("element type {}{}", type, name == names.end() ? "" : " (" + name->second + ")"), "only first-order hexahedra and tetrahedra are supported",
+    in.fail(fmt::format("element type {}{}", type, name == names.end() ? "" : " (" + name->second + ")"),
+            "only first-order hexahedra and tetrahedra are supported",
             "mesh with Mesh.ElementOrder = 1 and hexahedra (Recombine) or tetrahedra alone");
   }
-  if (tags.size() < first + known->second) in.fail(in.text(), "too few nodes for the element", "write the file again");
+  if (tags.size() < first + known->second)
+    in.fail(in.text(), "too few nodes for the element", "write the file again");
   std::vector<int> node;
   for (int i = 0; i < known->second; ++i) node.push_back(in.node(mesh, tags[first + i]));
   for (const std::string& group : groups) mesh.groups[group].insert(node.begin(), node.end());
@@ -41,11 +51,16 @@ class GmshFile {
   SolidMesh read() {
     while (in_.line()) {
       const std::string section = in_.text();
-      if (section == "$MeshFormat") format();
-      else if (section == "$PhysicalNames") physical_names();
-      else if (section == "$Entities") entities();
-      else if (section == "$Nodes") version_ == 2.2 ? nodes_2() : nodes_4();
-      else if (section == "$Elements") version_ == 2.2 ? elements_2() : elements_4();
+      if (section == "$MeshFormat")
+        format();
+      else if (section == "$PhysicalNames")
+        physical_names();
+      else if (section == "$Entities")
+        entities();
+      else if (section == "$Nodes")
+        version_ == 2.2 ? nodes_2() : nodes_4();
+      else if (section == "$Elements")
+        version_ == 2.2 ? elements_2() : elements_4();
     }
     if (version_ == 0) in_.fail("", "the file has no $MeshFormat section", "give a Gmsh .msh file");
     return std::move(mesh_);
@@ -68,7 +83,9 @@ class GmshFile {
     const auto v = in_.values<double>(2);
     version_ = v[0];
     if (v[1] != 0) in_.fail(in_.text(), "binary files are not read", "write with Mesh.Binary = 0");
-    if (version_ != 2.2 && version_ != 4.1) in_.fail(fmt::format("{:g}", version_), "versions 2.2 and 4.1 are read", "write with Mesh.MshFileVersion = 4.1");
+    if (version_ != 2.2 && version_ != 4.1)
+      in_.fail(fmt::format("{:g}", version_), "versions 2.2 and 4.1 are read",
+               "write with Mesh.MshFileVersion = 4.1");
   }
 
   void physical_names() {
@@ -76,7 +93,8 @@ class GmshFile {
       in_.need_line();
       const auto v = in_.values<long>(2);
       const std::size_t from = in_.text().find('"'), to = in_.text().rfind('"');
-      if (from == std::string::npos || to <= from) in_.fail(in_.text(), "a name in quotation marks is expected", "write the file again");
+      if (from == std::string::npos || to <= from)
+        in_.fail(in_.text(), "a name in quotation marks is expected", "write the file again");
       physical_[{static_cast<int>(v[0]), v[1]}] = in_.text().substr(from + 1, to - from - 1);
     }
   }
@@ -91,7 +109,8 @@ class GmshFile {
         const auto v = in_.values<double>(d == 0 ? 5 : 8);
         const std::size_t at = d == 0 ? 4 : 7;
         const long n = whole(in_, v[at]);
-        for (long k = 0; k < n && at + 1 + k < v.size(); ++k) entity_[{d, whole(in_, v[0])}].push_back(whole(in_, v[at + 1 + k]));
+        for (long k = 0; k < n && at + 1 + k < v.size(); ++k)
+          entity_[{d, whole(in_, v[0])}].push_back(whole(in_, v[at + 1 + k]));
       }
   }
 
@@ -123,7 +142,8 @@ class GmshFile {
       in_.need_line();
       const auto v = in_.values<long>(4);
       const int type = static_cast<int>(v[1]);
-      if (v[2] < 0 || v[2] > static_cast<long>(v.size())) in_.fail(in_.text(), "the number of tags does not fit the line", "write the file again");
+      if (v[2] < 0 || v[2] > static_cast<long>(v.size()))
+        in_.fail(in_.text(), "the number of tags does not fit the line", "write the file again");
       const auto d = dimension_of.find(type);
       std::vector<std::string> groups;
       if (v[2] > 0 && v[3] != 0 && d != dimension_of.end()) groups.push_back(group_name(d->second, v[3]));
@@ -148,8 +168,8 @@ class GmshFile {
   Reader in_;
   Draft mesh_;
   double version_ = 0;
-  std::map<std::pair<int, long>, std::string> physical_;         // (dimension, tag) -> name
-  std::map<std::pair<int, long>, std::vector<long>> entity_;     // (dimension, tag) -> physical tags
+  std::map<std::pair<int, long>, std::string> physical_;      // (dimension, tag) -> name
+  std::map<std::pair<int, long>, std::vector<long>> entity_;  // (dimension, tag) -> physical tags
 };
 
 }  // namespace
@@ -159,16 +179,20 @@ SolidMesh read_gmsh(const std::string& path) { return GmshFile(path).read(); }
 std::string gmsh_text(const std::string& path, const SolidMesh& mesh) {
   fmt::memory_buffer text;
   const auto out = std::back_inserter(text);
-  const std::size_t volume = mesh.groups.size() + 1;  // the physical group of the cells, after those of points
+  const std::size_t volume =
+      mesh.groups.size() + 1;  // the physical group of the cells, after those of points
   fmt::format_to(out, "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n{}\n", mesh.groups.size());
   std::size_t tag = 0, points = 0;
   for (const auto& [name, nodes] : mesh.groups) {
-    if (name.find_first_of("\"\n\r") != std::string::npos) refuse_group(path, name, "the name of a group in a .msh file holds no quotation mark and no line break");
+    if (name.find_first_of("\"\n\r") != std::string::npos)
+      refuse_group(path, name,
+                   "the name of a group in a .msh file holds no quotation mark and no line break");
     fmt::format_to(out, "0 {} \"{}\"\n", ++tag, name);
     points += nodes.size();
   }
   fmt::format_to(out, "$EndPhysicalNames\n$Nodes\n{}\n", mesh.nodes.size());
-  for (std::size_t n = 0; n < mesh.nodes.size(); ++n) fmt::format_to(out, "{} {} {} {}\n", n + 1, mesh.nodes[n].x(), mesh.nodes[n].y(), mesh.nodes[n].z());
+  for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
+    fmt::format_to(out, "{} {} {} {}\n", n + 1, mesh.nodes[n].x(), mesh.nodes[n].y(), mesh.nodes[n].z());
   fmt::format_to(out, "$EndNodes\n$Elements\n{}\n", points + mesh.hexes.size() + mesh.tets.size());
   std::size_t element = 0;
   tag = 0;

@@ -10,7 +10,8 @@
 namespace talus {
 namespace {
 
-/// Points by the cell of a grid that they lie in, to find those within `reach` of a place; reach is far below the cell's size.
+/// Points by the cell of a grid that they lie in, to find those within `reach` of a place; reach is far below
+/// the cell's size.
 class Places {
  public:
   Places(double cell, double reach) : cell_(cell), reach_(reach) {}
@@ -20,7 +21,8 @@ class Places {
     std::uint64_t seen[8];
     int count = 0;
     for (int corner = 0; corner < 8; ++corner) {
-      const std::uint64_t k = key(x + reach_ * Vec3(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1));
+      const std::uint64_t k =
+          key(x + reach_ * Vec3(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1));
       bool again = false;
       for (int i = 0; i < count; ++i) again = again || seen[i] == k;
       if (again) continue;
@@ -33,17 +35,19 @@ class Places {
  private:
   std::uint64_t key(const Vec3& x) const {
     std::uint64_t hash = 0;
-    for (int k = 0; k < 3; ++k) hash = (hash ^ static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(x[k] / cell_)))) * 0x9E3779B97F4A7C15ull;
+    for (int k = 0; k < 3; ++k)
+      hash = (hash ^ static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(x[k] / cell_)))) *
+             0x9E3779B97F4A7C15ull;
     return hash;
   }
   double cell_, reach_;
-  std::unordered_map<std::uint64_t, std::vector<int>> at_;   // for look-up only
+  std::unordered_map<std::uint64_t, std::vector<int>> at_;  // for look-up only
 };
 
 }  // namespace
 
 UnmergedNodes unmerged_nodes(const SolidMesh& mesh) {
-  constexpr double same = 1e-6, cell = 1e-3;   // of the size
+  constexpr double same = 1e-6, cell = 1e-3;  // of the size
   DisjointSets sets(static_cast<int>(mesh.nodes.size()));
   std::vector<char> used(mesh.nodes.size(), 0);
   const auto add = [&](const auto& cells) {
@@ -67,7 +71,10 @@ UnmergedNodes unmerged_nodes(const SolidMesh& mesh) {
     const Vec3& x = mesh.nodes[n];
     const int part = sets.root(static_cast<int>(n));
     bool meets = false;
-    places.near(x, [&](int other) { meets = meets || (sets.root(other) != part && (mesh.nodes[static_cast<std::size_t>(other)] - x).norm() <= same * size); });
+    places.near(x, [&](int other) {
+      meets = meets || (sets.root(other) != part &&
+                        (mesh.nodes[static_cast<std::size_t>(other)] - x).norm() <= same * size);
+    });
     if (meets && out.count++ == 0) out.first = x;
     places.add(x, static_cast<int>(n));
   }

@@ -19,10 +19,13 @@ namespace {
   throw InputError(std::move(p));
 }
 
-bool begins(const std::string& bytes, std::string_view mark) { return bytes.compare(0, mark.size(), mark) == 0; }
+bool begins(const std::string& bytes, std::string_view mark) {
+  return bytes.compare(0, mark.size(), mark) == 0;
+}
 
 using namespace std::string_view_literals;
-constexpr std::string_view utf8_mark = "\xEF\xBB\xBF"sv, little_mark = "\xFF\xFE"sv, big_mark = "\xFE\xFF"sv, little_32_mark = "\xFF\xFE\0\0"sv, big_32_mark = "\0\0\xFE\xFF"sv;
+constexpr std::string_view utf8_mark = "\xEF\xBB\xBF"sv, little_mark = "\xFF\xFE"sv, big_mark = "\xFE\xFF"sv,
+                           little_32_mark = "\xFF\xFE\0\0"sv, big_32_mark = "\0\0\xFE\xFF"sv;
 
 void append(std::string& out, std::uint32_t c) {
   if (c < 0x80) {
@@ -91,17 +94,25 @@ std::string read_bytes(const std::string& path) {
 }
 
 bool has_byte_order_mark(const std::string& bytes) {
-  return begins(bytes, utf8_mark) || begins(bytes, little_mark) || begins(bytes, big_mark) || begins(bytes, big_32_mark);
+  return begins(bytes, utf8_mark) || begins(bytes, little_mark) || begins(bytes, big_mark) ||
+         begins(bytes, big_32_mark);
 }
 
 std::string as_utf8(std::string bytes, const std::string& name) {
-  if (begins(bytes, little_32_mark) || begins(bytes, big_32_mark)) refuse(name, "is UTF-32 text", "save it as UTF-8");
-  if (begins(bytes, utf8_mark)) bytes.erase(0, utf8_mark.size());
-  else if (begins(bytes, little_mark)) bytes = from_utf16(bytes, 2, true, name);
-  else if (begins(bytes, big_mark)) bytes = from_utf16(bytes, 2, false, name);
-  else if (looks_like_utf16(bytes, 1)) bytes = from_utf16(bytes, 0, true, name);
-  else if (looks_like_utf16(bytes, 0)) bytes = from_utf16(bytes, 0, false, name);
-  if (bytes.find('\r') != std::string::npos && bytes.find('\n') == std::string::npos) std::replace(bytes.begin(), bytes.end(), '\r', '\n');
+  if (begins(bytes, little_32_mark) || begins(bytes, big_32_mark))
+    refuse(name, "is UTF-32 text", "save it as UTF-8");
+  if (begins(bytes, utf8_mark))
+    bytes.erase(0, utf8_mark.size());
+  else if (begins(bytes, little_mark))
+    bytes = from_utf16(bytes, 2, true, name);
+  else if (begins(bytes, big_mark))
+    bytes = from_utf16(bytes, 2, false, name);
+  else if (looks_like_utf16(bytes, 1))
+    bytes = from_utf16(bytes, 0, true, name);
+  else if (looks_like_utf16(bytes, 0))
+    bytes = from_utf16(bytes, 0, false, name);
+  if (bytes.find('\r') != std::string::npos && bytes.find('\n') == std::string::npos)
+    std::replace(bytes.begin(), bytes.end(), '\r', '\n');
   return bytes;
 }
 

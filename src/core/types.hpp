@@ -1,4 +1,5 @@
-/// Small fixed-size vectors and matrices that every folder shares. SI units throughout; x east, y north, z up.
+/// Small fixed-size vectors and matrices that every folder shares. SI units throughout; x east, y north, z
+/// up.
 #pragma once
 #include <Eigen/Core>
 #include <Eigen/Geometry>

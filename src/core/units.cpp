@@ -14,8 +14,8 @@ namespace {
 
 struct Unit {
   std::string_view name;
-  int ten;            // power of ten
-  double factor;      // what no power of ten can say
+  int ten;        // power of ten
+  double factor;  // what no power of ten can say
   Dimension dimension;
   bool prefixes;
 };
@@ -80,17 +80,26 @@ bool find_unit(std::string_view text, Unit& found) {
 
 /// What a unit that is not known is written as.
 std::string unknown_unit(std::string_view name) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 22> strangers{{
-      {"ft", "1 ft = 0.3048 m"}, {"feet", "1 ft = 0.3048 m"}, {"in", "1 in = 25.4 mm"}, {"inch", "1 in = 25.4 mm"}, {"yd", "1 yd = 0.9144 m"}, {"mile", "1 mile = 1609.344 m"},
-      {"mph", "1 mph = 0.44704 m/s"}, {"lb", "1 lb = 0.45359237 kg"}, {"lbs", "1 lb = 0.45359237 kg"}, {"psi", "1 psi = 6894.757 Pa"}, {"ksi", "1 ksi = 6.894757 MPa"},
-      {"grad", "write \"deg\" (degrees) or \"gon\""}, {"degree", "write \"deg\""}, {"degrees", "write \"deg\""}, {"sec", "write \"s\""}, {"hr", "write \"h\""},
-      {"metre", "write \"m\""}, {"meter", "write \"m\""}, {"meters", "write \"m\""}, {"ton", "write \"t\""}, {"tonnes", "write \"t\""}, {"kmh", "write \"km/h\""}}};
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 22> strangers{
+      {{"ft", "1 ft = 0.3048 m"},       {"feet", "1 ft = 0.3048 m"},
+       {"in", "1 in = 25.4 mm"},        {"inch", "1 in = 25.4 mm"},
+       {"yd", "1 yd = 0.9144 m"},       {"mile", "1 mile = 1609.344 m"},
+       {"mph", "1 mph = 0.44704 m/s"},  {"lb", "1 lb = 0.45359237 kg"},
+       {"lbs", "1 lb = 0.45359237 kg"}, {"psi", "1 psi = 6894.757 Pa"},
+       {"ksi", "1 ksi = 6.894757 MPa"}, {"grad", "write \"deg\" (degrees) or \"gon\""},
+       {"degree", "write \"deg\""},     {"degrees", "write \"deg\""},
+       {"sec", "write \"s\""},          {"hr", "write \"h\""},
+       {"metre", "write \"m\""},        {"meter", "write \"m\""},
+       {"meters", "write \"m\""},       {"ton", "write \"t\""},
+       {"tonnes", "write \"t\""},       {"kmh", "write \"km/h\""}}};
   for (const auto& [stranger, what] : strangers)
     if (stranger == name) return fmt::format("unknown unit \"{}\": {}", name, what);
   std::string known;
   for (const Unit& unit : units)
     if (unit.name != "1" && unit.name != "-") known += (known.empty() ? "" : " ") + std::string(unit.name);
-  return fmt::format("unknown unit \"{}\"; known are {}, with the prefixes G M k h d c m u n, joined as in \"t/m^3\"", name, known);
+  return fmt::format(
+      "unknown unit \"{}\"; known are {}, with the prefixes G M k h d c m u n, joined as in \"t/m^3\"", name,
+      known);
 }
 
 bool is_space(char c) { return c == ' ' || c == '\t'; }
@@ -136,7 +145,8 @@ std::optional<Quantity> parse_quantity(std::string_view text, std::string& error
   double value = 0;
   const auto [end, status] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (status != std::errc{}) {
-    error = status == std::errc::result_out_of_range ? "the number is too large or too small" : "does not start with a number";
+    error = status == std::errc::result_out_of_range ? "the number is too large or too small"
+                                                     : "does not start with a number";
     return {};
   }
   const std::string number(text.data(), end);
@@ -168,8 +178,9 @@ std::optional<Quantity> parse_quantity(std::string_view text, std::string& error
     if (c == '1' || c == '-' || c == '%') {
       ++i;
     } else {
-      while (i < rest.size() && !is_space(rest[i]) && !is_digit(rest[i]) && rest[i] != '/' && rest[i] != '*' && rest[i] != '.' &&
-             rest[i] != '^' && rest.substr(i, 2) != "\u00b2" && rest.substr(i, 2) != "\u00b3" && rest.substr(i, 2) != "\u00b7")
+      while (i < rest.size() && !is_space(rest[i]) && !is_digit(rest[i]) && rest[i] != '/' &&
+             rest[i] != '*' && rest[i] != '.' && rest[i] != '^' && rest.substr(i, 2) != "\u00b2" &&
+             rest.substr(i, 2) != "\u00b3" && rest.substr(i, 2) != "\u00b7")
         ++i;
     }
     const std::string_view name = rest.substr(start, i - start);

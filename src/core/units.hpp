@@ -2,8 +2,8 @@
 ///
 ///   value in SI = number x 10^n x factor
 ///
-/// The powers of ten of the prefixes are added to the decimal exponent before the text becomes a double, so "44.8 g" is
-/// the double nearest to 0.0448, and not 44.8 x 0.001.
+/// The powers of ten of the prefixes are added to the decimal exponent before the text becomes a double, so
+/// "44.8 g" is the double nearest to 0.0448, and not 44.8 x 0.001.
 ///
 /// symbol   meaning                                   unit
 /// m, kg, s exponents of the base units               1
@@ -38,25 +38,26 @@ inline constexpr Dimension pressure{-1, 1, -2, 0};
 inline constexpr Dimension force{1, 1, -2, 0};
 inline constexpr Dimension rate{0, 0, -1, 0};
 inline constexpr Dimension mass_rate{0, 1, -1, 0};
-inline constexpr Dimension stiffness{0, 1, -2, 0};             // N/m
-inline constexpr Dimension stiffness_per_area{-2, 1, -2, 0};   // Pa/m
-inline constexpr Dimension fracture_energy{0, 1, -2, 0};       // N/m
+inline constexpr Dimension stiffness{0, 1, -2, 0};            // N/m
+inline constexpr Dimension stiffness_per_area{-2, 1, -2, 0};  // Pa/m
+inline constexpr Dimension fracture_energy{0, 1, -2, 0};      // N/m
 inline constexpr Dimension per_length{-1, 0, 0, 0};
 }  // namespace dimension
 
 struct Quantity {
-  double value = 0;     // SI
+  double value = 0;  // SI
   Dimension dimension;
 };
 
-/// Reads a number with an optional unit. On failure returns nothing and says why in `error` (a clause without a full
-/// stop, such as `unknown unit "metre"`).
+/// Reads a number with an optional unit. On failure returns nothing and says why in `error` (a clause without
+/// a full stop, such as `unknown unit "metre"`).
 std::optional<Quantity> parse_quantity(std::string_view text, std::string& error);
 
 /// "m/s^2", "Pa", "1": the SI unit a dimension is written with.
 std::string unit_name(Dimension dimension);
 
-/// What a quantity of this dimension is called and how it is written: `a length in m, e.g. 3.84 or "3.84 m" or "25 mm"`.
+/// What a quantity of this dimension is called and how it is written: `a length in m, e.g. 3.84 or "3.84 m"
+/// or "25 mm"`.
 std::string describe(Dimension dimension);
 
 /// Shortest text that reads back to the same double.

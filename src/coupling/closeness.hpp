@@ -5,32 +5,34 @@
 ///   scale = speed of the island,      small problems and impulses of no duration
 ///         = its fastest block's,      large ones, at least 1e-4 of the island's
 ///
-/// What is at rest is solved as closely as a proof of rest asks: to 1e-9 of the island's speed, or where the search stalls, to 1e-6 g h, which is
-/// what a block at rest may move by.
+/// What is at rest is solved as closely as a proof of rest asks: to 1e-9 of the island's speed, or where the
+/// search stalls, to 1e-6 g h, which is what a block at rest may move by.
 #pragma once
 #include "contact/problem.hpp"
 
 namespace talus::coupling {
 
 struct StepToSolve {
-  double h = 0;              // [s]; 0: an impulse of no duration
-  bool small = false;        // few contacts, or events are located: solved to round-off
-  bool still = false;        // nothing moves at its start
-  double located = 0;        // what its solution may leave where events are located, and the step's error is known; 0: they are not [m/s]
+  double h = 0;        // [s]; 0: an impulse of no duration
+  bool small = false;  // few contacts, or events are located: solved to round-off
+  bool still = false;  // nothing moves at its start
+  double located = 0;  // what its solution may leave where events are located, and the step's error is known;
+                       // 0: they are not [m/s]
   bool provisional = false;  // its rows are made again about its solution
   bool heap = false;         // many blocks, no structure
   bool large = false;        // of so many blocks that a path from where they nearly rest ends nowhere nearer
   bool again = false;        // with more rows than before, when its search stalled
   bool sub_step = false;     // explicit, at a structure
   bool blocks = false;       // some take part
-  bool sprung = false;       // contacts on springs among blocks, which make steps far shorter than the accuracy asks for
-  double speed = 0, fastest = 0;   // that the island can have, of its blocks at the start [m/s]
-  double mean = 0;           // of all blocks' speeds at the start, root of the mean square [m/s]
-  double at_rest = 0;        // what a block at rest may move by in the step [m/s]
-  double length = 0;         // of its smallest block [m]
-  double gravity = 0;        // [m/s^2]
+  bool sprung =
+      false;  // contacts on springs among blocks, which make steps far shorter than the accuracy asks for
+  double speed = 0, fastest = 0;  // that the island can have, of its blocks at the start [m/s]
+  double mean = 0;                // of all blocks' speeds at the start, root of the mean square [m/s]
+  double at_rest = 0;             // what a block at rest may move by in the step [m/s]
+  double length = 0;              // of its smallest block [m]
+  double gravity = 0;             // [m/s^2]
   double accuracy = 0;
-  double largest_bias = 0;   // of the rows [m/s]
+  double largest_bias = 0;  // of the rows [m/s]
 };
 
 contact::SolveSettings how_closely(const StepToSolve& step);
@@ -41,7 +43,9 @@ struct Patience {
   bool last_resort = false;  // no shorter step is left
 };
 
-/// Marks what of a solution that did not get there is taken all the same, as tier C. True if the solution proves rest: it is as close as `settings` ask.
-bool judge(const StepToSolve& step, const contact::SolveSettings& settings, Patience patience, contact::SolveReport& report);
+/// Marks what of a solution that did not get there is taken all the same, as tier C. True if the solution
+/// proves rest: it is as close as `settings` ask.
+bool judge(const StepToSolve& step, const contact::SolveSettings& settings, Patience patience,
+           contact::SolveReport& report);
 
 }  // namespace talus::coupling

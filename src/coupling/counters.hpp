@@ -9,22 +9,38 @@ namespace talus::coupling {
 struct Counters {
   long steps = 0, rejected = 0, contacts = 0, newton = 0, sweeps = 0, outer = 0, impacts = 0, projections = 0;
   long tier_a = 0, tier_b = 0, tier_c = 0, tier_d = 0, tier_e = 0;
-  long flights = 0, structure_steps = 0, condensed_steps = 0;   // steps of structures while blocks are at them: explicit, condensed
+  long flights = 0, structure_steps = 0,
+       condensed_steps = 0;  // steps of structures while blocks are at them: explicit, condensed
   double worst_residual = 0, worst_penetration = 0, last_step = 0;
-  // Per step of the ledger, none of it hidden in another column [J]: energy that the scheme made, in all and in the worst step, and dissipation that was undone.
+  // Per step of the ledger, none of it hidden in another column [J]: energy that the scheme made, in all and
+  // in the worst step, and dissipation that was undone.
   double gained = 0, worst_gain = 0, undone = 0;
-  double crush_depth = 0, crush_share = 0;   // greatest depth crushed [m], and over the thickness of its layer
-  int crush_law = -1;                        // that of the latter, by its place in ContactLaws; -1: no layer has a thickness
-  long reduced = 0;   // impacts whose restitution was lowered to the largest that makes no energy
+  double crush_depth = 0, crush_share = 0;  // greatest depth crushed [m], and over the thickness of its layer
+  int crush_law = -1;  // that of the latter, by its place in ContactLaws; -1: no layer has a thickness
+  long reduced = 0;    // impacts whose restitution was lowered to the largest that makes no energy
   Counters& operator+=(const Counters& o) {
-    steps += o.steps; rejected += o.rejected; contacts += o.contacts; newton += o.newton; sweeps += o.sweeps;
-    outer += o.outer; impacts += o.impacts; projections += o.projections;
-    tier_a += o.tier_a; tier_b += o.tier_b; tier_c += o.tier_c; tier_d += o.tier_d; tier_e += o.tier_e;
-    flights += o.flights; structure_steps += o.structure_steps; condensed_steps += o.condensed_steps;
+    steps += o.steps;
+    rejected += o.rejected;
+    contacts += o.contacts;
+    newton += o.newton;
+    sweeps += o.sweeps;
+    outer += o.outer;
+    impacts += o.impacts;
+    projections += o.projections;
+    tier_a += o.tier_a;
+    tier_b += o.tier_b;
+    tier_c += o.tier_c;
+    tier_d += o.tier_d;
+    tier_e += o.tier_e;
+    flights += o.flights;
+    structure_steps += o.structure_steps;
+    condensed_steps += o.condensed_steps;
     worst_residual = std::max(worst_residual, o.worst_residual);
     worst_penetration = std::max(worst_penetration, o.worst_penetration);
     last_step = o.last_step;
-    gained += o.gained; undone += o.undone; reduced += o.reduced;
+    gained += o.gained;
+    undone += o.undone;
+    reduced += o.reduced;
     worst_gain = std::max(worst_gain, o.worst_gain);
     crush_depth = std::max(crush_depth, o.crush_depth);
     if (o.crush_share > crush_share) crush_share = o.crush_share, crush_law = o.crush_law;
@@ -42,9 +58,9 @@ struct StructureContact {
 
 /// Sums over both sides of the interface, from the impulses that were really applied.
 struct AuditSums {
-  double worst_force = 0, worst_moment = 0;   // relative imbalance of a step
-  Vec3 impulse_on_structure = Vec3::Zero(), impulse_on_blocks = Vec3::Zero();   // [N s]
-  double work_on_blocks = 0, work_on_structure = 0;   // [J]
+  double worst_force = 0, worst_moment = 0;                                    // relative imbalance of a step
+  Vec3 impulse_on_structure = Vec3::Zero(), impulse_on_blocks = Vec3::Zero();  // [N s]
+  double work_on_blocks = 0, work_on_structure = 0;                            // [J]
 };
 
 /// Sums over the whole run.

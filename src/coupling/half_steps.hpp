@@ -1,4 +1,5 @@
-/// Strain rates of blocks at a structure in explicit steps: those of half steps within a step, of full ones in the state (island_leapfrog.cpp).
+/// Strain rates of blocks at a structure in explicit steps: those of half steps within a step, of full ones
+/// in the state (island_leapfrog.cpp).
 #pragma once
 #include "dda/kinematics.hpp"
 
@@ -6,13 +7,19 @@ namespace talus::coupling {
 
 /// Mass and stiffness of a block's strains, its angular momentum kept.
 struct StrainDynamics {
-  Mat12 full;         // mass matrix now
+  Mat12 full;  // mass matrix now
   Mat6 mass, stiffness;
 
   /// Strain rates of the half step before, where a step of length h has led to these.
-  Vec6 rates_before(const dda::State& s, std::size_t k, double h) const { return (mass + 0.25 * h * h * stiffness).llt().solve(mass * s.eps_rate[k] + 0.5 * h * (stiffness * s.eps[k])); }
+  Vec6 rates_before(const dda::State& s, std::size_t k, double h) const {
+    return (mass + 0.25 * h * h * stiffness)
+        .llt()
+        .solve(mass * s.eps_rate[k] + 0.5 * h * (stiffness * s.eps[k]));
+  }
   /// The spin that goes with these strain rates [rad/s].
-  Vec3 spin_with(const dda::State& s, std::size_t k, const Vec6& rates) const { return s.w[k] - full.block<3, 3>(3, 3).inverse() * (full.block<3, 6>(3, 6) * (rates - s.eps_rate[k])); }
+  Vec3 spin_with(const dda::State& s, std::size_t k, const Vec6& rates) const {
+    return s.w[k] - full.block<3, 3>(3, 3).inverse() * (full.block<3, 6>(3, 6) * (rates - s.eps_rate[k]));
+  }
 };
 StrainDynamics strain_dynamics(const dda::Model::Block& block, const dda::State& s, int i);
 
@@ -22,7 +29,7 @@ class BeforeFullStep {
   /// `lasted`: length of the step that led to the state, 0: none that had half steps [s].
   BeforeFullStep(const dda::Model& m, const dda::State& s, int block, double lasted);
   bool strains() const { return strains_; }
-  Vec3 operator()(const Vec3& x) const;   // at x (world) [m/s]
+  Vec3 operator()(const Vec3& x) const;  // at x (world) [m/s]
 
  private:
   bool strains_;

@@ -9,21 +9,28 @@
 
 namespace talus::coupling {
 
-IslandStepper::IslandStepper(const dda::Model& model, dda::State& state, Environment& environment, ContactHistory& history,
-                             ContactHistory& surface_history, const StepSettings& settings)
-    : model_(model), state_(state), env_(environment), history_(history), surface_history_(surface_history), settings_(settings) {}
+IslandStepper::IslandStepper(const dda::Model& model, dda::State& state, Environment& environment,
+                             ContactHistory& history, ContactHistory& surface_history,
+                             const StepSettings& settings)
+    : model_(model),
+      state_(state),
+      env_(environment),
+      history_(history),
+      surface_history_(surface_history),
+      settings_(settings) {}
 
 IslandStepper::~IslandStepper() = default;
 
 bool IslandStepper::moving_skin(const Partner& a) const {
-  return a.kind == Partner::Kind::structure && !env_.structures[static_cast<std::size_t>(a.index)].fixed_surface;
+  return a.kind == Partner::Kind::structure &&
+         !env_.structures[static_cast<std::size_t>(a.index)].fixed_surface;
 }
 
 void IslandStepper::begin(const Island& island) {
   island_ = &island;
   report_ = IslandReport{};
   impacts_ = unsolved_ = 0;
-  crowded_ = released_ = condensed_ = sprung_ = false;   // or the search would depend on the island before
+  crowded_ = released_ = condensed_ = sprung_ = false;  // or the search would depend on the island before
   work_ = 0;
   allowed_.reset();
   found_for_ = -1;
@@ -32,7 +39,7 @@ void IslandStepper::begin(const Island& island) {
   watches_.assign(island.pairs.size(), PairWatch{});
   seen_.clear();
   impacts_on_skin_.clear();
-  for (const Body& b : bodies_)   // of the island before
+  for (const Body& b : bodies_)  // of the island before
     if (static_cast<std::size_t>(b.block) < local_.size()) local_[static_cast<std::size_t>(b.block)] = -1;
   local_.resize(model_.blocks.size(), -1);
   bodies_.assign(island.blocks.size(), Body{});
@@ -48,7 +55,8 @@ void IslandStepper::begin(const Island& island) {
     local_[k] = static_cast<int>(i);
     const double radius = model_.blocks[k].shape->radius;
     length_ = std::min(length_, radius);
-    speed_ = std::max({speed_, state_.v[k].norm() + radius * state_.w[k].norm(), std::sqrt(model_.gravity.norm() * radius)});
+    speed_ = std::max({speed_, state_.v[k].norm() + radius * state_.w[k].norm(),
+                       std::sqrt(model_.gravity.norm() * radius)});
   }
   if (island.blocks.empty())
     for (int s : island.structures) {
@@ -59,12 +67,15 @@ void IslandStepper::begin(const Island& island) {
   go_on_following();
 }
 
-/// True if the free flow of a straining block makes more energy than a step that is shortened for it may (gains_energy): where it does not resolve the
-/// vibration, the trapezoid of the strains and the turning of their frame drive each other.
+/// True if the free flow of a straining block makes more energy than a step that is shortened for it may
+/// (gains_energy): where it does not resolve the vibration, the trapezoid of the strains and the turning of
+/// their frame drive each other.
 bool IslandStepper::makes_energy(const Body& b) const {
   const dda::Model::Block& block = model_.blocks[static_cast<std::size_t>(b.block)];
-  const double kinetic = 0.5 * block.mass * b.v0.head<3>().squaredNorm(), round_off = 1e-14 * block.mass * speed_ * speed_;
-  return dda::internal_energy(block, b.free) - b.internal0 > gain_allowed * settings_.accuracy * (kinetic + b.internal0) + round_off;
+  const double kinetic = 0.5 * block.mass * b.v0.head<3>().squaredNorm(),
+               round_off = 1e-14 * block.mass * speed_ * speed_;
+  return dda::internal_energy(block, b.free) - b.internal0 >
+         gain_allowed * settings_.accuracy * (kinetic + b.internal0) + round_off;
 }
 
 /// No point of a rigid block is faster [m/s].
@@ -92,14 +103,19 @@ void IslandStepper::begin_step(double h, bool frozen_strain) {
     b.momentum0 = dda::spin_momentum(model_.blocks[k], state_, b.block);
     b.ndof = model_.blocks[k].deformable && !frozen_strain ? 12 : 6;
     if (h == 0) b.follows = false;
-    if (h == 0 || !b.leapfrog || b.ndof == 6) b.internal0 = h > 0 || model_.blocks[k].deformable ? internal_energy(b.block) : 0;
+    if (h == 0 || !b.leapfrog || b.ndof == 6)
+      b.internal0 = h > 0 || model_.blocks[k].deformable ? internal_energy(b.block) : 0;
     if (h > 0) {
-      b.free = dda::free_flow(model_, state_, b.block, h, b.end_rule ? dda::FlowRule::implicit_end : b.leapfrog ? dda::FlowRule::leapfrog : b.strains_at_end ? dda::FlowRule::strain_at_end : dda::FlowRule::exact);
+      b.free = dda::free_flow(model_, state_, b.block, h,
+                              b.end_rule         ? dda::FlowRule::implicit_end
+                              : b.leapfrog       ? dda::FlowRule::leapfrog
+                              : b.strains_at_end ? dda::FlowRule::strain_at_end
+                                                 : dda::FlowRule::exact);
       if (b.guarded && b.ndof == 12 && !b.end_rule && !b.strains_at_end && makes_energy(b)) {
         b.strains_at_end = true;
         b.free = dda::free_flow(model_, state_, b.block, h, dda::FlowRule::strain_at_end);
       }
-      if (b.pressed) b.free.pose.c += 0.5 * h * h * model_.gravity;   // without the parabola's part: x + h v^+
+      if (b.pressed) b.free.pose.c += 0.5 * h * h * model_.gravity;  // without the parabola's part: x + h v^+
     } else {
       dda::impulse_mass(model_, state_, b.block, b.ndof == 6, b.free.mass, b.free.inverse);
       b.free.pose = b.start;
@@ -123,7 +139,10 @@ bool IslandStepper::has_closed() const {
     if (!model_.blocks[static_cast<std::size_t>(b.block)].fixed_points.empty()) return true;
   for (const Touch& t : touches_)
     // A spring that meets has a row from here on; on which side of zero round-off put its gap must not tell.
-    if (t.stiffness > 0 ? t.at.gap <= 0 || (t.at.gap <= touch_gap() && t.approach < 0) || t.pulls() : t.at.gap <= touch_gap() || (event_driven() && t.at.gap <= near_gap() && std::abs(t.approach) <= slow_speed())) return true;
+    if (t.stiffness > 0 ? t.at.gap <= 0 || (t.at.gap <= touch_gap() && t.approach < 0) || t.pulls()
+                        : t.at.gap <= touch_gap() || (event_driven() && t.at.gap <= near_gap() &&
+                                                      std::abs(t.approach) <= slow_speed()))
+      return true;
   return false;
 }
 
@@ -152,8 +171,8 @@ void IslandStepper::restore() {
 bool IslandStepper::finite() const {
   return std::all_of(bodies_.begin(), bodies_.end(), [&](const Body& b) {
     const auto k = static_cast<std::size_t>(b.block);
-    return state_.c[k].allFinite() && state_.q[k].coeffs().allFinite() && state_.v[k].allFinite() && state_.w[k].allFinite() &&
-           state_.eps[k].allFinite() && state_.eps_rate[k].allFinite();
+    return state_.c[k].allFinite() && state_.q[k].coeffs().allFinite() && state_.v[k].allFinite() &&
+           state_.w[k].allFinite() && state_.eps[k].allFinite() && state_.eps_rate[k].allFinite();
   });
 }
 

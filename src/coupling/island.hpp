@@ -1,13 +1,17 @@
-/// Advances one island of touching (or nearly touching) blocks, with the structures that it touches, over a stretch of time.
+/// Advances one island of touching (or nearly touching) blocks, with the structures that it touches, over a
+/// stretch of time.
 ///
 /// A step of length h:
-///   1. free flow of every block, exact without contact (dda/kinematics.hpp); v_hat of the structures (contact/structure.hpp)
+///   1. free flow of every block, exact without contact (dda/kinematics.hpp); v_hat of the structures
+///   (contact/structure.hpp)
 ///   2. one contact problem over blocks and touched structure nodes (contact/problem.hpp)
-///   3. positions:  x_np = x_free + h sum_i theta_i A^-1 J_i^T p_i,  momenta exact:  P_np = P_free + sum_i J_i^T p_i
+///   3. positions:  x_np = x_free + h sum_i theta_i A^-1 J_i^T p_i,  momenta exact:  P_np = P_free + sum_i
+///   J_i^T p_i
 ///   4. drift of closed hard contacts projected back to gap >= 0, its energy booked
-/// Small islands are event driven: the step ends at the next onset, which is an impulse of no duration. In large islands and at
-/// structures onsets are rows on the gap at the end of the step (order 1).
-/// Structures take explicit sub-steps while damage may grow or waves of a blow run, else condensed steps (island_condensed.cpp).
+/// Small islands are event driven: the step ends at the next onset, which is an impulse of no duration. In
+/// large islands and at structures onsets are rows on the gap at the end of the step (order 1). Structures
+/// take explicit sub-steps while damage may grow or waves of a blow run, else condensed steps
+/// (island_condensed.cpp).
 #pragma once
 #include <algorithm>
 #include <atomic>
@@ -22,28 +26,28 @@
 #include <vector>
 
 #include "contact/problem.hpp"
+#include "coupling/counters.hpp"
 #include "coupling/motion.hpp"
 #include "coupling/node_places.hpp"
 #include "coupling/pair_watch.hpp"
 #include "coupling/spring_carry.hpp"
 #include "coupling/touch.hpp"
 #include "dda/kinematics.hpp"
-#include "coupling/counters.hpp"
 
 namespace talus::coupling {
 
 struct Island {
-  std::vector<int> blocks;               // with DOFs, ascending
-  std::vector<CandidatePair> pairs;      // everything that may touch within the stretch, deterministic order
-  std::vector<int> structures;           // indices into Environment::structures, deformable ones only
-  std::vector<SurfacePair> surfaces;     // structures that may touch each other
-  std::vector<char> watched;             // per block: it may come near blocks of other islands
+  std::vector<int> blocks;            // with DOFs, ascending
+  std::vector<CandidatePair> pairs;   // everything that may touch within the stretch, deterministic order
+  std::vector<int> structures;        // indices into Environment::structures, deformable ones only
+  std::vector<SurfacePair> surfaces;  // structures that may touch each other
+  std::vector<char> watched;          // per block: it may come near blocks of other islands
 };
 
 /// A part of a block's way over a stretch.
 struct Leg {
-  double t0 = 0, t1 = 0;    // [s]
-  contact::Motion motion;   // from t0 to t1
+  double t0 = 0, t1 = 0;   // [s]
+  contact::Motion motion;  // from t0 to t1
 };
 
 struct StepSettings {
@@ -52,38 +56,45 @@ struct StepSettings {
   double min_step = 1e-9;       // [s]
   int exchanges_per_rise = 20;  // least number of exchanges with a structure while a spring's force rises
   int threads = 1;              // that one island may use; the result does not depend on it
-  /// Longest step of an island that is time-stepped, (4 accuracy L / g)^(1/2): what falls by twice the accuracy's part of L [m] within it; g in m/s^2 [s].
-  double time_step(double length, double g) const { return fixed_step > 0 ? fixed_step : std::sqrt(accuracy * 4 * length / std::max(g, 1e-12)); }
-  static constexpr double dearer = 4;   // events may cost so many times what time stepping does
+  /// Longest step of an island that is time-stepped, (4 accuracy L / g)^(1/2): what falls by twice the
+  /// accuracy's part of L [m] within it; g in m/s^2 [s].
+  double time_step(double length, double g) const {
+    return fixed_step > 0 ? fixed_step : std::sqrt(accuracy * 4 * length / std::max(g, 1e-12));
+  }
+  static constexpr double dearer = 4;  // events may cost so many times what time stepping does
 };
 
 struct IslandReport {
-  Ledger ledger;                          // work of this stretch; `contact` unused
+  Ledger ledger;  // work of this stretch; `contact` unused
   Counters counters;
-  std::vector<StructureContact> rows;     // contacts on structures, one per contact and step
+  std::vector<StructureContact> rows;  // contacts on structures, one per contact and step
   AuditSums audit;
-  IslandMotion motion;                    // over the steps that rows fall into
-  std::vector<std::vector<Leg>> ways;     // of each watched block, leg by leg; of others empty
-  std::vector<double> went;               // of each block, farthest that a point of it may have come from where it began, at the ends of steps [m]
-  double next_step = 0;                   // suggested h for the next stretch [s]
-  bool at_rest = false;                   // a static certificate: v = 0 solves the last step exactly
-  std::string failure;                    // empty: done
-  bool stopped = false;                   // from outside, before the end: the island is not at the end of the stretch, nor at any of its steps
+  IslandMotion motion;                 // over the steps that rows fall into
+  std::vector<std::vector<Leg>> ways;  // of each watched block, leg by leg; of others empty
+  std::vector<double> went;  // of each block, farthest that a point of it may have come from where it began,
+                             // at the ends of steps [m]
+  double next_step = 0;      // suggested h for the next stretch [s]
+  bool at_rest = false;      // a static certificate: v = 0 solves the last step exactly
+  std::string failure;       // empty: done
+  bool stopped = false;  // from outside, before the end: the island is not at the end of the stretch, nor at
+                         // any of its steps
 };
 
 class IslandStepper {
  public:
-  // Of a problem, beyond which it is solved to what the accuracy asks; of an island's closed contacts, beyond which it is
-  // time-stepped.
+  // Of a problem, beyond which it is solved to what the accuracy asks; of an island's closed contacts, beyond
+  // which it is time-stepped.
   static constexpr std::size_t many_contacts = 150;
-  static constexpr std::size_t pairs_for_threads = 500;   // of an island, whose search is worth a second thread
+  static constexpr std::size_t pairs_for_threads =
+      500;  // of an island, whose search is worth a second thread
   /// `history` is per block, `surface_history` per structure.
   IslandStepper(const dda::Model& model, dda::State& state, Environment& environment, ContactHistory& history,
                 ContactHistory& surface_history, const StepSettings& settings);
   ~IslandStepper();
-  /// Advances from t to t + duration; `first_step` is a hint (0: none). Ends early, soon after `stop` becomes non-zero. `rows`: ascending times that the report's
-  /// motion is wanted at; no step depends on them.
-  IslandReport advance(const Island& island, double t, double duration, double first_step, const std::atomic<int>* stop = nullptr, std::span<const double> rows = {});
+  /// Advances from t to t + duration; `first_step` is a hint (0: none). Ends early, soon after `stop` becomes
+  /// non-zero. `rows`: ascending times that the report's motion is wanted at; no step depends on them.
+  IslandReport advance(const Island& island, double t, double duration, double first_step,
+                       const std::atomic<int>* stop = nullptr, std::span<const double> rows = {});
 
  private:
   struct Body;
@@ -93,11 +104,17 @@ class IslandStepper {
   struct Booking;
 
   void begin(const Island& island);
-  /// What has seen the stop has done less than it would have: whatever it comes to from here on is void, and the report says so.
-  bool stopped() { return report_.stopped = report_.stopped || (stop_ != nullptr && stop_->load(std::memory_order_relaxed) != 0); }
+  /// What has seen the stop has done less than it would have: whatever it comes to from here on is void, and
+  /// the report says so.
+  bool stopped() {
+    return report_.stopped =
+               report_.stopped || (stop_ != nullptr && stop_->load(std::memory_order_relaxed) != 0);
+  }
   void begin_step(double h, bool frozen_strain);
   // island_focus.cpp
-  struct Followed { double blocks, skins; };
+  struct Followed {
+    double blocks, skins;
+  };
   void follow_skins(double h);
   Followed followed_need(double h, double fastest) const;
   bool follows(const Followed& need) const;
@@ -106,8 +123,8 @@ class IslandStepper {
   void end_following();
   double fastest_skin() const;
   std::vector<int> met_by(int structure) const;
-  const TriangleSurface& skin(int structure) const;   // as it is now
-  double surface_reach() const { return 0.5 * length_; }   // of nodes of a skin against faces of another [m]
+  const TriangleSurface& skin(int structure) const;       // as it is now
+  double surface_reach() const { return 0.5 * length_; }  // of nodes of a skin against faces of another [m]
   // island_run.cpp
   IslandReport run(double t, double duration);
   double next_length(const Trial& trial, double duration, double longest);
@@ -138,14 +155,17 @@ class IslandStepper {
   bool cut_at_break(Trial& trial);
   bool may_shorten(const Trial& trial) const;
   bool gains_energy() const;
-  double error_limit() const { return 0.1 * settings_.accuracy; }   // between the last two passes of a step, relative to block size
+  double error_limit() const {
+    return 0.1 * settings_.accuracy;
+  }  // between the last two passes of a step, relative to block size
   Vec3 slip(const Touch& touch, const Vec3& at) const;
   // island_swing.cpp
   void begin_swing();
   bool swing(bool first_pass);
   Eigen::Vector2d slip_at_end(const Touch& touch) const;
   double swing_error(double h) const;
-  /// The touches of the present state within the reach of h; `at_start`: it is the one that the memory belongs to.
+  /// The touches of the present state within the reach of h; `at_start`: it is the one that the memory
+  /// belongs to.
   void find(double h, bool at_start = true);
   void find_moved(const std::vector<Pose>& last, std::vector<double>& carried);
   void carry_pair(std::size_t pair, const std::vector<Pose>& last);
@@ -154,29 +174,48 @@ class IslandStepper {
   void carry_at_structures(const std::vector<Pose>& before);
   void look(std::size_t pair);
   void leave_out(std::size_t pair);
-  void each_pair(const std::function<void(std::size_t)>& use) const;   // in any order, on several threads where it pays
-  template <class Use> void each_body(Use&& use);
-  template <class Use> void each_touch(Use&& use);
+  void each_pair(
+      const std::function<void(std::size_t)>& use) const;  // in any order, on several threads where it pays
+  template <class Use>
+  void each_body(Use&& use);
+  template <class Use>
+  void each_touch(Use&& use);
   void gather_touches();
   void carry();
   void carry_out_of_reach();
   double reach(int block, double h) const;
   double approach_reach(const CandidatePair& pair, double h) const;
-  bool in_large_heap() const { return in_heap() && island_->blocks.size() >= 96; }   // whose positions are known to 1e-8 of a block: of so many contacts one always lies a little beyond a closer tolerance
-  bool in_vast_heap() const { return in_heap() && island_->blocks.size() >= 256; }    // a path that starts where it nearly rests ends nowhere nearer; walls and towers of fewer come to rest by it
+  bool in_large_heap() const {
+    return in_heap() && island_->blocks.size() >= 96;
+  }  // whose positions are known to 1e-8 of a block: of so many contacts one always lies a little beyond a
+     // closer tolerance
+  bool in_vast_heap() const {
+    return in_heap() && island_->blocks.size() >= 256;
+  }  // a path that starts where it nearly rests ends nowhere nearer; walls and towers of fewer come to rest
+     // by it
   bool in_heap() const { return island_->structures.empty() && crowded_; }
-  double row_reach() const { return 5e-3 * length_; }   // touches that cannot close within a step of a heap are rows all the same so near [m]
-  double unseen() const { return std::min(row_reach(), 5 * settings_.accuracy * length_); }   // overlap by features that were no rows, left to the projection [m]
+  double row_reach() const {
+    return 5e-3 * length_;
+  }  // touches that cannot close within a step of a heap are rows all the same so near [m]
+  double unseen() const {
+    return std::min(row_reach(), 5 * settings_.accuracy * length_);
+  }  // overlap by features that were no rows, left to the projection [m]
   bool moving_skin(const Partner& a) const;
   bool deformable_structure(const Touch& touch) const { return moving_skin(touch.a); }
   /// Step before this one of length h at a touch; as long where none is known [s].
-  double length_before(const Touch& t, double h) const { return t.lasted > 0 ? t.lasted : last_length_ > 0 ? last_length_ : h; }
+  double length_before(const Touch& t, double h) const {
+    return t.lasted > 0 ? t.lasted : last_length_ > 0 ? last_length_ : h;
+  }
   /// From half step to half step about the start of the step, what an impulse of a leapfrog's stands for [s].
   double between_half_steps(const Touch& t, double h) const { return 0.5 * (length_before(t, h) + h); }
-  bool leapfrog() const { return !condensed_ && !island_->structures.empty(); }   // all contacts act at the start of the step, springs by the secant rule
+  bool leapfrog() const {
+    return !condensed_ && !island_->structures.empty();
+  }  // all contacts act at the start of the step, springs by the secant rule
   bool has_closed() const;
   double touch_gap() const { return 1e-7 * length_; }
-  double near_gap() const { return std::max(touch_gap(), 1e-3 * settings_.accuracy * length_); }   // within which what moves slower than slow_speed() is in contact [m]
+  double near_gap() const {
+    return std::max(touch_gap(), 1e-3 * settings_.accuracy * length_);
+  }  // within which what moves slower than slow_speed() is in contact [m]
   double slow_speed() const;
   double speed_of_none() const;
   static constexpr int most_unsolved = 2;
@@ -186,14 +225,18 @@ class IslandStepper {
   bool too_much_happens(double duration) const;
   bool costs_too_much(double duration, bool rebounds_alone) const;
   void go_time_stepped();
-  double flush() const { return 1e-8 * length_; }   // steps this low between neighbours are none [m]
-  double flush_skins() const { return std::clamp(settings_.accuracy, 1e-8, 5e-3) * length_; }   // the same where one is a skin that moves: what positions may be off by [m]
+  double flush() const { return 1e-8 * length_; }  // steps this low between neighbours are none [m]
+  double flush_skins() const {
+    return std::clamp(settings_.accuracy, 1e-8, 5e-3) * length_;
+  }  // the same where one is a skin that moves: what positions may be off by [m]
 
   // island_impact.cpp
   double impact_speed(const Touch& touch) const;
   bool meets_hard(const Touch& touch) const;
-  struct Restitution { double normal = 0, along = 0; };   // along the normals and along the faces
-  enum class Impact { unsolved, gains, done };            // gains: energy from restitution
+  struct Restitution {
+    double normal = 0, along = 0;
+  };                                            // along the normals and along the faces
+  enum class Impact { unsolved, gains, done };  // gains: energy from restitution
   Restitution impact_rows(const Restitution& part);
   Impact strike(const Restitution& part, bool frozen_strain);
   Impact most_of(const Restitution& none, const Restitution& all, bool frozen_strain);
@@ -231,14 +274,20 @@ class IslandStepper {
   bool goes_by_its_row(const Touch& touch) const;
   double parts_at(const Touch& touch) const;
   void add_row(Touch& touch, double h, bool first_pass);
-  double lead_out(double h) const { return 1e-3 * speed_ * h; }   // most that a step corrects of a spring's place at a structure [m]
+  double lead_out(double h) const {
+    return 1e-3 * speed_ * h;
+  }  // most that a step corrects of a spring's place at a structure [m]
   double left_inside(double gap, double h) const;
   void add_surface_row(Touch& touch, double h, bool first_pass);
-  Vec3 add_structure_terms(int row, int structure, const SurfaceWeights& weights, const Mat3& frame, double sign, Vec3& u_ref, std::span<const Vec3> tilt = {});
+  Vec3 add_structure_terms(int row, int structure, const SurfaceWeights& weights, const Mat3& frame,
+                           double sign, Vec3& u_ref, std::span<const Vec3> tilt = {});
   void remember(const Touch& touch, double h, std::vector<ContactMemory>& memory) const;
   void shear_row(Touch& touch, contact::ProblemContact& c, double h, const Vec3& moved, const Vec3& u_ref);
   void secant_row(Touch& touch, contact::ProblemContact& c, double h, bool first_pass);
-  struct Tangent { double force = 0, slope = 0; bool follows_law = true; };   // [N], [N/m]
+  struct Tangent {
+    double force = 0, slope = 0;
+    bool follows_law = true;
+  };  // [N], [N/m]
   Tangent tangent_at_structure(const Touch& touch, double h) const;
   double lasts_at_structure(const Touch& touch, double h) const;
   bool follows_law(const Touch& touch, double h, double allowed) const;
@@ -247,8 +296,8 @@ class IslandStepper {
   double normal_compliance(const contact::ProblemContact& c) const;
   void finish_bodies();
   bool finite() const;
-  /// repeated: rows anew about an end that was not solved; what they contradict each other by still is taken. last_resort: the convex
-  /// problem's solution, tier E, rather than none.
+  /// repeated: rows anew about an end that was not solved; what they contradict each other by still is taken.
+  /// last_resort: the convex problem's solution, tier E, rather than none.
   enum class Effort { provisional, full, repeated, last_resort };
   bool solve(double h, Effort effort);
   // island_rolling.cpp
@@ -264,7 +313,8 @@ class IslandStepper {
   void shrink_births(int block);
   void confine(const Touch& touch, const contact::ProblemContact& contact);
   double indentation_at_end(const Touch& touch, double h) const;
-  /// Whether the springs of a bond give way by the solution: torn off, sheared off, or, where it has no tension, opened.
+  /// Whether the springs of a bond give way by the solution: torn off, sheared off, or, where it has no
+  /// tension, opened.
   bool gives_way(const Touch& touch) const;
   double normal_energy_at_end(const Touch& touch) const;
   double spring_energy_at_end(const Touch& touch, double h) const;
@@ -315,7 +365,8 @@ class IslandStepper {
   std::size_t touched_faces() const;
   double condensed_length(double t, double duration, double remaining, double longest);
   void gather_skins();
-  Vec3 add_skin_terms(int row, int structure, const SurfaceWeights& weights, const Mat3& frame, double sign, Vec3& u_ref);
+  Vec3 add_skin_terms(int row, int structure, const SurfaceWeights& weights, const Mat3& frame, double sign,
+                      Vec3& u_ref);
   double condensed_error(double h) const;
   double approach_left(const Touch& touch, double h) const;
   bool correct_skins(double t, double h);
@@ -326,20 +377,21 @@ class IslandStepper {
   contact::Motion motion_of(int block, bool lumped) const;
   contact::Motion lumped_motion(int block) const;
   double time_of_impact(const CandidatePair& pair, double tolerance, bool lumped) const;
-  double first_impact() const;   // fraction of the step, above 1: none
+  double first_impact() const;  // fraction of the step, above 1: none
   bool rebounds(const Touch& t) const;
   bool rebound_waits() const;
   double first_rebound(double h);
   double path(const CandidatePair& pair) const;
   struct Crossing {
-    double first = 2;            // fraction of the step that may stand; above 1: all of it
-    bool listed = false;         // something met is no row yet: the step is to be solved again with more of them
-    std::vector<std::vector<Touch>> features;   // per pair with rows: others that were met, at the start of the step
+    double first = 2;     // fraction of the step that may stand; above 1: all of it
+    bool listed = false;  // something met is no row yet: the step is to be solved again with more of them
+    std::vector<std::vector<Touch>>
+        features;  // per pair with rows: others that were met, at the start of the step
   };
-  Crossing crossing();           // of what the rows of a lumped step left open
-  struct Known {                 // what the touches of a pair say
-    std::size_t first = 0, count = 0;                       // their range
-    double apart = std::numeric_limits<double>::infinity(); // least gap at the start [m]
+  Crossing crossing();                                       // of what the rows of a lumped step left open
+  struct Known {                                             // what the touches of a pair say
+    std::size_t first = 0, count = 0;                        // their range
+    double apart = std::numeric_limits<double>::infinity();  // least gap at the start [m]
     bool listed = false, any = false, open = false;
   };
   Vec3 carried_back(int block, const Vec3& x) const;
@@ -356,89 +408,128 @@ class IslandStepper {
   contact::ContactSolver solver_;
   contact::ContactProblem problem_;
   const Island* island_ = nullptr;
-  std::span<const double> rows_;             // times that rows fall due at, ascending [s]
-  std::vector<dda::BlockState> starts_;      // of the bodies in the step at hand, after impulses of no duration
-  const std::atomic<int>* stop_ = nullptr;   // non-zero: end soon, what was computed since the start is thrown away
-  struct Began { Vec3 c; Quat q; Vec6 eps; };
-  std::vector<Began> began_;   // where the bodies were as the stretch began
+  std::span<const double> rows_;         // times that rows fall due at, ascending [s]
+  std::vector<dda::BlockState> starts_;  // of the bodies in the step at hand, after impulses of no duration
+  const std::atomic<int>* stop_ =
+      nullptr;  // non-zero: end soon, what was computed since the start is thrown away
+  struct Began {
+    Vec3 c;
+    Quat q;
+    Vec6 eps;
+  };
+  std::vector<Began> began_;  // where the bodies were as the stretch began
   std::vector<Body> bodies_;
-  std::vector<int> local_;                // block -> body, -1
-  std::vector<Touch> touches_;            // in the order of the island's pairs
-  std::vector<std::vector<Touch>> touches_of_;   // per pair, before internal edges were dropped
-  std::vector<std::size_t> first_of_pair_;       // of touches_of_ one after the other, while they are gathered
+  std::vector<int> local_;                      // block -> body, -1
+  std::vector<Touch> touches_;                  // in the order of the island's pairs
+  std::vector<std::vector<Touch>> touches_of_;  // per pair, before internal edges were dropped
+  std::vector<std::size_t> first_of_pair_;      // of touches_of_ one after the other, while they are gathered
   std::vector<Touch> touches_at_surfaces_;
-  std::vector<double> margins_;           // per pair: no feature farther apart than this is among the touches [m]
-  std::vector<double> left_out_;          // per pair: least gap of the features within its margin that are not among the touches, since they cannot close [m]
-  std::vector<LooseSpring> loose_;        // springs that vanished loaded since the last step
-  bool released_ = false;                 // their energy was given back
-  std::vector<char> flush_pair_;          // per pair: it had touches, all of them internal edges
-  std::vector<double> ahead_;             // per pair: it was met by a solution of this step, whose bodies moved so far: its touches are rows [m]; 0: not
-  std::vector<contact::Motion> motions_;   // of the bodies in the lumped step at hand, while its crossings are sought; else empty
-  bool settling_ = false;                 // a step in which what parted slowly comes back: held where it is
-  bool at_start_ = true;                  // the touches are those of the state that the memory belongs to
-  struct Seen { int block; Vec3 c; Quat q; };
-  std::vector<Seen> seen_;                // blocks at structures, where they were when the followed part of the skins was chosen
-  double followed_ = -1;                  // how far from those blocks skins are followed, 0 without blocks [m]; negative: everywhere
-  double followed_skins_ = 0;             // how far from each other's faces [m]
-  std::vector<std::uint64_t> followed_revisions_;   // of the island's skins as they were chosen
-  double skin_path_ = 0;                  // bound on how far the skins have moved since then [m]
-  double skin_travel_ = 0;                // and since the stretch began [m]
-  std::vector<PairWatch> watches_;        // per pair, while skins are followed
-  double found_for_ = -1;                 // step whose reach the touches cover at the present state; -1: none
-  struct NodeBody { int structure, node; Vec3 v_hat, v_before; double mass; };
+  std::vector<double> margins_;   // per pair: no feature farther apart than this is among the touches [m]
+  std::vector<double> left_out_;  // per pair: least gap of the features within its margin that are not among
+                                  // the touches, since they cannot close [m]
+  std::vector<LooseSpring> loose_;  // springs that vanished loaded since the last step
+  bool released_ = false;           // their energy was given back
+  std::vector<char> flush_pair_;    // per pair: it had touches, all of them internal edges
+  std::vector<double> ahead_;  // per pair: it was met by a solution of this step, whose bodies moved so far:
+                               // its touches are rows [m]; 0: not
+  std::vector<contact::Motion>
+      motions_;  // of the bodies in the lumped step at hand, while its crossings are sought; else empty
+  bool settling_ = false;  // a step in which what parted slowly comes back: held where it is
+  bool at_start_ = true;   // the touches are those of the state that the memory belongs to
+  struct Seen {
+    int block;
+    Vec3 c;
+    Quat q;
+  };
+  std::vector<Seen>
+      seen_;  // blocks at structures, where they were when the followed part of the skins was chosen
+  double followed_ =
+      -1;  // how far from those blocks skins are followed, 0 without blocks [m]; negative: everywhere
+  double followed_skins_ = 0;                      // how far from each other's faces [m]
+  std::vector<std::uint64_t> followed_revisions_;  // of the island's skins as they were chosen
+  double skin_path_ = 0;                           // bound on how far the skins have moved since then [m]
+  double skin_travel_ = 0;                         // and since the stretch began [m]
+  std::vector<PairWatch> watches_;                 // per pair, while skins are followed
+  double found_for_ = -1;  // step whose reach the touches cover at the present state; -1: none
+  struct NodeBody {
+    int structure, node;
+    Vec3 v_hat, v_before;
+    double mass;
+  };
   std::vector<NodeBody> nodes_;
   NodePlaces node_places_;
-  struct Skin { int structure; std::vector<int> node; MatX inverse; VecX v_hat, v_before; };   // touched nodes, ascending; their W
-  std::vector<Skin> skins_;               // of the condensed regime, one body each in place of nodes_
-  bool condensed_ = false;                // the structures take condensed steps
-  bool sprung_ = false;                   // springs act in the step, between blocks alone
-  bool from_start_ = false;               // an onset: all impulses of the step act from its start, x + h v^+
+  struct Skin {
+    int structure;
+    std::vector<int> node;
+    MatX inverse;
+    VecX v_hat, v_before;
+  };                         // touched nodes, ascending; their W
+  std::vector<Skin> skins_;  // of the condensed regime, one body each in place of nodes_
+  bool condensed_ = false;   // the structures take condensed steps
+  bool sprung_ = false;      // springs act in the step, between blocks alone
+  bool from_start_ = false;  // an onset: all impulses of the step act from its start, x + h v^+
   std::vector<NodeImpulse> shares_;
-  struct HeldShare { int structure, node, contact; double weight; Vec3 tilt = Vec3::Zero(); };
-  std::vector<HeldShare> held_;           // weights of the rows on nodes that are held: the support takes their impulse
-  struct NodeShare { int structure, node; Vec3 impulse, position; };
+  struct HeldShare {
+    int structure, node, contact;
+    double weight;
+    Vec3 tilt = Vec3::Zero();
+  };
+  std::vector<HeldShare>
+      held_;  // weights of the rows on nodes that are held: the support takes their impulse
+  struct NodeShare {
+    int structure, node;
+    Vec3 impulse, position;
+  };
   std::vector<NodeShare> node_impulses_;
-  std::vector<StructureContact> impacts_on_skin_;   // impulses of no duration that are not told yet; `force` is the impulse [N s], `time` when it was
-  double stretch_start_ = 0, stretch_ = 0;   // the stretch at hand, its length [s]
+  std::vector<StructureContact> impacts_on_skin_;  // impulses of no duration that are not told yet; `force`
+                                                   // is the impulse [N s], `time` when it was
+  double stretch_start_ = 0, stretch_ = 0;         // the stretch at hand, its length [s]
   std::vector<Saved> saved_;
-  std::optional<std::vector<Vec6>> allowed_;   // accelerations that the contacts allow at the start of the step, if known
-  struct BeforeDrift {                    // all that taking a step changes, until the correction of its drift is known to be one
+  std::optional<std::vector<Vec6>>
+      allowed_;         // accelerations that the contacts allow at the start of the step, if known
+  struct BeforeDrift {  // all that taking a step changes, until the correction of its drift is known to be
+                        // one
     Ledger ledger;
     Counters counters;
     AuditSums audit;
-    std::size_t rows = 0, works = 0, segments = 0;    // of the report
-    std::vector<StructureContact> impacts;            // not reported yet
-    std::vector<std::vector<ContactMemory>> memory;   // per body
-    std::vector<Pose> poses;              // per body, at the end of the step before the correction
-    double overlaps = 0;                  // sum_of_overlaps() at the start of the step [m]
+    std::size_t rows = 0, works = 0, segments = 0;   // of the report
+    std::vector<StructureContact> impacts;           // not reported yet
+    std::vector<std::vector<ContactMemory>> memory;  // per body
+    std::vector<Pose> poses;                         // per body, at the end of the step before the correction
+    double overlaps = 0;                             // sum_of_overlaps() at the start of the step [m]
   } before_drift_;
-  struct TermOfBody { int contact, term; };
-  std::vector<std::size_t> first_term_of_;   // into terms_of_, per body and one more
-  std::vector<TermOfBody> terms_of_;      // of the bodies, ascending contacts of each
-  std::vector<double> theta_of_;          // per contact of the problem
-  std::size_t rocking_rows_ = 0;          // last of the problem's contacts (add_rocking_rows)
-  std::size_t jacobians_ = 0;             // entries of the Jacobians of the rows that have their place
-  std::vector<double> pool_;              // masses and inverses of the problem's bodies
+  struct TermOfBody {
+    int contact, term;
+  };
+  std::vector<std::size_t> first_term_of_;  // into terms_of_, per body and one more
+  std::vector<TermOfBody> terms_of_;        // of the bodies, ascending contacts of each
+  std::vector<double> theta_of_;            // per contact of the problem
+  std::size_t rocking_rows_ = 0;            // last of the problem's contacts (add_rocking_rows)
+  std::size_t jacobians_ = 0;               // entries of the Jacobians of the rows that have their place
+  std::vector<double> pool_;                // masses and inverses of the problem's bodies
   std::vector<std::size_t> pool_offset_;
   IslandReport report_;
   Ledger pending_;
-  double length_ = 1, speed_ = 1;         // block size and velocity scale of the island
-  double fastest_ = 0;                    // of the points of its blocks at the start of the step [m/s]
-  double mean_speed_ = 0;                 // of the same, root of the mean square over the blocks [m/s]
-  bool certified_ = true;                 // the last contact problem was solved as closely as a proof of rest asks
-  double lifted_ = 0;                     // by the last projection, against gravity and spins [J]
-  double unsolved_speed_ = 0;             // what the last contact problem's solution leaves [m/s]
-  double residual_ = 0;                   // of the last contact problem, relative to its velocity scale
-  double stalled_ = 0;                    // length of the last try of this step if its search stalled [s]
-  double suggested_ = 0;                  // step that error control would take next [s]
-  double step_length_ = 0;                // of the step being computed [s]
-  double last_length_ = 0;                // of the explicit one before it in this stretch, 0: none [s]
-  bool sheds_ = false, shed_ = false;     // a skin lost faces at the end of this step, of the one before it in this stretch
+  double length_ = 1, speed_ = 1;  // block size and velocity scale of the island
+  double fastest_ = 0;             // of the points of its blocks at the start of the step [m/s]
+  double mean_speed_ = 0;          // of the same, root of the mean square over the blocks [m/s]
+  bool certified_ = true;          // the last contact problem was solved as closely as a proof of rest asks
+  double lifted_ = 0;              // by the last projection, against gravity and spins [J]
+  double unsolved_speed_ = 0;      // what the last contact problem's solution leaves [m/s]
+  double residual_ = 0;            // of the last contact problem, relative to its velocity scale
+  double stalled_ = 0;             // length of the last try of this step if its search stalled [s]
+  double suggested_ = 0;           // step that error control would take next [s]
+  double step_length_ = 0;         // of the step being computed [s]
+  double last_length_ = 0;         // of the explicit one before it in this stretch, 0: none [s]
+  bool sheds_ = false,
+       shed_ = false;  // a skin lost faces at the end of this step, of the one before it in this stretch
   int impacts_ = 0;
-  bool crowded_ = false;                  // events took more work than they are worth: for the rest of the stretch the island goes as a large one
-  std::vector<char> meets_to_rebound_;    // per pair: apart, and what closes within this time-stepped step is thrown back; empty: none
-  double work_ = 0;                       // of the contact problems of the stretch: contacts times factorisations
-  int unsolved_ = 0;                      // problems of the stretch that had no solution
+  bool crowded_ = false;  // events took more work than they are worth: for the rest of the stretch the island
+                          // goes as a large one
+  std::vector<char> meets_to_rebound_;  // per pair: apart, and what closes within this time-stepped step is
+                                        // thrown back; empty: none
+  double work_ = 0;   // of the contact problems of the stretch: contacts times factorisations
+  int unsolved_ = 0;  // problems of the stretch that had no solution
 };
 
 }  // namespace talus::coupling

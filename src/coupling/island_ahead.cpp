@@ -1,16 +1,20 @@
 // Error of a step by what the contacts allow at both of its ends.
 //
-// Within a step the contacts are those of its start. A face that ends, a friction that changes, a slide that stops, a bond that breaks show in
-// the accelerations that the contacts allow at its end, wherever in the step they happen:
+// Within a step the contacts are those of its start. A face that ends, a friction that changes, a slide that
+// stops, a bond that breaks show in the accelerations that the contacts allow at its end, wherever in the
+// step they happen:
 //
-//   e = max(t_c, h) h |a - (a_0 + a_1) / 2|,     a = (v_np - v_n) / h,     accepted if  e <= eta = accuracy^(3/2) r
+//   e = max(t_c, h) h |a - (a_0 + a_1) / 2|,     a = (v_np - v_n) / h,     accepted if  e <= eta =
+//   accuracy^(3/2) r
 //
-// The trapezoid of smooth motion has e = O(h^3); an event at the middle of a step has the velocity error h |a_1 - a_0|, which acts over the time t_c
-// in which a fall takes up what is off. a_0 and a_1 solve the contact problem of accelerations over the closed contacts, those whose gap is within the
-// touch band and whose normal velocity is below v_o:
+// The trapezoid of smooth motion has e = O(h^3); an event at the middle of a step has the velocity error h
+// |a_1 - a_0|, which acts over the time t_c in which a fall takes up what is off. a_0 and a_1 solve the
+// contact problem of accelerations over the closed contacts, those whose gap is within the touch band and
+// whose normal velocity is below v_o:
 //
-//   A (a - a_free) = sum J^T f,    0 <= f_n  _|_  J_n a + c_n >= 0,    f_t by Coulomb: against the slip where |u_t| > v_o, else against the slip to be
-//   c = n . (x''_b - x''_a) + 2 n' . (x'_b - x'_a)    centripetal accelerations and the turning of the normal
+//   A (a - a_free) = sum J^T f,    0 <= f_n  _|_  J_n a + c_n >= 0,    f_t by Coulomb: against the slip where
+//   |u_t| > v_o, else against the slip to be c = n . (x''_b - x''_a) + 2 n' . (x'_b - x'_a)    centripetal
+//   accelerations and the turning of the normal
 //
 // symbol   meaning                                                          unit
 // a        generalised acceleration                                         m/s^2, rad/s^2
@@ -30,17 +34,21 @@
 namespace talus::coupling {
 namespace {
 
-constexpr double part_of_error = 0.01; // of eta over the radius: what the solution for the accelerations may be off by, over gravity
-constexpr double instant = 1e-6;       // of the time of a fall
-constexpr double lasting = 1e-4;       // of the island's speed: a contact that was pressed moves by less (impact_speed)
-constexpr double resolved = 1e-11;     // of the radius: the error by accelerations as they are solved for
+constexpr double part_of_error =
+    0.01;  // of eta over the radius: what the solution for the accelerations may be off by, over gravity
+constexpr double instant = 1e-6;  // of the time of a fall
+constexpr double lasting =
+    1e-4;  // of the island's speed: a contact that was pressed moves by less (impact_speed)
+constexpr double resolved = 1e-11;  // of the radius: the error by accelerations as they are solved for
 
 /// Rate at which the normal turns [1/s].
-Vec3 normal_rate(const Touch& t, NormalOwner owner, const std::optional<CrossedEdges>& edges, const Vec3& spin_a, const Vec3& spin_b) {
+Vec3 normal_rate(const Touch& t, NormalOwner owner, const std::optional<CrossedEdges>& edges,
+                 const Vec3& spin_a, const Vec3& spin_b) {
   if (owner == NormalOwner::a) return spin_a.cross(t.at.normal);
   if (owner == NormalOwner::b) return spin_b.cross(t.at.normal);
   if (!edges) return 0.5 * (spin_a + spin_b).cross(t.at.normal);
-  const Vec3 cross = edges->a.cross(edges->b), rate = spin_a.cross(edges->a).cross(edges->b) + edges->a.cross(spin_b.cross(edges->b));
+  const Vec3 cross = edges->a.cross(edges->b),
+             rate = spin_a.cross(edges->a).cross(edges->b) + edges->a.cross(spin_b.cross(edges->b));
   const Vec3 turned = (rate - t.at.normal * t.at.normal.dot(rate)) / cross.norm();
   return cross.dot(t.at.normal) < 0 ? Vec3(-turned) : turned;
 }
@@ -49,33 +57,39 @@ Vec3 normal_rate(const Touch& t, NormalOwner owner, const std::optional<CrossedE
 
 /// Error that a step may have in the position of a block [m].
 double IslandStepper::step_error(int block) const {
-  return std::max(resolved, settings_.accuracy * std::sqrt(settings_.accuracy)) * model_.blocks[static_cast<std::size_t>(block)].shape->radius;
+  return std::max(resolved, settings_.accuracy * std::sqrt(settings_.accuracy)) *
+         model_.blocks[static_cast<std::size_t>(block)].shape->radius;
 }
 
 /// Time of a fall by half the radius [s].
 double IslandStepper::fall_time(int block) const {
-  const double g = model_.gravity.norm(), radius = model_.blocks[static_cast<std::size_t>(block)].shape->radius;
+  const double g = model_.gravity.norm(),
+               radius = model_.blocks[static_cast<std::size_t>(block)].shape->radius;
   return g > 0 ? std::sqrt(radius / g) : 0;
 }
 
-/// Of islands of rigid blocks in hard contact without bonds: what a bond bears depends on the time in which it stops a motion.
+/// Of islands of rigid blocks in hard contact without bonds: what a bond bears depends on the time in which
+/// it stops a motion.
 bool IslandStepper::looks_ahead() const {
   if (settings_.fixed_step > 0 || !island_->structures.empty() || !(model_.gravity.norm() > 0)) return false;
   for (const Body& b : bodies_) {
     const dda::Model::Block& block = model_.blocks[static_cast<std::size_t>(b.block)];
     if (block.deformable || !block.fixed_points.empty()) return false;
   }
-  return std::all_of(touches_.begin(), touches_.end(), [](const Touch& t) { return t.stiffness == 0 && !(t.bond() > 0); });
+  return std::all_of(touches_.begin(), touches_.end(),
+                     [](const Touch& t) { return t.stiffness == 0 && !(t.bond() > 0); });
 }
 
 /// The accelerations that the contacts of the present state allow, per body; none if they have no solution.
 std::optional<std::vector<Vec6>> IslandStepper::allowed_accelerations() {
   std::vector<Touch> closed;
-  double slowest = std::numeric_limits<double>::infinity();   // v_o of the island
+  double slowest = std::numeric_limits<double>::infinity();  // v_o of the island
   for (const Body& b : bodies_) slowest = std::min(slowest, 0.25 * step_error(b.block) / fall_time(b.block));
-  for (const CandidatePair& pair : island_->pairs) find_touches(model_, state_, env_, pair, near_gap(), history_, closed);
+  for (const CandidatePair& pair : island_->pairs)
+    find_touches(model_, state_, env_, pair, near_gap(), history_, closed);
   drop_internal_edges(model_, state_, env_, flush(), flush_skins(), closed);
-  // Velocities after so short a time stand for the accelerations: far above round-off of the velocities, far below a fall [s].
+  // Velocities after so short a time stand for the accelerations: far above round-off of the velocities, far
+  // below a fall [s].
   double delta = slowest / model_.gravity.norm();
   for (const Body& b : bodies_) delta = std::max(delta, instant * fall_time(b.block));
 
@@ -92,18 +106,24 @@ std::optional<std::vector<Vec6>> IslandStepper::allowed_accelerations() {
     problem.bodies.push_back({6, static_cast<int>(6 * i), m, m + 36});
     now[i] << state_.v[k], state_.w[k];
     Vec6 free;
-    free << model_.gravity, inverse.block<3, 3>(3, 3) * -state_.w[k].cross(mass.block<3, 3>(3, 3) * state_.w[k]);
+    free << model_.gravity,
+        inverse.block<3, 3>(3, 3) * -state_.w[k].cross(mass.block<3, 3>(3, 3) * state_.w[k]);
     for (int c = 0; c < 6; ++c) problem.v_hat.push_back(now[i][c] + delta * free[c]);
   }
 
   double scale = delta * model_.gravity.norm();
-  struct Couple { std::size_t row, of; double resistance; };
+  struct Couple {
+    std::size_t row, of;
+    double resistance;
+  };
   std::vector<Couple> couples_of;
-  const auto row_of = [&](const Touch& t, const Mat3& frame, std::span<const Vec3> axes, double arm, bool couple) {
+  const auto row_of = [&](const Touch& t, const Mat3& frame, std::span<const Vec3> axes, double arm,
+                          bool couple) {
     contact::ProblemContact c;
     c.first_term = static_cast<int>(problem.terms.size());
     const Vec3 x = 0.5 * (t.at.point_a + t.at.point_b);
-    for (const auto& [block, sign] : {std::pair(t.a.kind == Partner::Kind::block ? t.a.index : -1, -1.0), std::pair(t.b, 1.0)}) {
+    for (const auto& [block, sign] :
+         {std::pair(t.a.kind == Partner::Kind::block ? t.a.index : -1, -1.0), std::pair(t.b, 1.0)}) {
       const int l = block < 0 ? -1 : local_[static_cast<std::size_t>(block)];
       if (l < 0) continue;
       const std::size_t at = problem.jacobians.size();
@@ -111,7 +131,8 @@ std::optional<std::vector<Vec6>> IslandStepper::allowed_accelerations() {
       problem.jacobians.resize(at + 18, 0.0);
       double* const j = problem.jacobians.data() + at;
       if (!couple) {
-        write_jacobian(j, frame, x - state_.c[static_cast<std::size_t>(block)], Mat3::Identity(), Mat3::Identity(), 6, sign);
+        write_jacobian(j, frame, x - state_.c[static_cast<std::size_t>(block)], Mat3::Identity(),
+                       Mat3::Identity(), 6, sign);
       } else {
         for (std::size_t r = 0; r < axes.size(); ++r)
           for (int d = 0; d < 3; ++d) j[3 * (3 + d) + static_cast<int>(r) + 1] = sign * arm * axes[r][d];
@@ -120,8 +141,10 @@ std::optional<std::vector<Vec6>> IslandStepper::allowed_accelerations() {
     c.terms = static_cast<int>(problem.terms.size()) - c.first_term;
     return c;
   };
-  const auto pressed = [&](const Touch& t) {   // by the step just computed: what it holds lasts
-    return std::any_of(touches_.begin(), touches_.end(), [&](const Touch& k) { return k.row >= 0 && k.impulse[0] > 0 && k.b == t.b && k.a == t.a && k.at.key == t.at.key; });
+  const auto pressed = [&](const Touch& t) {  // by the step just computed: what it holds lasts
+    return std::any_of(touches_.begin(), touches_.end(), [&](const Touch& k) {
+      return k.row >= 0 && k.impulse[0] > 0 && k.b == t.b && k.a == t.a && k.at.key == t.at.key;
+    });
   };
   for (const Touch& t : closed) {
     if (std::abs(t.approach) > slowest && !(std::abs(t.approach) < lasting * speed_ && pressed(t))) continue;
@@ -129,20 +152,29 @@ std::optional<std::vector<Vec6>> IslandStepper::allowed_accelerations() {
     const bool of_blocks = t.a.kind == Partner::Kind::block;
     const Pose pose_a = of_blocks ? dda::pose(state_, t.a.index) : Pose{}, pose_b = dda::pose(state_, t.b);
     const NormalOwner owner = normal_owner(t, model_, env_, &pose_a);
-    const auto edges = owner == NormalOwner::edges ? crossed_edges(t, model_, env_, pose_a, pose_b) : std::nullopt;
-    if (owner == NormalOwner::edges) return std::nullopt;   // the rate of its normal is not known well enough: such steps are judged by their iteration alone
+    const auto edges =
+        owner == NormalOwner::edges ? crossed_edges(t, model_, env_, pose_a, pose_b) : std::nullopt;
+    if (owner == NormalOwner::edges)
+      return std::nullopt;  // the rate of its normal is not known well enough: such steps are judged by their
+                            // iteration alone
     const Mat3 frame = contact_frame(t.at.normal);
     const Vec3 x = 0.5 * (t.at.point_a + t.at.point_b);
-    const auto turning = [&](int block) { return Vec3(state_.w[static_cast<std::size_t>(block)].cross(state_.w[static_cast<std::size_t>(block)].cross(x - state_.c[static_cast<std::size_t>(block)]))); };
+    const auto turning = [&](int block) {
+      return Vec3(state_.w[static_cast<std::size_t>(block)].cross(
+          state_.w[static_cast<std::size_t>(block)].cross(x - state_.c[static_cast<std::size_t>(block)])));
+    };
     const Vec3 spin_a = of_blocks ? state_.w[static_cast<std::size_t>(t.a.index)] : Vec3(Vec3::Zero());
-    const Vec3 u = point_velocity(state_, t.b, x) - (of_blocks ? point_velocity(state_, t.a.index, x) : Vec3(Vec3::Zero()));
+    const Vec3 u = point_velocity(state_, t.b, x) -
+                   (of_blocks ? point_velocity(state_, t.a.index, x) : Vec3(Vec3::Zero()));
     const Vec3 bent = turning(t.b) - (of_blocks ? turning(t.a.index) : Vec3(Vec3::Zero()));
     contact::ProblemContact c = row_of(t, frame, {}, 0, false);
     c.bias = delta * (frame.transpose() * bent);
     c.bias[0] += delta * 2 * normal_rate(t, owner, edges, spin_a, state_.w[kb]).dot(u) - t.at.normal.dot(u);
     const Vec3 along = frame.transpose() * u;
-    if (along.tail<2>().norm() <= slowest) c.bias.tail<2>() -= along.tail<2>();
-    else scale = std::max(scale, 1e-9 * along.tail<2>().norm());   // round-off of the slip is no acceleration
+    if (along.tail<2>().norm() <= slowest)
+      c.bias.tail<2>() -= along.tail<2>();
+    else
+      scale = std::max(scale, 1e-9 * along.tail<2>().norm());  // round-off of the slip is no acceleration
     c.friction = friction_now(state_, t);
     if (!t.broken) {
       c.cohesion = (t.law->cohesion + (t.glued ? t.bond_cohesion : 0.0)) * t.at.area * delta;
@@ -163,7 +195,8 @@ std::optional<std::vector<Vec6>> IslandStepper::allowed_accelerations() {
       double fastest = 0;
       for (const Vec3& axis : axes) fastest = std::max(fastest, arm * std::abs(axis.dot(spin)));
       if (fastest <= slowest)
-        for (std::size_t r = 0; r < axes.size(); ++r) rolling.bias[static_cast<int>(r) + 1] = -arm * axes[r].dot(spin);
+        for (std::size_t r = 0; r < axes.size(); ++r)
+          rolling.bias[static_cast<int>(r) + 1] = -arm * axes[r].dot(spin);
       rolling.cohesion = resistance * std::max(0.0, c.impulse[0]);
       couples_of.push_back({problem.contacts.size(), of, resistance});
       problem.contacts.push_back(rolling);
@@ -177,7 +210,8 @@ std::optional<std::vector<Vec6>> IslandStepper::allowed_accelerations() {
   } else {
     contact::SolveSettings settings;
     settings.velocity_scale = scale;
-    settings.tolerance = std::max(resolved, part_of_error * settings_.accuracy * std::sqrt(settings_.accuracy));
+    settings.tolerance =
+        std::max(resolved, part_of_error * settings_.accuracy * std::sqrt(settings_.accuracy));
     settings.sufficient = 1e-5;
     constexpr int most = 10;
     for (int i = 0; i < most; ++i) {
@@ -194,12 +228,15 @@ std::optional<std::vector<Vec6>> IslandStepper::allowed_accelerations() {
       if (change <= 1e-5 * all) break;
     }
   }
-  for (std::size_t i = 0; i < bodies_.size(); ++i) a[i] = (Eigen::Map<const Vec6>(problem.v.data() + 6 * i) - now[i]) / delta;
+  for (std::size_t i = 0; i < bodies_.size(); ++i)
+    a[i] = (Eigen::Map<const Vec6>(problem.v.data() + 6 * i) - now[i]) / delta;
   return a;
 }
 
-/// Error of the step just computed over the error that it may have, the largest of all bodies: from the accelerations allowed at its start and end.
-double IslandStepper::error_by_ends(double h, std::span<const Vec6> at_start, std::span<const Vec6> at_end) const {
+/// Error of the step just computed over the error that it may have, the largest of all bodies: from the
+/// accelerations allowed at its start and end.
+double IslandStepper::error_by_ends(double h, std::span<const Vec6> at_start,
+                                    std::span<const Vec6> at_end) const {
   double worst = 0;
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     const Body& b = bodies_[i];

@@ -22,7 +22,8 @@ void IslandStepper::linearise_at(Body& b, const Quat& q_end) {
 }
 
 void IslandStepper::confine(const Touch& t, const contact::ProblemContact& c) {
-  // Takes from the free directions of both blocks what this spring or hard joint holds: its normal, and all where a shear spring sticks.
+  // Takes from the free directions of both blocks what this spring or hard joint holds: its normal, and all
+  // where a shear spring sticks.
   const bool slides = t.impulse.tail<2>().norm() >= (c.friction * t.impulse[0] + c.cohesion) * (1 - 1e-9);
   const auto hold = [&](int block) {
     const int l = local_[static_cast<std::size_t>(block)];
@@ -33,8 +34,10 @@ void IslandStepper::confine(const Touch& t, const contact::ProblemContact& c) {
       return;
     }
     const Vec3 n = along * t.normal;
-    if (n.squaredNorm() > 1e-12) along -= n * n.transpose() / n.squaredNorm();
-    else if (along.trace() < 0.5) along.setZero();
+    if (n.squaredNorm() > 1e-12)
+      along -= n * n.transpose() / n.squaredNorm();
+    else if (along.trace() < 0.5)
+      along.setZero();
   };
   hold(t.b);
   if (t.a.kind == Partner::Kind::block) hold(t.a.index);
@@ -44,35 +47,44 @@ void IslandStepper::confine(const Touch& t, const contact::ProblemContact& c) {
 void IslandStepper::list_terms() {
   const std::size_t bodies = bodies_.size();
   first_term_of_.assign(bodies + 2, 0);
-  const auto of_block = [&](const contact::ContactTerm& term) { return term.body < static_cast<int>(bodies); };
+  const auto of_block = [&](const contact::ContactTerm& term) {
+    return term.body < static_cast<int>(bodies);
+  };
   for (const contact::ContactTerm& term : problem_.terms)
     if (of_block(term)) ++first_term_of_[static_cast<std::size_t>(term.body) + 2];
   for (std::size_t b = 2; b < first_term_of_.size(); ++b) first_term_of_[b] += first_term_of_[b - 1];
   terms_of_.resize(first_term_of_.back());
-  for (std::size_t i = 0; i < problem_.contacts.size(); ++i)   // first_term_of_[b + 1] runs up to the end of body b's list
-    for (int k = problem_.contacts[i].first_term; k < problem_.contacts[i].first_term + problem_.contacts[i].terms; ++k)
-      if (const contact::ContactTerm& term = problem_.terms[static_cast<std::size_t>(k)]; of_block(term)) terms_of_[first_term_of_[static_cast<std::size_t>(term.body) + 1]++] = {static_cast<int>(i), k};
+  for (std::size_t i = 0; i < problem_.contacts.size();
+       ++i)  // first_term_of_[b + 1] runs up to the end of body b's list
+    for (int k = problem_.contacts[i].first_term;
+         k < problem_.contacts[i].first_term + problem_.contacts[i].terms; ++k)
+      if (const contact::ContactTerm& term = problem_.terms[static_cast<std::size_t>(k)]; of_block(term))
+        terms_of_[first_term_of_[static_cast<std::size_t>(term.body) + 1]++] = {static_cast<int>(i), k};
   first_term_of_.pop_back();
 }
 
 void IslandStepper::apply(double h) {
-  if (h > 0) found_for_ = -1;   // an impulse leaves the positions
-  // With a hard onset in the step all its impulses act from the start: x + h v^+. Steps of closed touches alone keep the trapezoid, and
-  // springs their own rule.
+  if (h > 0) found_for_ = -1;  // an impulse leaves the positions
+  // With a hard onset in the step all its impulses act from the start: x + h v^+. Steps of closed touches
+  // alone keep the trapezoid, and springs their own rule.
   bool onset = false, sprung = false;
   for (const Touch& t : touches_) {
     if (t.row < 0) continue;
     sprung = sprung || t.stiffness > 0;
-    onset = onset || (t.mode == Mode::end && problem_.contacts[static_cast<std::size_t>(t.row)].impulse[0] > 0);
+    onset =
+        onset || (t.mode == Mode::end && problem_.contacts[static_cast<std::size_t>(t.row)].impulse[0] > 0);
   }
   from_start_ = onset && !sprung && h > 0 && island_->structures.empty();
-  theta_of_.assign(problem_.contacts.size(), 0.5);   // of rolling rows and fixed points
+  theta_of_.assign(problem_.contacts.size(), 0.5);  // of rolling rows and fixed points
   each_touch([&](Touch& t) {
     if (t.row < 0) return;
     t.impulse = problem_.contacts[static_cast<std::size_t>(t.row)].impulse;
     if (from_start_) t.theta = 1;
     if (t.stiffness > 0 && h > 0) t.indentation = indentation_at_end(t, h);
-    theta_of_[static_cast<std::size_t>(t.row)] = t.spring == Mode::spring_end || (condensed_ && deformable_structure(t)) ? 0.5 : t.theta;   // of blocks of the trapezoid
+    theta_of_[static_cast<std::size_t>(t.row)] =
+        t.spring == Mode::spring_end || (condensed_ && deformable_structure(t))
+            ? 0.5
+            : t.theta;  // of blocks of the trapezoid
   });
   list_terms();
   each_body([&](Body& b) {
@@ -80,9 +92,9 @@ void IslandStepper::apply(double h) {
     b.shift.setZero();
     b.along = Mat3::Identity();
     const std::size_t i = static_cast<std::size_t>(&b - bodies_.data());
-    // A pebble beneath a boulder bears impulses of which its own is less than the last digit: the sum of all on a body follows from its
-    // velocity. Contacts move positions by theta times their impulse (1/2 trapezoid, 1 end of the step): what differs from the first
-    // one's theta is added up by itself.
+    // A pebble beneath a boulder bears impulses of which its own is less than the last digit: the sum of all
+    // on a body follows from its velocity. Contacts move positions by theta times their impulse (1/2
+    // trapezoid, 1 end of the step): what differs from the first one's theta is added up by itself.
     b.v_solved = b.free.velocity;
     std::optional<double> theta;
     Vec12 others = Vec12::Zero();
@@ -93,18 +105,23 @@ void IslandStepper::apply(double h) {
       const double own = b.end_rule ? 1.0 : theta_of_[row];
       if (!theta) theta = own;
       if (own == *theta) continue;
-      const Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>> jacobian(problem_.jacobians.data() + problem_.terms[static_cast<std::size_t>(terms_of_[e].term)].jacobian, 3, b.ndof);
+      const Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>> jacobian(
+          problem_.jacobians.data() + problem_.terms[static_cast<std::size_t>(terms_of_[e].term)].jacobian, 3,
+          b.ndof);
       others.head(b.ndof) += (own - *theta) * (jacobian.transpose() * p);
     }
     if (theta) {
       b.v_solved.head(b.ndof) = Eigen::Map<const VecX>(problem_.v.data() + problem_.bodies[i].offset, b.ndof);
-      b.impulse.head(b.ndof) = b.free.mass.topLeftCorner(b.ndof, b.ndof) * (b.v_solved - b.free.velocity).head(b.ndof);
+      b.impulse.head(b.ndof) =
+          b.free.mass.topLeftCorner(b.ndof, b.ndof) * (b.v_solved - b.free.velocity).head(b.ndof);
       b.shift = *theta * b.impulse + others;
     }
   });
   if (sprung)
     for (const Touch& t : touches_)
-      if (t.row >= 0 && (t.mode == Mode::spring_end || (sprung_ && t.stiffness == 0)) && t.b >= 0 && t.impulse[0] > 0) confine(t, problem_.contacts[static_cast<std::size_t>(t.row)]);
+      if (t.row >= 0 && (t.mode == Mode::spring_end || (sprung_ && t.stiffness == 0)) && t.b >= 0 &&
+          t.impulse[0] > 0)
+        confine(t, problem_.contacts[static_cast<std::size_t>(t.row)]);
   each_body([&](Body& b) { move_body(b, h); });
 }
 
@@ -119,10 +136,16 @@ void IslandStepper::move_body(Body& b, double h) {
     Vec12 d = Vec12::Zero();
     d.head(b.ndof) = h * (f.inverse.topLeftCorner(b.ndof, b.ndof) * b.shift.head(b.ndof));
     state_.c[k] += d.head<3>();
-    // Of free flow's own parabola only the velocity counts, unless next to nothing pushes: what falls together falls as what falls alone.
-    if (from_start_) state_.c[k] += std::min(1.0, b.impulse.head<3>().norm() / (0.1 * model_.blocks[k].mass * model_.gravity.norm() * h)) * 0.5 * h * h * model_.gravity;
+    // Of free flow's own parabola only the velocity counts, unless next to nothing pushes: what falls
+    // together falls as what falls alone.
+    if (from_start_)
+      state_.c[k] += std::min(1.0, b.impulse.head<3>().norm() /
+                                       (0.1 * model_.blocks[k].mass * model_.gravity.norm() * h)) *
+                     0.5 * h * h * model_.gravity;
     if (!d.segment<3>(3).isZero(0)) state_.q[k] = (dda::rotation_by(d.segment<3>(3)) * f.q).normalized();
-    if (b.ndof == 12) state_.eps[k] += b.leapfrog || b.strains_at_end ? Vec6(h * (b.v_solved - f.velocity).tail<6>()) : Vec6(d.tail<6>());
+    if (b.ndof == 12)
+      state_.eps[k] +=
+          b.leapfrog || b.strains_at_end ? Vec6(h * (b.v_solved - f.velocity).tail<6>()) : Vec6(d.tail<6>());
   }
   // Along the contact faces nothing is stiff: there the path keeps the trapezoid, exact in steady sliding.
   if (b.end_rule) state_.c[k] -= 0.5 * h * (b.along * (b.v_solved.head<3>() - b.v0.head<3>()));
@@ -132,14 +155,18 @@ void IslandStepper::move_body(Body& b, double h) {
   if (h == 0 || (b.impulse.segment<3>(3).isZero(0) && f.q.coeffs() == state_.q[k].coeffs())) {
     state_.w[k] = b.v_solved.segment<3>(3);
   } else {
-    // The point that the way really taken keeps the angular momentum about is another than that of the last pass, which the rows were made about.
+    // The point that the way really taken keeps the angular momentum about is another than that of the last
+    // pass, which the rows were made about.
     Vec3 turned = b.impulse.segment<3>(3);
-    if (island_->structures.empty() && !b.end_rule && !b.pressed) turned -= ((from_start_ ? b.start.c : Vec3(0.5 * (b.start.c + state_.c[k]))) - b.about).cross(b.impulse.head<3>());
+    if (island_->structures.empty() && !b.end_rule && !b.pressed)
+      turned -= ((from_start_ ? b.start.c : Vec3(0.5 * (b.start.c + state_.c[k]))) - b.about)
+                    .cross(b.impulse.head<3>());
     set_spin(b.block, b.momentum0 + turned, b.ndof == 12);
   }
 }
 
-/// Angular velocity that gives a block this angular momentum about its centroid [kg m^2/s], where and as strained as it is.
+/// Angular velocity that gives a block this angular momentum about its centroid [kg m^2/s], where and as
+/// strained as it is.
 void IslandStepper::set_spin(int i, const Vec3& momentum, bool strains) {
   const auto k = static_cast<std::size_t>(i);
   const dda::Model::Block& block = model_.blocks[k];
@@ -154,15 +181,18 @@ void IslandStepper::set_spin(int i, const Vec3& momentum, bool strains) {
 
 double IslandStepper::indentation_at_end(const Touch& t, double h) const {
   const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
-  const bool by_body = t.spring == Mode::spring_end && t.b >= 0 && !deformable_structure(t);   // each side goes by its own rule
-  double way = by_body ? 0.0 : -t.theta * t.u_ref;   // row 0 of theta J (v - v_ref)
+  const bool by_body =
+      t.spring == Mode::spring_end && t.b >= 0 && !deformable_structure(t);  // each side goes by its own rule
+  double way = by_body ? 0.0 : -t.theta * t.u_ref;                           // row 0 of theta J (v - v_ref)
   for (int k = 0; k < c.terms; ++k) {
     const contact::ContactTerm& term = problem_.terms[static_cast<std::size_t>(c.first_term + k)];
     const contact::ProblemBody& body = problem_.bodies[static_cast<std::size_t>(term.body)];
     const double* const v = problem_.v.data() + body.offset;
     const Body* const b = by_body ? &bodies_[static_cast<std::size_t>(term.body)] : nullptr;
     const double theta = b == nullptr ? t.theta : b->end_rule ? 1.0 : 0.5;
-    for (int i = 0; i < body.ndof; ++i) way += theta * problem_.jacobians[static_cast<std::size_t>(term.jacobian + 3 * i)] * (v[i] - (b != nullptr ? b->v_ref[i] : 0.0));
+    for (int i = 0; i < body.ndof; ++i)
+      way += theta * problem_.jacobians[static_cast<std::size_t>(term.jacobian + 3 * i)] *
+             (v[i] - (b != nullptr ? b->v_ref[i] : 0.0));
   }
   return -(t.gap_ref + h * way);
 }

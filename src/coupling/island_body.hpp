@@ -8,7 +8,8 @@
 
 namespace talus::coupling {
 
-/// What a range of a loop that threads share holds at least. Sums over touches and bodies are made by such ranges, the same whatever the threads.
+/// What a range of a loop that threads share holds at least. Sums over touches and bodies are made by such
+/// ranges, the same whatever the threads.
 constexpr int touches_at_once = 512, bodies_at_once = 64;
 
 /// Energy that a step may make, over the accuracy and the energy of what it moves and stores.
@@ -18,38 +19,42 @@ constexpr double gain_allowed = 0.05;
 struct IslandStepper::Body {
   int block = 0;
   int ndof = 6;
-  bool end_rule = false;               // position and strain by the velocity at the end: a force at the end of the step acts on it
-  double spring_rate_sq = 0;           // sum of k J M^-1 J^T over its closed springs [1/s^2]
-  bool follows = false;                // end_rule, and connected by springs to a block of the trapezoid: it follows that one quasi-statically
-  Vec6 strain_lag = Vec6::Zero();      // impulse of its stress at the end less that which it follows with [J s]
-  bool strains_at_end = false;         // strain alone so: an onset's impulse acts on it from the start of the step, or the trapezoid would make energy
-  bool guarded = false;                // in a step that is not shortened for energy made: its free flow may make none
-  bool leapfrog = false;               // beside a structure in explicit steps: strain rates are those of half steps
-  bool pressed = false;                // there: a hard contact holds it, so that it goes by x + h v^+ (find_pressed)
-  bool at_half_step = false;           // there: its velocity at the start is that of the half step before
-  double converted = 0;                // kinetic energy by conversions between full and half steps [J]
+  bool end_rule =
+      false;  // position and strain by the velocity at the end: a force at the end of the step acts on it
+  double spring_rate_sq = 0;  // sum of k J M^-1 J^T over its closed springs [1/s^2]
+  bool follows = false;  // end_rule, and connected by springs to a block of the trapezoid: it follows that
+                         // one quasi-statically
+  Vec6 strain_lag = Vec6::Zero();  // impulse of its stress at the end less that which it follows with [J s]
+  bool strains_at_end = false;  // strain alone so: an onset's impulse acts on it from the start of the step,
+                                // or the trapezoid would make energy
+  bool guarded = false;       // in a step that is not shortened for energy made: its free flow may make none
+  bool leapfrog = false;      // beside a structure in explicit steps: strain rates are those of half steps
+  bool pressed = false;       // there: a hard contact holds it, so that it goes by x + h v^+ (find_pressed)
+  bool at_half_step = false;  // there: its velocity at the start is that of the half step before
+  double converted = 0;       // kinetic energy by conversions between full and half steps [J]
   // start of the step
   Pose start;
   Quat q0 = Quat::Identity();
   Mat3 rotation0 = Mat3::Identity();
   Vec12 v0 = Vec12::Zero();
   Vec6 eps0 = Vec6::Zero();
-  Vec3 momentum0 = Vec3::Zero();      // angular, about the centroid
-  double internal0 = 0;                // energy of turning and straining [J]
+  Vec3 momentum0 = Vec3::Zero();  // angular, about the centroid
+  double internal0 = 0;           // energy of turning and straining [J]
   dda::FreeFlow free;
   // where the contacts are linearised: free flow first, then the result of the last pass
-  Pose ref;                            // at the end
+  Pose ref;  // at the end
   Vec12 v_ref = Vec12::Zero();
-  Vec3 turn = Vec3::Zero();            // rotation vector start -> end
+  Vec3 turn = Vec3::Zero();  // rotation vector start -> end
   Mat3 half_turn = Mat3::Identity(), full_turn = Mat3::Identity();
   Vec3 mid_c = Vec3::Zero();
-  Vec3 about = Vec3::Zero();          // what rows take moments about: the point of the centroid's way that keeps the angular momentum, c_n + (1 - theta) (c_np - c_n)
-  Mat3 carry = Mat3::Identity();       // ref.F start.F^-1
+  Vec3 about = Vec3::Zero();  // what rows take moments about: the point of the centroid's way that keeps the
+                              // angular momentum, c_n + (1 - theta) (c_np - c_n)
+  Mat3 carry = Mat3::Identity();  // ref.F start.F^-1
   // result
-  Vec12 impulse = Vec12::Zero();       // sum J^T p
-  Vec12 shift = Vec12::Zero();         // sum theta A^-1 J^T p
-  Mat3 along = Mat3::Identity();       // projector on the directions that no spring at the end of the step holds
-  Vec12 v_solved = Vec12::Zero();      // v_hat + A^-1 sum J^T p
+  Vec12 impulse = Vec12::Zero();   // sum J^T p
+  Vec12 shift = Vec12::Zero();     // sum theta A^-1 J^T p
+  Mat3 along = Mat3::Identity();   // projector on the directions that no spring at the end of the step holds
+  Vec12 v_solved = Vec12::Zero();  // v_hat + A^-1 sum J^T p
 
   Vec3 at_mid(const Vec3& x) const { return mid_c + half_turn * (x - start.c); }
   Vec3 at_end(const Vec3& x) const { return ref.c + carry * (x - start.c); }
@@ -62,7 +67,8 @@ struct IslandStepper::Body {
   }
 };
 
-/// Calls use(body) for every body of the island, in any order, on several threads where it pays: it may write to what is that body's alone.
+/// Calls use(body) for every body of the island, in any order, on several threads where it pays: it may write
+/// to what is that body's alone.
 template <class Use>
 void IslandStepper::each_body(Use&& use) {
   contact::in_ranges(static_cast<int>(bodies_.size()), bodies_at_once, [&](int from, int to) {
@@ -86,41 +92,49 @@ struct IslandStepper::Saved {
 
 struct IslandStepper::Outcome {
   bool ok = false;
-  double error = 0;   // between the last two passes, relative to block size
+  double error = 0;  // between the last two passes, relative to block size
 };
 
 /// A step while it is tried: what is asked of it, and what the tries so far have taught.
 struct IslandStepper::Trial {
-  double start = 0;                  // [s]
-  double remaining = 0;              // of the stretch [s]
-  double h = 0;                      // [s]
-  double usual = 0;                  // length by what may move, where all stand still and the step is the rest of the stretch [s]; else 0
-  bool lumped = false;               // onsets are rows, not events
-  bool closed = false;               // something touches at its start
-  bool adaptive = false;             // event driven, its length by error control
+  double start = 0;      // [s]
+  double remaining = 0;  // of the stretch [s]
+  double h = 0;          // [s]
+  double usual = 0;  // length by what may move, where all stand still and the step is the rest of the stretch
+                     // [s]; else 0
+  bool lumped = false;    // onsets are rows, not events
+  bool closed = false;    // something touches at its start
+  bool adaptive = false;  // event driven, its length by error control
   int passes = 1;
   int releases = 0, cuts = 0, halved = 0, refined = 0;
-  int stopping = -1;                 // touch whose sliding stops within the step
+  int stopping = -1;  // touch whose sliding stops within the step
   bool stop_located = false;
-  double asked = 0;                  // first length tried [s]
-  double holds = 0, breaks = 0;      // lengths over which all bonds hold, over which one breaks; 0: none tried [s]
+  double asked = 0;  // first length tried [s]
+  double holds = 0,
+         breaks = 0;  // lengths over which all bonds hold, over which one breaks; 0: none tried [s]
 };
 
 /// Speed below which a block counts as at rest, in a step of length h [m/s].
 inline double still_speed(const dda::Model& model, double h) { return 1e-6 * model.gravity.norm() * h; }
 
 /// True if no point of the blocks moves faster than `still` [m/s].
-inline bool stand(const dda::Model& model, const dda::State& state, std::span<const int> blocks, double still) {
+inline bool stand(const dda::Model& model, const dda::State& state, std::span<const int> blocks,
+                  double still) {
   return std::all_of(blocks.begin(), blocks.end(), [&](int b) {
     const auto k = static_cast<std::size_t>(b);
-    return state.v[k].norm() + model.blocks[k].shape->radius * (state.w[k].norm() + state.eps_rate[k].norm()) <= still;
+    return state.v[k].norm() +
+               model.blocks[k].shape->radius * (state.w[k].norm() + state.eps_rate[k].norm()) <=
+           still;
   });
 }
 
-/// Rolling and drilling resistance: after the rows of all touches, a contact for each of the two that a touch has, in the touches' order. The
-/// tangential rows are R (w_b - w_a) . t, of drilling R (w_b - w_a) . n; the impulse is couple / R, at most mu_r p_n (mu_d p_n) of the touch.
+/// Rolling and drilling resistance: after the rows of all touches, a contact for each of the two that a touch
+/// has, in the touches' order. The tangential rows are R (w_b - w_a) . t, of drilling R (w_b - w_a) . n; the
+/// impulse is couple / R, at most mu_r p_n (mu_d p_n) of the touch.
 inline std::size_t couples(const Touch& t) {
-  return t.row >= 0 && t.rolls ? std::size_t{t.law->rolling_resistance > 0} + std::size_t{t.law->drilling_resistance > 0} : 0;
+  return t.row >= 0 && t.rolls
+             ? std::size_t{t.law->rolling_resistance > 0} + std::size_t{t.law->drilling_resistance > 0}
+             : 0;
 }
 
 /// Calls use(touch, resistance, contact) for these contacts of a problem, none if it was assembled without.
@@ -135,7 +149,8 @@ void each_rolling(std::span<Touch> touches, contact::ContactProblem& problem, Us
   }
 }
 
-/// Calls use(contact) for the rows of fixed points, which follow all others; none if the problem was assembled without.
+/// Calls use(contact) for the rows of fixed points, which follow all others; none if the problem was
+/// assembled without.
 template <class Use>
 void each_held(std::span<const Touch> touches, contact::ContactProblem& problem, Use&& use) {
   std::size_t first = 0;
@@ -143,14 +158,18 @@ void each_held(std::span<const Touch> touches, contact::ContactProblem& problem,
   for (std::size_t i = first; i < problem.contacts.size(); ++i) use(problem.contacts[i]);
 }
 
-/// 3 x ndof block of a contact row: sign * frame^T T(x), column major. Arm x - c in world axes, `strain_map` its way back to body axes.
-void write_jacobian(double* to, const Mat3& frame, const Vec3& arm, const Mat3& strain_map, const Mat3& rotation, int ndof, double sign);
+/// 3 x ndof block of a contact row: sign * frame^T T(x), column major. Arm x - c in world axes, `strain_map`
+/// its way back to body axes.
+void write_jacobian(double* to, const Mat3& frame, const Vec3& arm, const Mat3& strain_map,
+                    const Mat3& rotation, int ndof, double sign);
 
-/// Points of blocks that stay where they are: a row each after all others, of a contact that pulls and shears as much as it must (`bound` [N s]).
-/// At rest at the end of the step (h = 0: of the impulse). The trapezoid's drift is not led back by speed, whose energy a short step after a long one
-/// would make without bound, but by the projection.
+/// Points of blocks that stay where they are: a row each after all others, of a contact that pulls and shears
+/// as much as it must (`bound` [N s]). At rest at the end of the step (h = 0: of the impulse). The
+/// trapezoid's drift is not led back by speed, whose energy a short step after a long one would make without
+/// bound, but by the projection.
 template <class Bodies>
-void add_held_rows(contact::ContactProblem& problem, const dda::Model& model, const Bodies& bodies, double h, double bound) {
+void add_held_rows(contact::ContactProblem& problem, const dda::Model& model, const Bodies& bodies, double h,
+                   double bound) {
   for (std::size_t l = 0; l < bodies.size(); ++l) {
     const auto& b = bodies[l];
     const dda::Model::Block& block = model.blocks[static_cast<std::size_t>(b.block)];
@@ -161,9 +180,12 @@ void add_held_rows(contact::ContactProblem& problem, const dda::Model& model, co
       c.terms = 1;
       const int offset = static_cast<int>(problem.jacobians.size());
       problem.jacobians.resize(problem.jacobians.size() + 3 * static_cast<std::size_t>(b.ndof));
-      write_jacobian(problem.jacobians.data() + offset, Mat3::Identity(), mid - b.mid_c, b.start.F.inverse() * b.half_turn.transpose(), b.half_turn * b.rotation0, b.ndof, 1);
+      write_jacobian(problem.jacobians.data() + offset, Mat3::Identity(), mid - b.mid_c,
+                     b.start.F.inverse() * b.half_turn.transpose(), b.half_turn * b.rotation0, b.ndof, 1);
       problem.terms.push_back({static_cast<int>(l), offset});
-      const Vec3 u_ref = Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>(problem.jacobians.data() + offset, 3, b.ndof) * b.v_ref.head(b.ndof);
+      const Vec3 u_ref = Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>(
+                             problem.jacobians.data() + offset, 3, b.ndof) *
+                         b.v_ref.head(b.ndof);
       if (h > 0) c.bias = b.velocity_at_end(b.at_end(x)) - u_ref;
       c.cohesion = c.tension = bound;
       problem.contacts.push_back(c);
@@ -178,15 +200,19 @@ void each_drift(const dda::Model& model, const dda::State& state, const Bodies& 
     const dda::Model::Block& block = model.blocks[static_cast<std::size_t>(b.block)];
     if (block.fixed_points.empty()) continue;
     const Pose now = dda::pose(state, b.block);
-    for (std::size_t i = 0; i < block.fixed_points.size(); ++i) use(Vec3(now.c + now.F * block.fixed_points[i] - block.fixed_points_world[i]));
+    for (std::size_t i = 0; i < block.fixed_points.size(); ++i)
+      use(Vec3(now.c + now.F * block.fixed_points[i] - block.fixed_points_world[i]));
   }
 }
 
-/// Row n . T(x) of a block's generalised velocity: that of its point x (world) along n. Arm r = x - c; `strain_map` is F^-1.
-Vec12 point_row(const dda::Model::Block& block, const Mat3& rotation, const Mat3& strain_map, const Vec3& r, const Vec3& n);
+/// Row n . T(x) of a block's generalised velocity: that of its point x (world) along n. Arm r = x - c;
+/// `strain_map` is F^-1.
+Vec12 point_row(const dda::Model::Block& block, const Mat3& rotation, const Mat3& strain_map, const Vec3& r,
+                const Vec3& n);
 
 /// Which body carries the normal: the one whose face it is, or neither (crossing edges).
 enum class NormalOwner { a, b, edges };
-NormalOwner normal_owner(const Touch& touch, const dda::Model& model, const Environment& environment, const Pose* pose_a);
+NormalOwner normal_owner(const Touch& touch, const dda::Model& model, const Environment& environment,
+                         const Pose* pose_a);
 
 }  // namespace talus::coupling

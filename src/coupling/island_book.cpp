@@ -16,13 +16,14 @@ Vec12 mean_velocity(const Vec12& v0, const dda::FreeFlow& free, const Vec12& v) 
 
 /// What the contacts of one problem take, sorted so that friction never gives back.
 ///
-/// An impulse with the mean of the velocities before and after is its work, exactly; but where an impact turns the slip round, or begins it, the
-/// friction that opposes the slip at its end seems to have driven. Only the sum of both losses is known: the impact's is less by as much.
+/// An impulse with the mean of the velocities before and after is its work, exactly; but where an impact
+/// turns the slip round, or begins it, the friction that opposes the slip at its end seems to have driven.
+/// Only the sum of both losses is known: the impact's is less by as much.
 struct ContactLoss {
-  double friction = 0;   // of hard contacts and rolling, each at least nothing [J]
-  double driven = 0;     // what friction seems to have given, at most nothing [J]
-  double impact = 0;     // of the normals of what meets [J]
-  double sprung = 0;     // friction on springs, up to the scheme's own error [J]
+  double friction = 0;  // of hard contacts and rolling, each at least nothing [J]
+  double driven = 0;    // what friction seems to have given, at most nothing [J]
+  double impact = 0;    // of the normals of what meets [J]
+  double sprung = 0;    // friction on springs, up to the scheme's own error [J]
 
   void slides(double lost) { (lost > 0 ? friction : driven) += lost; }
   ContactLoss& operator+=(const ContactLoss& o) {
@@ -41,7 +42,7 @@ struct ContactLoss {
     slid += driven + taken;
     const double scheme = std::min(slid, 0.0);
     slid -= scheme;
-    const double shared = met < 0 ? std::min(-met, slid) : 0;   // the normals drove what friction took
+    const double shared = met < 0 ? std::min(-met, slid) : 0;  // the normals drove what friction took
     met += shared;
     slid -= shared;
     ledger.friction_work += slid + std::max(sprung, 0.0);
@@ -51,12 +52,15 @@ struct ContactLoss {
   }
 };
 
-/// What crushes between the half steps before and after [J]; `before`: indentation at the start of the last step. What yields now is taken to have yielded on the whole way of the last
-/// step. Where it began to yield on that way only the rest of it went into crushing: what the last half step holds tells how much was stored.
+/// What crushes between the half steps before and after [J]; `before`: indentation at the start of the last
+/// step. What yields now is taken to have yielded on the whole way of the last step. Where it began to yield
+/// on that way only the rest of it went into crushing: what the last half step holds tells how much was
+/// stored.
 double crushed_by_half(const Touch& t, double before) {
   if (t.law->kind != ContactLaw::Kind::crushing) return 0;
   const double stored_before = 2 * (t.stored - t.sheared) - t.normal_law.stored(-t.at.gap);
-  const double last = std::clamp(stored_before - t.normal_law.before(before), 0.0, -t.normal_law.crushing_before(before));
+  const double last =
+      std::clamp(stored_before - t.normal_law.before(before), 0.0, -t.normal_law.crushing_before(before));
   return 0.5 * (t.normal_law.crushing(t.indentation) + last);
 }
 
@@ -68,12 +72,16 @@ struct IslandStepper::Booking {
   double h;
   Ledger pending{};
   ContactLoss loss{};
-  double onset = 0;   // what hard contacts and dashpots take where only the sum of it and the scheme's part is known
-  double reading = 0;   // of pressed blocks: their velocities are those of half steps, their heights are not; adds up to nothing from landing to take-off
+  double onset =
+      0;  // what hard contacts and dashpots take where only the sum of it and the scheme's part is known
+  double reading = 0;  // of pressed blocks: their velocities are those of half steps, their heights are not;
+                       // adds up to nothing from landing to take-off
 
   using Rows = Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>;
   /// Velocities of a row's two sides: the mean of the step by side, and that at its end.
-  struct Slip { Vec3 blocks = Vec3::Zero(), structure = Vec3::Zero(), last = Vec3::Zero(); };
+  struct Slip {
+    Vec3 blocks = Vec3::Zero(), structure = Vec3::Zero(), last = Vec3::Zero();
+  };
 
   Slip slip(const contact::ProblemContact& c) const;
   double work(const contact::ProblemContact& c) const;
@@ -87,7 +95,8 @@ struct IslandStepper::Booking {
   void turning(const Body& b);
   void straining(const Body& b);
   void add(const Booking& o);
-  template <class Thing, class Use> void each(const std::vector<Thing>& things, int at_once, Use&& use);
+  template <class Thing, class Use>
+  void each(const std::vector<Thing>& things, int at_once, Use&& use);
 };
 
 void IslandStepper::Booking::add(const Booking& o) {
@@ -97,14 +106,16 @@ void IslandStepper::Booking::add(const Booking& o) {
   reading += o.reading;
 }
 
-/// Calls use(books, thing) for all things, on several threads where it pays: `at_once` of them share one book, which are then added one after the other.
+/// Calls use(books, thing) for all things, on several threads where it pays: `at_once` of them share one
+/// book, which are then added one after the other.
 template <class Thing, class Use>
 void IslandStepper::Booking::each(const std::vector<Thing>& things, int at_once, Use&& use) {
   const int n = static_cast<int>(things.size()), books = (n + at_once - 1) / at_once;
   std::vector<Booking> parts(static_cast<std::size_t>(books), Booking{of, h});
   contact::in_ranges(books, of.settings_.threads < 2 ? books : 2, [&](int from, int to) {
     for (int part = from; part < to; ++part)
-      for (int i = part * at_once; i < std::min(n, (part + 1) * at_once); ++i) use(parts[static_cast<std::size_t>(part)], things[static_cast<std::size_t>(i)]);
+      for (int i = part * at_once; i < std::min(n, (part + 1) * at_once); ++i)
+        use(parts[static_cast<std::size_t>(part)], things[static_cast<std::size_t>(i)]);
   });
   for (const Booking& part : parts) add(part);
 }
@@ -124,15 +135,19 @@ IslandStepper::Booking::Slip IslandStepper::Booking::slip(const contact::Problem
       const Eigen::Map<const VecX> end(of.problem_.v.data() + body.offset, body.ndof);
       const std::size_t part = static_cast<std::size_t>(term.body) - of.bodies_.size();
       s.last += j * end;
-      if (of.condensed_) s.structure += j * (0.5 * (of.skins_[part].v_before + end));
-      else s.structure += j * (0.5 * (of.nodes_[part].v_before + end));
+      if (of.condensed_)
+        s.structure += j * (0.5 * (of.skins_[part].v_before + end));
+      else
+        s.structure += j * (0.5 * (of.nodes_[part].v_before + end));
     }
   }
   return s;
 }
 
 /// Of an impulse on the blocks, by their mean velocities [J].
-double IslandStepper::Booking::work(const contact::ProblemContact& c) const { return c.impulse.dot(slip(c).blocks); }
+double IslandStepper::Booking::work(const contact::ProblemContact& c) const {
+  return c.impulse.dot(slip(c).blocks);
+}
 
 void IslandStepper::Booking::row(const Touch& t) {
   const contact::ProblemContact& c = of.problem_.contacts[static_cast<std::size_t>(t.row)];
@@ -141,16 +156,18 @@ void IslandStepper::Booking::row(const Touch& t) {
     pending.blocks_contact_work += c.impulse.dot(s.blocks);
     pending.structure_contact_work += c.impulse.dot(s.structure);
   }
-  if (t.stiffness > 0 && h > 0) spring_row(t, c, s);
-  else hard_row(t, c, s);
+  if (t.stiffness > 0 && h > 0)
+    spring_row(t, c, s);
+  else
+    hard_row(t, c, s);
 }
 
 void IslandStepper::Booking::hard_row(const Touch& t, const contact::ProblemContact& c, const Slip& s) {
   const Vec3 mean = s.blocks + s.structure;
   const double normal_work = c.impulse[0] * mean[0], slip_work = c.impulse.tail<2>().dot(mean.tail<2>());
   if (of.from_start_) {
-    // Positions go by the velocities at the end, and so does the slip: friction takes its force times that. By the means of the velocities the
-    // normals have taken the rest.
+    // Positions go by the velocities at the end, and so does the slip: friction takes its force times that.
+    // By the means of the velocities the normals have taken the rest.
     const double slid = std::max(0.0, -c.impulse.tail<2>().dot(s.last.tail<2>()));
     loss.slides(slid);
     (t.mode == Mode::closed ? pending.algorithmic : loss.impact) -= normal_work + slip_work + slid;
@@ -158,54 +175,65 @@ void IslandStepper::Booking::hard_row(const Touch& t, const contact::ProblemCont
   }
   loss.slides(-slip_work);
   (t.mode == Mode::closed ? pending.algorithmic : loss.impact) -= normal_work;
-  const bool by_end = of.leapfrog() || (of.sprung_ && t.theta == 1);   // its blocks go by x + h v^+
+  const bool by_end = of.leapfrog() || (of.sprung_ && t.theta == 1);  // its blocks go by x + h v^+
   if (t.mode != Mode::closed && h > 0 && by_end) onset -= normal_work;
 }
 
 /// Energy that the shear spring has taken up in the step [J].
 double IslandStepper::Booking::stretched(const Touch& t) const {
-  return of.shear_energy_at_end(t, h) - (t.shears_by_half ? t.sheared : 0.5 * t.shear_stiffness * t.shear.squaredNorm());
+  return of.shear_energy_at_end(t, h) -
+         (t.shears_by_half ? t.sheared : 0.5 * t.shear_stiffness * t.shear.squaredNorm());
 }
 
 /// Springs: what they store; the rest of the normal work is the rule's own loss, of the tangential friction.
 void IslandStepper::Booking::spring_row(const Touch& t, const contact::ProblemContact& c, const Slip& s) {
   const Vec3 mean = s.blocks + s.structure;
   shear(t, c, s);
-  const double crushed = booked_by_craters(t)            ? t.crushed - t.crushed_ahead + of.crushed_ahead(t)
-                         : t.mode == Mode::spring_secant ? crushed_by_half(t, -t.at.gap + of.length_before(t, h) * t.approach)
-                                                         : t.normal_law.crushing(t.indentation);
+  const double crushed = booked_by_craters(t) ? t.crushed - t.crushed_ahead + of.crushed_ahead(t)
+                         : t.mode == Mode::spring_secant
+                             ? crushed_by_half(t, -t.at.gap + of.length_before(t, h) * t.approach)
+                             : t.normal_law.crushing(t.indentation);
   (t.law->yields() ? pending.yield_work : pending.damping_work) += crushed;
-  // With a dashpot the loss is mostly its own. From what the ledger counts as stored: nothing is lost with a changed feature.
+  // With a dashpot the loss is mostly its own. From what the ledger counts as stored: nothing is lost with a
+  // changed feature.
   const double freed = of.freed_shear(t);
   pending.friction_work += freed;
   // What the stretched spring of a bond that gives way held is lost with it.
   const double torn = t.indentation < 0 && t.pulls() && of.gives_way(t) ? pull_energy(t, t.indentation) : 0.0;
   pending.damping_work += torn;
-  const double lost = -(c.impulse[0] * mean[0] + torn + (of.spring_energy_at_end(t, h) - t.stored) - stretched(t) + crushed + freed);
+  const double lost = -(c.impulse[0] * mean[0] + torn + (of.spring_energy_at_end(t, h) - t.stored) -
+                        stretched(t) + crushed + freed);
   (t.dashpot > 0 ? pending.damping_work : pending.algorithmic) += lost;
   if (t.dashpot > 0 && of.leapfrog()) onset += std::max(0.0, lost);
 }
 
-/// Friction in the half step before of what sticks now: the impulse stands for the time from half step to half step, and where the last step slid, half of that slip lies in it [J].
-double IslandStepper::Booking::slid_before(const Touch& t, const contact::ProblemContact& c, const Slip& s) const {
+/// Friction in the half step before of what sticks now: the impulse stands for the time from half step to
+/// half step, and where the last step slid, half of that slip lies in it [J].
+double IslandStepper::Booking::slid_before(const Touch& t, const contact::ProblemContact& c,
+                                           const Slip& s) const {
   if (!t.shears_by_half) return 0;
   const Vec3 before = 2 * (s.blocks + s.structure) - s.last, stretched = t.frame.transpose() * t.shear_way;
-  return std::max(0.0, -0.5 * c.impulse.tail<2>().dot((before - stretched / of.length_before(t, h)).tail<2>()));
+  return std::max(0.0,
+                  -0.5 * c.impulse.tail<2>().dot((before - stretched / of.length_before(t, h)).tail<2>()));
 }
 
 void IslandStepper::Booking::shear(const Touch& t, const contact::ProblemContact& c, const Slip& s) {
-  const double slip_work = c.impulse.tail<2>().dot((s.blocks + s.structure).tail<2>()), stretch = stretched(t);
+  const double slip_work = c.impulse.tail<2>().dot((s.blocks + s.structure).tail<2>()),
+               stretch = stretched(t);
   // Of what slides, the ground in the way takes its part of the cone.
-  const double bound = c.friction * c.impulse[0] + c.cohesion, in_the_way = t.ploughing > 0 && bound > 0 ? std::min(1.0, t.ploughing / bound) : 0.0;
+  const double bound = c.friction * c.impulse[0] + c.cohesion,
+               in_the_way = t.ploughing > 0 && bound > 0 ? std::min(1.0, t.ploughing / bound) : 0.0;
   if (!of.leapfrog()) {
     const double lost = -(slip_work + stretch), ploughed = in_the_way * std::max(0.0, lost);
     loss.sprung += lost - ploughed;
     pending.ploughing_work += ploughed;
     return;
   }
-  // What slides loses its force times the mean slip, as the bodies do; what sticks has no loss of its own but for the half step before, and what would drive is the scheme's.
+  // What slides loses its force times the mean slip, as the bodies do; what sticks has no loss of its own but
+  // for the half step before, and what would drive is the scheme's.
   const double lost = -(slip_work + stretch);
-  const bool slides = t.shear_stiffness == 0 || c.impulse.tail<2>().norm() >= (c.friction * c.impulse[0] + c.cohesion) * (1 - 1e-9);
+  const bool slides = t.shear_stiffness == 0 ||
+                      c.impulse.tail<2>().norm() >= (c.friction * c.impulse[0] + c.cohesion) * (1 - 1e-9);
   const double slid = std::max(0.0, slides ? lost : std::min(lost, slid_before(t, c, s)));
   pending.friction_work += (1 - in_the_way) * slid;
   pending.ploughing_work += in_the_way * slid;
@@ -217,31 +245,37 @@ void IslandStepper::Booking::position(const Body& b) {
   const auto k = static_cast<std::size_t>(b.block);
   const dda::Model::Block& block = of.model_.blocks[k];
   const Vec3 trapezoid = b.start.c + 0.5 * h * (b.v0.head<3>() + b.v_solved.head<3>());
-  // Blocks braked at the start of the step stay higher than the means of the velocities say: so much less the impact took.
+  // Blocks braked at the start of the step stay higher than the means of the velocities say: so much less the
+  // impact took.
   const double sunk = block.mass * of.model_.gravity.dot(of.state_.c[k] - trapezoid);
   (of.from_start_ && sunk < 0 ? loss.impact : pending.algorithmic) += sunk;
 }
 
-/// The momentum is exact at the orientation reached, where the inertia is another than the one that the impulse met. A rigid impulse of a
-/// straining block turns its strain rate as well.
+/// The momentum is exact at the orientation reached, where the inertia is another than the one that the
+/// impulse met. A rigid impulse of a straining block turns its strain rate as well.
 void IslandStepper::Booking::turning(const Body& b) {
   const bool changes = h > 0 || of.model_.blocks[static_cast<std::size_t>(b.block)].deformable;
   if (changes && !b.impulse.isZero(0))
-    pending.algorithmic -= of.internal_energy(b.block) - b.internal0 - b.impulse.segment<3>(3).dot(mean_velocity(b.v0, b.free, b.v_solved).segment<3>(3));
+    pending.algorithmic -= of.internal_energy(b.block) - b.internal0 -
+                           b.impulse.segment<3>(3).dot(mean_velocity(b.v0, b.free, b.v_solved).segment<3>(3));
 }
 
 void IslandStepper::Booking::straining(const Body& b) {
   const dda::Model::Block& block = of.model_.blocks[static_cast<std::size_t>(b.block)];
   const Vec6 rate = 0.5 * (b.v0.tail<6>() + b.v_solved.tail<6>());
-  const Vec6 viscous = b.end_rule || b.strains_at_end ? Vec6(b.v_solved.tail<6>()) : rate;   // the rate that made the viscous stress
-  const double damped = h * block.strain_damping * block.volume * rate.dot(dda::elastic_matrix(block.young, block.poisson) * viscous);
+  const Vec6 viscous = b.end_rule || b.strains_at_end ? Vec6(b.v_solved.tail<6>())
+                                                      : rate;  // the rate that made the viscous stress
+  const double damped = h * block.strain_damping * block.volume *
+                        rate.dot(dda::elastic_matrix(block.young, block.poisson) * viscous);
   pending.damping_work += damped;
-  // Turning changes the inertia that straining meets and the other way round; the trapezoid of the strain keeps their energy to order 2. By the end rule the
-  // velocities met the stress at the end all along the step.
+  // Turning changes the inertia that straining meets and the other way round; the trapezoid of the strain
+  // keeps their energy to order 2. By the end rule the velocities met the stress at the end all along the
+  // step.
   Eigen::Matrix<double, 9, 1> of_contacts = b.impulse.tail<9>();
   if (b.follows) of_contacts.tail<6>() -= b.strain_lag;
   if (h > 0)
-    pending.algorithmic -= of.internal_energy(b.block) - b.internal0 + damped - of_contacts.dot(mean_velocity(b.v0, b.free, b.v_solved).tail<9>());
+    pending.algorithmic -= of.internal_energy(b.block) - b.internal0 + damped -
+                           of_contacts.dot(mean_velocity(b.v0, b.free, b.v_solved).tail<9>());
 }
 
 void IslandStepper::book(double h) {
@@ -249,8 +283,12 @@ void IslandStepper::book(double h) {
   books.each(touches_, touches_at_once, [](Booking& of, const Touch& t) {
     if (t.row >= 0) of.row(t);
   });
-  each_rolling(touches_, problem_, [&](const Touch&, double, const contact::ProblemContact& c) { books.loss.slides(-books.work(c)); });
-  each_held(touches_, problem_, [&](const contact::ProblemContact& c) { (h > 0 ? books.pending.algorithmic : books.loss.impact) -= books.work(c); });
+  each_rolling(touches_, problem_, [&](const Touch&, double, const contact::ProblemContact& c) {
+    books.loss.slides(-books.work(c));
+  });
+  each_held(touches_, problem_, [&](const contact::ProblemContact& c) {
+    (h > 0 ? books.pending.algorithmic : books.loss.impact) -= books.work(c);
+  });
   books.each(bodies_, bodies_at_once, [](Booking& of, const Body& b) {
     const double before = of.pending.algorithmic;
     if (!b.impulse.isZero(0) || b.end_rule || b.pressed) of.position(b);
@@ -262,24 +300,31 @@ void IslandStepper::book(double h) {
   pending_ += books.pending;
   const double met = books.loss.settle(pending_);
   if (from_start_) books.onset += met;
-  // A hard contact (or a stiff dashpot) at a structure acts at the end of the step, an onset in a large island at its start, neither along it:
-  // its work with the mean velocities counts as lost what the block's own energy says was not, so that only the sum of both is known.
-  const double overcounted = std::clamp(books.reading - pending_.algorithmic, std::min(from_start_ ? met : 0.0, 0.0), std::max(books.onset, 0.0));
+  // A hard contact (or a stiff dashpot) at a structure acts at the end of the step, an onset in a large
+  // island at its start, neither along it: its work with the mean velocities counts as lost what the block's
+  // own energy says was not, so that only the sum of both is known.
+  const double overcounted = std::clamp(books.reading - pending_.algorithmic,
+                                        std::min(from_start_ ? met : 0.0, 0.0), std::max(books.onset, 0.0));
   pending_.damping_work -= overcounted;
   pending_.algorithmic += overcounted;
 }
 
-/// Columns of a bed that come out of contact lose the last of their pressure sheared: what they held slips away. Those that join are not sheared, and a part
-/// shears as one: what evens out among them slips as well.
+/// Columns of a bed that come out of contact lose the last of their pressure sheared: what they held slips
+/// away. Those that join are not sheared, and a part shears as one: what evens out among them slips as well.
 double IslandStepper::freed_shear(const Touch& t) const {
   if (!t.normal_law.bed) return 0;
   const std::vector<ContactMemory>& memory = history_[static_cast<std::size_t>(t.b)];
-  const auto last = std::lower_bound(memory.begin(), memory.end(), std::pair(t.a.id(), t.at.key), [](const ContactMemory& m, const std::pair<std::uint64_t, std::uint64_t>& key) { return std::pair(m.partner, m.feature) < key; });
+  const auto last =
+      std::lower_bound(memory.begin(), memory.end(), std::pair(t.a.id(), t.at.key),
+                       [](const ContactMemory& m, const std::pair<std::uint64_t, std::uint64_t>& key) {
+                         return std::pair(m.partner, m.feature) < key;
+                       });
   if (last == memory.end() || last->partner != t.a.id() || last->feature != t.at.key) return 0;
   return std::max(0.0, t.of_part * last->shear_energy - 0.5 * t.shear_stiffness * t.shear.squaredNorm());
 }
 
-/// A bed knows what was crushed once the block has come to where it lies. What its law tells for the step ahead, of a leapfrog for the half of it, is put right a step later.
+/// A bed knows what was crushed once the block has come to where it lies. What its law tells for the step
+/// ahead, of a leapfrog for the half of it, is put right a step later.
 double IslandStepper::crushed_ahead(const Touch& t) const {
   return (t.mode == Mode::spring_secant ? 0.5 : 1.0) * t.normal_law.crushing(t.indentation);
 }

@@ -1,4 +1,5 @@
-// What a step leaves to the next one: impulses on structure nodes, the memory of contacts, rows and audit sums.
+// What a step leaves to the next one: impulses on structure nodes, the memory of contacts, rows and audit
+// sums.
 #include <algorithm>
 #include <cmath>
 
@@ -9,41 +10,55 @@
 
 namespace talus::coupling {
 namespace {
-constexpr double shortest_told = 0.1;   // mean force of an impulse of no duration: of a stretch, or of the fixed step
+constexpr double shortest_told =
+    0.1;  // mean force of an impulse of no duration: of a stretch, or of the fixed step
 
-/// Most that a step leads a spring at rest further in [m]: let go, it swings on that with 0.3 of the speed that counts as none, whatever its stiffness.
-double led_in_quietly(const Touch& t) { return t.rate_sq > 0 ? 0.3 * t.quiet_speed / std::sqrt(t.rate_sq) : 0.0; }
+/// Most that a step leads a spring at rest further in [m]: let go, it swings on that with 0.3 of the speed
+/// that counts as none, whatever its stiffness.
+double led_in_quietly(const Touch& t) {
+  return t.rate_sq > 0 ? 0.3 * t.quiet_speed / std::sqrt(t.rate_sq) : 0.0;
 }
+}  // namespace
 
 void IslandStepper::collect_node_impulses() {
   // What each structure node really gets: J^T p over its contacts.
   node_impulses_.clear();
   for (std::size_t i = 0; i < nodes_.size(); ++i) {
     const NodeBody& n = nodes_[i];
-    node_impulses_.push_back({n.structure, n.node, Vec3::Zero(), env_.structures[static_cast<std::size_t>(n.structure)].structure->node_position(n.node)});
+    node_impulses_.push_back(
+        {n.structure, n.node, Vec3::Zero(),
+         env_.structures[static_cast<std::size_t>(n.structure)].structure->node_position(n.node)});
   }
-  std::vector<std::size_t> first;   // of each skin's nodes
+  std::vector<std::size_t> first;  // of each skin's nodes
   for (const Skin& s : skins_) {
     first.push_back(node_impulses_.size());
     for (const int node : s.node)
-      node_impulses_.push_back({s.structure, node, Vec3::Zero(), env_.structures[static_cast<std::size_t>(s.structure)].structure->node_position(node)});
+      node_impulses_.push_back(
+          {s.structure, node, Vec3::Zero(),
+           env_.structures[static_cast<std::size_t>(s.structure)].structure->node_position(node)});
   }
   for (const contact::ProblemContact& c : problem_.contacts)
     for (int k = 0; k < c.terms; ++k) {
       const contact::ContactTerm& term = problem_.terms[static_cast<std::size_t>(c.first_term + k)];
       const int part = term.body - static_cast<int>(bodies_.size());
       if (part < 0 || c.impulse.isZero(0)) continue;
-      const std::size_t at = condensed_ ? first[static_cast<std::size_t>(part)] : static_cast<std::size_t>(part);
+      const std::size_t at =
+          condensed_ ? first[static_cast<std::size_t>(part)] : static_cast<std::size_t>(part);
       const std::size_t count = condensed_ ? skins_[static_cast<std::size_t>(part)].node.size() : 1;
       for (std::size_t i = 0; i < count; ++i)
-        node_impulses_[at + i].impulse += Eigen::Map<const Mat3>(problem_.jacobians.data() + static_cast<std::size_t>(term.jacobian) + 9 * i).transpose() * c.impulse;
+        node_impulses_[at + i].impulse +=
+            Eigen::Map<const Mat3>(problem_.jacobians.data() + static_cast<std::size_t>(term.jacobian) +
+                                   9 * i)
+                .transpose() *
+            c.impulse;
     }
   for (const Touch& t : touches_)
     for (const HeldShare& s : held_) {
       if (t.row < 0 || s.contact != t.row || t.impulse.isZero(0)) continue;
       const Structure& structure = *env_.structures[static_cast<std::size_t>(s.structure)].structure;
       const Vec3 p = t.frame * t.impulse;
-      node_impulses_.push_back({s.structure, s.node, s.weight * p + s.tilt.dot(p) * t.normal, structure.node_position(s.node)});
+      node_impulses_.push_back(
+          {s.structure, s.node, s.weight * p + s.tilt.dot(p) * t.normal, structure.node_position(s.node)});
     }
 }
 
@@ -64,20 +79,27 @@ void IslandStepper::remember(const Touch& t, double h, std::vector<ContactMemory
   }
   if (t.stiffness > 0) {
     memory.normal_energy = normal_energy_at_end(t);
-    memory.crushed = booked_by_craters(t) ? crushed_ahead(t) : std::max(0.0, t.normal_law.crushed_after(t.indentation));
+    memory.crushed =
+        booked_by_craters(t) ? crushed_ahead(t) : std::max(0.0, t.normal_law.crushed_after(t.indentation));
     memory.normal = t.at.normal;
-    // Deeper than the geometry says it comes back slowly, at its own cost; the other way round it waits for the contact to open, or to rest.
+    // Deeper than the geometry says it comes back slowly, at its own cost; the other way round it waits for
+    // the contact to open, or to rest.
     const bool own = deformable_structure(t);
-    const double led_out = std::clamp(t.offset, -lead_out(h), own || t.energetic ? 0.0 : std::min(lead_out(h), led_in_quietly(t)));
+    const double led_out = std::clamp(t.offset, -lead_out(h),
+                                      own || t.energetic ? 0.0 : std::min(lead_out(h), led_in_quietly(t)));
     memory.indentation = std::max(0.0, t.indentation + (t.indentation > 0 ? led_out : 0.0));
     memory.offset = t.offset - led_out;
     memory.stiffness = own ? t.stiffness : t.normal_law.stiffness;
     memory.growth = t.normal_law.growth;
     memory.lasted = leapfrog() ? h : 0;
   }
-  if (memory.broken || memory.glued || memory.crushed > 0 || memory.normal_energy + memory.shear_energy > 0 || !c.impulse.isZero(0)) {
-    if (t.of_part < 1 && !list.empty() && list.back().partner == memory.partner && list.back().feature == memory.feature) add_point(memory, list.back());
-    else list.push_back(memory);
+  if (memory.broken || memory.glued || memory.crushed > 0 || memory.normal_energy + memory.shear_energy > 0 ||
+      !c.impulse.isZero(0)) {
+    if (t.of_part < 1 && !list.empty() && list.back().partner == memory.partner &&
+        list.back().feature == memory.feature)
+      add_point(memory, list.back());
+    else
+      list.push_back(memory);
   }
 }
 
@@ -90,31 +112,39 @@ void IslandStepper::shrink_births(int block) {
     for (const Touch& t : touches_)
       if (t.b == block && t.a.id() == m.partner) m.indentation = std::max(m.indentation, t.offset - t.at.gap);
   }
-  std::erase_if(list, [](const ContactMemory& m) { return m.feature == born_inside && !(m.indentation > 0); });
+  std::erase_if(list,
+                [](const ContactMemory& m) { return m.feature == born_inside && !(m.indentation > 0); });
 }
 
-/// True if the face of a skin that a spring pressed on is no longer there: its cell eroded, or left with a piece.
+/// True if the face of a skin that a spring pressed on is no longer there: its cell eroded, or left with a
+/// piece.
 bool IslandStepper::pressed_on_lost_face(const ContactMemory& m) const {
-  constexpr double near = 0.25;   // of the edge of a face, which no step takes it
+  constexpr double near = 0.25;  // of the edge of a face, which no step takes it
   for (const int s : island_->structures) {
     if (m.partner != Partner{Partner::Kind::structure, s}.id()) continue;
     const contact::SurfaceIndex& skin = *env_.structures[static_cast<std::size_t>(s)].index;
     contact::ContactPoint at;
-    return !contact::node_surface(skin, m.place, -m.normal, length_, at) || std::abs(at.gap) > near * face_edge(skin.surface(), at.face_a);
+    return !contact::node_surface(skin, m.place, -m.normal, length_, at) ||
+           std::abs(at.gap) > near * face_edge(skin.surface(), at.face_a);
   }
   return false;
 }
 
-/// Energy of a block's springs that went with the faces that they pressed on; `rows`: those that it has now [J].
-double IslandStepper::lost_with_faces(const std::vector<ContactMemory>& memory, std::span<const Touch* const> rows) const {
+/// Energy of a block's springs that went with the faces that they pressed on; `rows`: those that it has now
+/// [J].
+double IslandStepper::lost_with_faces(const std::vector<ContactMemory>& memory,
+                                      std::span<const Touch* const> rows) const {
   double held = 0, lost = 0;
   for (const ContactMemory& m : memory) held += m.normal_energy + m.shear_energy;
   for (const Touch* t : rows) held -= t->stored;
   if (!(held > 0)) return 0;
   for (const ContactMemory& m : memory) {
     const double energy = m.normal_energy + m.shear_energy;
-    const auto goes_on = [&](const Touch* t) { return t->a.id() == m.partner && (t->at.key == m.feature || t->goes_on_from == m.feature); };
-    if (energy > 0 && std::none_of(rows.begin(), rows.end(), goes_on) && pressed_on_lost_face(m)) lost += energy;
+    const auto goes_on = [&](const Touch* t) {
+      return t->a.id() == m.partner && (t->at.key == m.feature || t->goes_on_from == m.feature);
+    };
+    if (energy > 0 && std::none_of(rows.begin(), rows.end(), goes_on) && pressed_on_lost_face(m))
+      lost += energy;
   }
   return lost;
 }
@@ -130,8 +160,8 @@ double left_sheared(const std::vector<ContactMemory>& memory, std::span<const To
 
 /// The memory of every body and skin anew, from the rows of the step.
 void IslandStepper::remember_all(double h) {
-  std::vector<const Touch*> craters;   // few have any, and a heap has a hundred thousand touches
-  std::vector<std::size_t> first(bodies_.size() + 2, 0);   // into `rows`, per body
+  std::vector<const Touch*> craters;  // few have any, and a heap has a hundred thousand touches
+  std::vector<std::size_t> first(bodies_.size() + 2, 0);  // into `rows`, per body
   std::vector<const Touch*> rows;
   for (const Touch& t : touches_) {
     if (!t.craters.empty()) craters.push_back(&t);
@@ -140,7 +170,8 @@ void IslandStepper::remember_all(double h) {
   for (std::size_t b = 2; b < first.size(); ++b) first[b] += first[b - 1];
   rows.resize(first.back());
   for (const Touch& t : touches_)
-    if (t.row >= 0 && t.b >= 0) rows[first[static_cast<std::size_t>(local_[static_cast<std::size_t>(t.b)]) + 1]++] = &t;
+    if (t.row >= 0 && t.b >= 0)
+      rows[first[static_cast<std::size_t>(local_[static_cast<std::size_t>(t.b)]) + 1]++] = &t;
   const auto clear = [](std::vector<ContactMemory>& memory) {
     double held = 0;
     for (const ContactMemory& m : memory) held += m.normal_energy + m.shear_energy;
@@ -148,16 +179,19 @@ void IslandStepper::remember_all(double h) {
     return held;
   };
   const auto sort = [](std::vector<ContactMemory>& memory) {
-    std::sort(memory.begin(), memory.end(), [](const ContactMemory& x, const ContactMemory& y) { return x.partner != y.partner ? x.partner < y.partner : x.feature < y.feature; });
+    std::sort(memory.begin(), memory.end(), [](const ContactMemory& x, const ContactMemory& y) {
+      return x.partner != y.partner ? x.partner < y.partner : x.feature < y.feature;
+    });
   };
-  // Springs whose contact is no longer found take their energy along: booked as the scheme's loss, but for what a structure's cells took with them.
-  // What their shear springs held slips away.
+  // Springs whose contact is no longer found take their energy along: booked as the scheme's loss, but for
+  // what a structure's cells took with them. What their shear springs held slips away.
   std::vector<double> held(bodies_.size()), torn(bodies_.size()), slipped(bodies_.size());
   each_body([&](const Body& b) {
     const auto i = static_cast<std::size_t>(&b - bodies_.data());
     std::vector<ContactMemory>& memory = history_[static_cast<std::size_t>(b.block)];
     if (shed_) torn[i] = lost_with_faces(memory, std::span(rows).subspan(first[i], first[i + 1] - first[i]));
-    if (!leapfrog()) slipped[i] = left_sheared(memory, std::span(rows).subspan(first[i], first[i + 1] - first[i]));
+    if (!leapfrog())
+      slipped[i] = left_sheared(memory, std::span(rows).subspan(first[i], first[i + 1] - first[i]));
     held[i] = clear(memory);
     keep_craters(craters, b.block, memory);
     shrink_births(b.block);
@@ -169,7 +203,8 @@ void IslandStepper::remember_all(double h) {
     report_.ledger.damping_work += torn[i];
     report_.ledger.friction_work += slipped[i];
   }
-  for (const SurfacePair& pair : island_->surfaces) report_.ledger.algorithmic += clear(surface_history_[static_cast<std::size_t>(pair.b)]);
+  for (const SurfacePair& pair : island_->surfaces)
+    report_.ledger.algorithmic += clear(surface_history_[static_cast<std::size_t>(pair.b)]);
   for (const Touch& t : touches_)
     if (t.row >= 0 && t.b < 0) remember(t, h, surface_history_[static_cast<std::size_t>(t.b_structure)]);
   for (const SurfacePair& pair : island_->surfaces) sort(surface_history_[static_cast<std::size_t>(pair.b)]);
@@ -185,14 +220,15 @@ void IslandStepper::report_crushing() {
     if (!(t.law->yield_thickness > 0) || depth / t.law->yield_thickness <= n.crush_share) continue;
     n.crush_share = depth / t.law->yield_thickness;
     n.crush_law = static_cast<int>(t.law - env_.laws.law.data());
-    if (n.crush_law < 0 || n.crush_law >= static_cast<int>(env_.laws.law.size())) n.crush_law = -1;   // a joint's own
+    if (n.crush_law < 0 || n.crush_law >= static_cast<int>(env_.laws.law.size()))
+      n.crush_law = -1;  // a joint's own
   }
 }
 
 /// The ways that friction remembers.
 void IslandStepper::go_on_with_ways(double h) {
   if (state_.slid.empty()) return;
-  const auto at_start = [&](int block, const Vec3& x) {   // velocity of a rigid block's point
+  const auto at_start = [&](int block, const Vec3& x) {  // velocity of a rigid block's point
     const int l = local_[static_cast<std::size_t>(block)];
     if (l < 0) return Vec3(Vec3::Zero());
     const Body& b = bodies_[static_cast<std::size_t>(l)];
@@ -205,7 +241,8 @@ void IslandStepper::go_on_with_ways(double h) {
   };
   std::vector<double> slip_speed(bodies_.size(), -1.0);
   const auto slides = [&](int block, double speed) {
-    if (const int l = local_[static_cast<std::size_t>(block)]; l >= 0) slip_speed[static_cast<std::size_t>(l)] = std::max(slip_speed[static_cast<std::size_t>(l)], speed);
+    if (const int l = local_[static_cast<std::size_t>(block)]; l >= 0)
+      slip_speed[static_cast<std::size_t>(l)] = std::max(slip_speed[static_cast<std::size_t>(l)], speed);
   };
   for (const Touch& t : touches_) {
     if (t.row < 0 || t.b < 0 || !(t.impulse[0] > 0) || !t.law->changes_with_way()) continue;
@@ -216,15 +253,19 @@ void IslandStepper::go_on_with_ways(double h) {
   for (std::size_t l = 0; l < bodies_.size(); ++l) {
     const int material = model_.blocks[static_cast<std::size_t>(bodies_[l].block)].material;
     double recovery = 0;
-    for (int m = 0; m < env_.laws.materials; ++m) recovery = std::max(recovery, env_.laws(m, material).friction_recovery);
+    for (int m = 0; m < env_.laws.materials; ++m)
+      recovery = std::max(recovery, env_.laws(m, material).friction_recovery);
     go_on_sliding(state_, bodies_[l].block, slip_speed[l], recovery, h);
   }
 }
 
-/// Impulses of no duration, each as the mean since it was: over the step that it began, unless that is a sliver that ends at once, with the stretch or at the next impact. Then
-/// over no less than a tenth of what is usual.
+/// Impulses of no duration, each as the mean since it was: over the step that it began, unless that is a
+/// sliver that ends at once, with the stretch or at the next impact. Then over no less than a tenth of what
+/// is usual.
 void IslandStepper::tell_impacts(double t_end) {
-  const double least = shortest_told * (settings_.fixed_step > 0 ? std::min(settings_.fixed_step, stretch_) : stretch_), gone = t_end - stretch_start_;
+  const double least = shortest_told *
+                       (settings_.fixed_step > 0 ? std::min(settings_.fixed_step, stretch_) : stretch_),
+               gone = t_end - stretch_start_;
   const bool last = stretch_ - gone <= 1e-9 * stretch_;
   std::erase_if(impacts_on_skin_, [&](StructureContact& row) {
     const double since = t_end - row.time;
@@ -253,7 +294,7 @@ void IslandStepper::commit(double t_end, double h) {
     if (t.row < 0 || t.a.kind != Partner::Kind::structure) continue;
     const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
     const Vec3 p = t.frame * c.impulse;
-    if (t.b < 0) {   // between structures what one gets the other gives: its round-off is that of its own size
+    if (t.b < 0) {  // between structures what one gets the other gives: its round-off is that of its own size
       force_scale += p.norm();
       moment_scale += (t.acts_at.norm() + length_) * p.norm();
       continue;

@@ -1,8 +1,9 @@
 // The condensed regime: structures that take long steps while blocks touch them.
 //
-// A structure's step is then an affine map of the contact impulses on its touched nodes, v = v_hat + W p (contact/structure.hpp). In the
-// contact problem it is one body of 3 m degrees of freedom with the dense inverse mass W. Blocks at it move by the same rules as
-// among themselves: velocities live at the time of the positions, which follow the trapezoid.
+// A structure's step is then an affine map of the contact impulses on its touched nodes, v = v_hat + W p
+// (contact/structure.hpp). In the contact problem it is one body of 3 m degrees of freedom with the dense
+// inverse mass W. Blocks at it move by the same rules as among themselves: velocities live at the time of the
+// positions, which follow the trapezoid.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -12,50 +13,64 @@
 namespace talus::coupling {
 namespace {
 
-constexpr double least_gain = 4;          // explicit steps that a condensed one costs at most
-constexpr std::size_t most_faces = 400;   // touched at a time: the dense body costs the cube of their nodes
+constexpr double least_gain = 4;         // explicit steps that a condensed one costs at most
+constexpr std::size_t most_faces = 400;  // touched at a time: the dense body costs the cube of their nodes
 
 }  // namespace
 
-/// Normal speed that a condensed step may stop: a rebound of this speed stays below a tenth of the accuracy asked for [m/s].
+/// Normal speed that a condensed step may stop: a rebound of this speed stays below a tenth of the accuracy
+/// asked for [m/s].
 double IslandStepper::gentle_speed() const {
-  return std::max(std::sqrt(0.2 * settings_.accuracy * model_.gravity.norm() * length_), 0.1 * settings_.accuracy * speed_);
+  return std::max(std::sqrt(0.2 * settings_.accuracy * model_.gravity.norm() * length_),
+                  0.1 * settings_.accuracy * speed_);
 }
 
 bool IslandStepper::chosen_condensed() const {
-  return std::all_of(island_->structures.begin(), island_->structures.end(),
-                     [&](int s) { return env_.structures[static_cast<std::size_t>(s)].structure->condensed_by_choice(); });
+  return std::all_of(island_->structures.begin(), island_->structures.end(), [&](int s) {
+    return env_.structures[static_cast<std::size_t>(s)].structure->condensed_by_choice();
+  });
 }
 
 /// Normal speed of the block of a touch alone, < 0 towards its partner [m/s].
-double IslandStepper::own_approach(const Touch& t) const { return t.at.normal.dot(point_velocity(state_, t.b, t.at.point_b)); }
+double IslandStepper::own_approach(const Touch& t) const {
+  return t.at.normal.dot(point_velocity(state_, t.b, t.at.point_b));
+}
 
 /// Whether a stretch may begin condensed: no block strikes a structure in it, and every structure can.
 bool IslandStepper::may_condense(double t, double duration) {
   if (!island_->surfaces.empty()) return false;
-  // What costs least is asked first: the structure's forces, which the next step needs in any case, before a search that reaches through the whole stretch.
-  const bool able = std::all_of(island_->structures.begin(), island_->structures.end(),
-                                [&](int s) { return env_.structures[static_cast<std::size_t>(s)].structure->condensed_step(t, settings_.accuracy) > 0; });
+  // What costs least is asked first: the structure's forces, which the next step needs in any case, before a
+  // search that reaches through the whole stretch.
+  const bool able = std::all_of(island_->structures.begin(), island_->structures.end(), [&](int s) {
+    return env_.structures[static_cast<std::size_t>(s)].structure->condensed_step(t, settings_.accuracy) > 0;
+  });
   return able && (chosen_condensed() || none_strikes(duration));
 }
 
-/// True if no block comes to a structure within the time faster than a condensed step may stop: each rests on it, or stays away.
+/// True if no block comes to a structure within the time faster than a condensed step may stop: each rests on
+/// it, or stays away.
 bool IslandStepper::none_strikes(double duration) {
   found_for_ = -1;
   find(duration);
-  found_for_ = -1;   // a step reaches less far
+  found_for_ = -1;  // a step reaches less far
   for (std::size_t i = 0; i < island_->pairs.size(); ++i) {
     const Partner& a = island_->pairs[i].a;
-    if (a.kind != Partner::Kind::structure || env_.structures[static_cast<std::size_t>(a.index)].fixed_surface) continue;
-    const std::span touches = std::span(touches_).subspan(first_of_pair_[i], first_of_pair_[i + 1] - first_of_pair_[i]);
-    const bool rests = std::ranges::any_of(touches, [&](const Touch& t) { return t.persistent && own_approach(t) > -gentle_speed(); });
-    if (!rests && std::ranges::any_of(touches, [&](const Touch& t) { return meets_fast(t, duration); })) return false;
+    if (a.kind != Partner::Kind::structure ||
+        env_.structures[static_cast<std::size_t>(a.index)].fixed_surface)
+      continue;
+    const std::span touches =
+        std::span(touches_).subspan(first_of_pair_[i], first_of_pair_[i + 1] - first_of_pair_[i]);
+    const bool rests = std::ranges::any_of(
+        touches, [&](const Touch& t) { return t.persistent && own_approach(t) > -gentle_speed(); });
+    if (!rests && std::ranges::any_of(touches, [&](const Touch& t) { return meets_fast(t, duration); }))
+      return false;
   }
   return true;
 }
 
-/// True if a block meets a structure within h faster than a condensed step may stop; the structure is told. It is the block that strikes: a skin that rings
-/// below one at rest, of light nodes and faster than such a step resolves, is stilled by its first one (what is left of it: `meets_fast`).
+/// True if a block meets a structure within h faster than a condensed step may stop; the structure is told.
+/// It is the block that strikes: a skin that rings below one at rest, of light nodes and faster than such a
+/// step resolves, is stilled by its first one (what is left of it: `meets_fast`).
 bool IslandStepper::blow(double t, double h) const {
   bool any = false;
   for (const Touch& touch : touches_) {
@@ -68,7 +83,8 @@ bool IslandStepper::blow(double t, double h) const {
 
 /// Whether a block and a structure meet within h faster than a condensed step may stop.
 bool IslandStepper::meets_fast(const Touch& t, double h) const {
-  return t.b >= 0 && deformable_structure(t) && t.approach <= -gentle_speed() && t.at.gap + h * t.approach - 0.5 * h * h * model_.gravity.norm() <= 0;
+  return t.b >= 0 && deformable_structure(t) && t.approach <= -gentle_speed() &&
+         t.at.gap + h * t.approach - 0.5 * h * h * model_.gravity.norm() <= 0;
 }
 
 /// Faces of moving skins that the touches at hand name.
@@ -76,12 +92,15 @@ std::size_t IslandStepper::touched_faces() const {
   std::vector<std::pair<int, int>> faces;
   for (const Touch& t : touches_)
     if (t.b >= 0 && deformable_structure(t))
-      faces.emplace_back(t.a.index, env_.structures[static_cast<std::size_t>(t.a.index)].index->surface().parent_face[static_cast<std::size_t>(t.at.face_a)]);
+      faces.emplace_back(t.a.index, env_.structures[static_cast<std::size_t>(t.a.index)]
+                                        .index->surface()
+                                        .parent_face[static_cast<std::size_t>(t.at.face_a)]);
   std::sort(faces.begin(), faces.end());
   return static_cast<std::size_t>(std::unique(faces.begin(), faces.end()) - faces.begin());
 }
 
-/// Step of the condensed regime: a power of two of the stretch, so that few factors serve; 0: it has to be left.
+/// Step of the condensed regime: a power of two of the stretch, so that few factors serve; 0: it has to be
+/// left.
 double IslandStepper::condensed_length(double t, double duration, double remaining, double longest) {
   const bool chosen = chosen_condensed();
   double explicit_step = duration;
@@ -89,22 +108,26 @@ double IslandStepper::condensed_length(double t, double duration, double remaini
     Structure& structure = *env_.structures[static_cast<std::size_t>(s)].structure;
     double limit = structure.condensed_step(t, settings_.accuracy);
     if (limit == 0) return 0;
-    // Motion that stays below the accuracy has no period to keep: a squat structure's, of few stable steps, least of all.
+    // Motion that stays below the accuracy has no period to keep: a squat structure's, of few stable steps,
+    // least of all.
     const double omega = std::sqrt(12 * settings_.accuracy) / limit;
     double fastest = 0;
     for (const Vec3& v : skin(s).velocities) fastest = std::max(fastest, v.norm());
-    if (fastest <= 0.1 * settings_.accuracy * length_ * omega) limit = std::max({limit, 0.8 / omega, 4 * least_gain * structure.critical_step()});
+    if (fastest <= 0.1 * settings_.accuracy * length_ * omega)
+      limit = std::max({limit, 0.8 / omega, 4 * least_gain * structure.critical_step()});
     explicit_step = std::min(explicit_step, structure.critical_step());
     if (settings_.fixed_step <= 0) longest = std::min(longest, limit);
   }
-  if (suggested_ > 2.5 * explicit_step) longest = std::min(longest, suggested_);   // shorter ones were the explicit regime's
+  if (suggested_ > 2.5 * explicit_step)
+    longest = std::min(longest, suggested_);  // shorter ones were the explicit regime's
   double h = duration;
   while (h > longest * (1 + 1e-9) || h > remaining * (1 + 1e-9)) h *= 0.5;
   find(h);
   if (blow(t, h) || touched_faces() > most_faces) return 0;
   const auto begun = [&](double length) {
-    const bool all = std::all_of(island_->structures.begin(), island_->structures.end(),
-                                 [&](int s) { return env_.structures[static_cast<std::size_t>(s)].structure->may_begin(t, length, settings_.accuracy); });
+    const bool all = std::all_of(island_->structures.begin(), island_->structures.end(), [&](int s) {
+      return env_.structures[static_cast<std::size_t>(s)].structure->may_begin(t, length, settings_.accuracy);
+    });
     return all ? length : 0.0;
   };
   if (settings_.fixed_step > 0) return begun(std::min(h, remaining));
@@ -112,11 +135,13 @@ double IslandStepper::condensed_length(double t, double duration, double remaini
   weigh_springs();
   double rate_sq = 0;
   for (const Touch& touch : touches_)
-    if (touch.stiffness > 0 && touch.energetic && deformable_structure(touch) && touch.at.gap <= touch_gap()) rate_sq = std::max(rate_sq, touch.rate_sq);
+    if (touch.stiffness > 0 && touch.energetic && deformable_structure(touch) && touch.at.gap <= touch_gap())
+      rate_sq = std::max(rate_sq, touch.rate_sq);
   const double rise = rate_sq > 0 ? 0.5 * M_PI / std::sqrt(rate_sq) / settings_.exchanges_per_rise : h;
   const double spring = std::max(0.5 * explicit_step, std::min(rise, spring_limit(h, true)));
   while (h > spring) h *= 0.5;
-  if (!chosen && h < std::min(least_gain * explicit_step, remaining)) return 0;   // explicit sub-steps cost less
+  if (!chosen && h < std::min(least_gain * explicit_step, remaining))
+    return 0;  // explicit sub-steps cost less
   return begun(std::min(h, remaining));
 }
 
@@ -153,29 +178,34 @@ void IslandStepper::gather_skins() {
   }
 }
 
-/// The terms of a point of a structure's skin, as add_structure_terms(); returns the point's mean velocity over the step, which is its
-/// displacement over h.
-Vec3 IslandStepper::add_skin_terms(int row, int structure, const SurfaceWeights& w, const Mat3& frame, double sign, Vec3& u_ref) {
-  const auto skin = std::find_if(skins_.begin(), skins_.end(), [&](const Skin& s) { return s.structure == structure; });
+/// The terms of a point of a structure's skin, as add_structure_terms(); returns the point's mean velocity
+/// over the step, which is its displacement over h.
+Vec3 IslandStepper::add_skin_terms(int row, int structure, const SurfaceWeights& w, const Mat3& frame,
+                                   double sign, Vec3& u_ref) {
+  const auto skin =
+      std::find_if(skins_.begin(), skins_.end(), [&](const Skin& s) { return s.structure == structure; });
   Vec3 mean = Vec3::Zero(), end = Vec3::Zero();
   std::size_t at = 0;
   const int offset = static_cast<int>(problem_.jacobians.size());
   if (skin != skins_.end()) {
     at = problem_.jacobians.size();
     problem_.jacobians.resize(at + 9 * skin->node.size(), 0.0);
-    problem_.terms.push_back({static_cast<int>(bodies_.size() + static_cast<std::size_t>(skin - skins_.begin())), offset});
+    problem_.terms.push_back(
+        {static_cast<int>(bodies_.size() + static_cast<std::size_t>(skin - skins_.begin())), offset});
   }
   for (int i = 0; i < w.count; ++i) {
     const int node = w.node[static_cast<std::size_t>(i)];
     const double weight = w.weight[static_cast<std::size_t>(i)];
     if (weight == 0) continue;
-    const auto found = skin == skins_.end() ? std::vector<int>::const_iterator{} : std::lower_bound(skin->node.cbegin(), skin->node.cend(), node);
+    const auto found = skin == skins_.end() ? std::vector<int>::const_iterator{}
+                                            : std::lower_bound(skin->node.cbegin(), skin->node.cend(), node);
     if (skin == skins_.end() || found == skin->node.cend() || *found != node) {
       held_.push_back({structure, node, row, sign * weight});
       continue;
     }
     const auto k = static_cast<Eigen::Index>(found - skin->node.cbegin());
-    Eigen::Map<Mat3>(problem_.jacobians.data() + at + 9 * static_cast<std::size_t>(k)) += sign * weight * frame.transpose();
+    Eigen::Map<Mat3>(problem_.jacobians.data() + at + 9 * static_cast<std::size_t>(k)) +=
+        sign * weight * frame.transpose();
     end += weight * skin->v_hat.segment<3>(3 * k);
     mean += 0.5 * weight * (skin->v_hat.segment<3>(3 * k) + skin->v_before.segment<3>(3 * k));
   }
@@ -183,21 +213,25 @@ Vec3 IslandStepper::add_skin_terms(int row, int structure, const SurfaceWeights&
   return mean;
 }
 
-/// Speed at which a hard contact may still approach at the end of a condensed step [m/s]; negative: it has to leave. Positions follow the
-/// mean velocity: it may bring the gap to zero and no further, and what lies inside is led out slowly. Never a rebound: whatever speed the
-/// mean asks for, the end of the step is at most at rest, so that the normal impulse takes energy and gives none. Between blocks as well: what lies inside there
-/// is projected, and a rebound is given back where its speed is more than a condensed step may stop.
+/// Speed at which a hard contact may still approach at the end of a condensed step [m/s]; negative: it has to
+/// leave. Positions follow the mean velocity: it may bring the gap to zero and no further, and what lies
+/// inside is led out slowly. Never a rebound: whatever speed the mean asks for, the end of the step is at
+/// most at rest, so that the normal impulse takes energy and gives none. Between blocks as well: what lies
+/// inside there is projected, and a rebound is given back where its speed is more than a condensed step may
+/// stop.
 double IslandStepper::approach_left(const Touch& t, double h) const {
   const bool between_blocks = !deformable_structure(t);
-  if (between_blocks && t.at.gap <= touch_gap() && t.approach < -gentle_speed()) return t.law->restitution.value_or(0) * t.approach;
+  if (between_blocks && t.at.gap <= touch_gap() && t.approach < -gentle_speed())
+    return t.law->restitution.value_or(0) * t.approach;
   if (between_blocks) return std::max(0.0, 2 * std::max(t.at.gap, 0.0) / h + t.approach);
   if (t.at.gap >= 0) return std::max(0.0, 2 * t.at.gap / h + t.approach);
   const double out = (left_inside(t.at.gap, h) - t.at.gap) / h;
   return std::max(-out, t.approach - 2 * out);
 }
 
-/// Largest error that the change of the contact forces since the last step leaves in positions, over the size of the blocks: the midpoint
-/// rule's h^2/12 times the change of the acceleration, of blocks and of the touched nodes.
+/// Largest error that the change of the contact forces since the last step leaves in positions, over the size
+/// of the blocks: the midpoint rule's h^2/12 times the change of the acceleration, of blocks and of the
+/// touched nodes.
 double IslandStepper::condensed_error(double h) const {
   VecX change = VecX::Zero(static_cast<Eigen::Index>(problem_.v.size()));
   for (const Touch& t : touches_) {
@@ -207,28 +241,39 @@ double IslandStepper::condensed_error(double h) const {
     for (int k = 0; k < c.terms; ++k) {
       const contact::ContactTerm& term = problem_.terms[static_cast<std::size_t>(c.first_term + k)];
       const contact::ProblemBody& body = problem_.bodies[static_cast<std::size_t>(term.body)];
-      change.segment(body.offset, body.ndof) += Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>(problem_.jacobians.data() + term.jacobian, 3, body.ndof).transpose() * p;
+      change.segment(body.offset, body.ndof) += Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>(
+                                                    problem_.jacobians.data() + term.jacobian, 3, body.ndof)
+                                                    .transpose() *
+                                                p;
     }
   }
   double largest = 0;
   for (std::size_t i = 0; i < problem_.bodies.size(); ++i) {
     const contact::ProblemBody& body = problem_.bodies[i];
-    const VecX v = Eigen::Map<const MatX>(body.mass_inverse, body.ndof, body.ndof) * change.segment(body.offset, body.ndof);
-    if (i < bodies_.size()) largest = std::max(largest, v.head<3>().norm());
-    else largest = std::max(largest, v.cwiseAbs().maxCoeff());
+    const VecX v = Eigen::Map<const MatX>(body.mass_inverse, body.ndof, body.ndof) *
+                   change.segment(body.offset, body.ndof);
+    if (i < bodies_.size())
+      largest = std::max(largest, v.head<3>().norm());
+    else
+      largest = std::max(largest, v.cwiseAbs().maxCoeff());
   }
   return h / 12 * largest / length_;
 }
 
-/// Normal speeds at the skins as the condensed step at hand begins: what it does not resolve of their velocities is gone.
+/// Normal speeds at the skins as the condensed step at hand begins: what it does not resolve of their
+/// velocities is gone.
 void IslandStepper::approach_skins() {
   for (Touch& t : touches_)
-    if (t.b >= 0 && deformable_structure(t)) t.approach = t.at.normal.dot(point_velocity(state_, t.b, t.at.point_b) - partner_velocity(state_, env_, t));
+    if (t.b >= 0 && deformable_structure(t))
+      t.approach =
+          t.at.normal.dot(point_velocity(state_, t.b, t.at.point_b) - partner_velocity(state_, env_, t));
 }
 
-/// Hands the impulses to the structures; if one may not take them all are as they were, and it is told that it was struck.
+/// Hands the impulses to the structures; if one may not take them all are as they were, and it is told that
+/// it was struck.
 bool IslandStepper::correct_skins(double t, double h) {
-  bool taken = std::none_of(touches_.begin(), touches_.end(), [&](const Touch& touch) { return meets_fast(touch, h); });
+  bool taken = std::none_of(touches_.begin(), touches_.end(),
+                            [&](const Touch& touch) { return meets_fast(touch, h); });
   std::size_t done = taken ? 0 : island_->structures.size();
   for (int s : island_->structures) {
     if (!taken) break;
@@ -252,7 +297,10 @@ bool IslandStepper::correct_skins(double t, double h) {
 double IslandStepper::skin_speed() const {
   double fastest = 0;
   for (const Skin& skin : skins_)
-    for (const int node : skin.node) fastest = std::max(fastest, env_.structures[static_cast<std::size_t>(skin.structure)].structure->node_velocity(node).norm());
+    for (const int node : skin.node)
+      fastest = std::max(
+          fastest,
+          env_.structures[static_cast<std::size_t>(skin.structure)].structure->node_velocity(node).norm());
   return fastest;
 }
 

@@ -1,4 +1,5 @@
-// Contact springs as rows: linear ones exactly, curved ones and those at a structure by their tangent at the predicted end.
+// Contact springs as rows: linear ones exactly, curved ones and those at a structure by their tangent at the
+// predicted end.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -40,34 +41,43 @@ namespace {
 /// Of a point of a skin [1/kg].
 double inverse_mass(const Structure& structure, const SurfaceWeights& w) {
   double inverse = 0;
-  for (std::size_t i = 0; i < static_cast<std::size_t>(w.count); ++i) inverse += w.weight[i] * w.weight[i] / structure.node_mass(w.node[i]);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(w.count); ++i)
+    inverse += w.weight[i] * w.weight[i] / structure.node_mass(w.node[i]);
   return inverse;
 }
 
 }  // namespace
 
-/// True if the step that is searched for resolves the swing of a part of an elastic foundation, h^2 k W < 1, k its stiffness and W the
-/// inverse mass of block and skin along its normal. Along the normal its row holds it at the end of the step; what tilts it moves it at the
-/// start alone, and feeds the tilting where the step does not resolve it.
+/// True if the step that is searched for resolves the swing of a part of an elastic foundation, h^2 k W < 1,
+/// k its stiffness and W the inverse mass of block and skin along its normal. Along the normal its row holds
+/// it at the end of the step; what tilts it moves it at the start alone, and feeds the tilting where the step
+/// does not resolve it.
 bool IslandStepper::part_resolved(const Touch& t) const {
   const dda::Model::Block& block = model_.blocks[static_cast<std::size_t>(t.b)];
   Mat12 mass, inverse;
   dda::impulse_mass(model_, state_, t.b, !block.deformable, mass, inverse);
-  const Vec12 row = point_row(block, state_.rotation(t.b), dda::pose(state_, t.b).F.inverse(), t.at.point_a - state_.c[static_cast<std::size_t>(t.b)], t.at.normal);
+  const Vec12 row = point_row(block, state_.rotation(t.b), dda::pose(state_, t.b).F.inverse(),
+                              t.at.point_a - state_.c[static_cast<std::size_t>(t.b)], t.at.normal);
   const StructurePart& part = env_.structures[static_cast<std::size_t>(t.a.index)];
-  const double compliance = row.dot(inverse * row) + inverse_mass(*part.structure, skin_weights(t, part.index->surface(), t.at.point_a));
+  const double compliance =
+      row.dot(inverse * row) +
+      inverse_mass(*part.structure, skin_weights(t, part.index->surface(), t.at.point_a));
   return found_for_ * found_for_ * t.stiffness * compliance < 1;
 }
 
-/// Springs between structures: a node of one skin on its spring, whose own oscillation a longer step would take the energy of, as long as they hold or meet with more than rattles [s].
+/// Springs between structures: a node of one skin on its spring, whose own oscillation a longer step would
+/// take the energy of, as long as they hold or meet with more than rattles [s].
 double IslandStepper::skin_spring_limit(double ahead) const {
   constexpr double resolved_phase = 0.7;
-  double fastest_sq = 0, brought = 0, rattles = 0;   // twice the energies
+  double fastest_sq = 0, brought = 0, rattles = 0;  // twice the energies
   for (const Touch& t : touches_) {
-    if (t.b >= 0 || t.stiffness == 0 || t.at.gap > 2 * ahead * std::max(0.0, -t.approach) + touch_gap()) continue;
+    if (t.b >= 0 || t.stiffness == 0 || t.at.gap > 2 * ahead * std::max(0.0, -t.approach) + touch_gap())
+      continue;
     const Structure& a = *env_.structures[static_cast<std::size_t>(t.a.index)].structure;
     const SurfaceWeights w = skin_weights(t, skin(t.a.index), t.at.point_a);
-    const double inverse = 1 / env_.structures[static_cast<std::size_t>(t.b_structure)].structure->node_mass(t.b_node) + inverse_mass(a, w);
+    const double inverse =
+        1 / env_.structures[static_cast<std::size_t>(t.b_structure)].structure->node_mass(t.b_node) +
+        inverse_mass(a, w);
     if (!(inverse > 0)) continue;
     fastest_sq = std::max(fastest_sq, t.stiffness * inverse);
     brought += t.approach * t.approach / inverse + 2 * t.stored;
@@ -76,29 +86,31 @@ double IslandStepper::skin_spring_limit(double ahead) const {
   return brought > rattles ? resolved_phase / std::sqrt(fastest_sq) : std::numeric_limits<double>::infinity();
 }
 
-/// A block at a structure: its force rises within a quarter of the period of the block on all its springs, in series with the touched
-/// cells, which a stiffer spring does not outrun [s]. Hard contacts have the cells alone; they count for the blocks that bring energy: what
-/// they would give in stopping where they approach, and what their force holds already, so that a piece that lies on the structure or moves
-/// along with it does not count. What a step loses goes with its square: blocks with a part of the largest energy take as many exchanges
-/// as the root of that part.
-/// On Hertz's law, which is never hard contact, the touched nodes are resolved, too.
-/// `ahead`: a step within which an open contact would have to close to count [s].
+/// A block at a structure: its force rises within a quarter of the period of the block on all its springs, in
+/// series with the touched cells, which a stiffer spring does not outrun [s]. Hard contacts have the cells
+/// alone; they count for the blocks that bring energy: what they would give in stopping where they approach,
+/// and what their force holds already, so that a piece that lies on the structure or moves along with it does
+/// not count. What a step loses goes with its square: blocks with a part of the largest energy take as many
+/// exchanges as the root of that part. On Hertz's law, which is never hard contact, the touched nodes are
+/// resolved, too. `ahead`: a step within which an open contact would have to close to count [s].
 double IslandStepper::rise_limit(double ahead) const {
-  double limit = island_->surfaces.empty() ? std::numeric_limits<double>::infinity() : skin_spring_limit(ahead);
-  if (bodies_.empty()) return limit;   // structures alone
-  constexpr double resolved_phase = 0.95;   // conserving() asks for 1
-  constexpr double fewest = 2;   // a step that still resolves the contact's own oscillation
+  double limit =
+      island_->surfaces.empty() ? std::numeric_limits<double>::infinity() : skin_spring_limit(ahead);
+  if (bodies_.empty()) return limit;       // structures alone
+  constexpr double resolved_phase = 0.95;  // conserving() asks for 1
+  constexpr double fewest = 2;             // a step that still resolves the contact's own oscillation
   struct AtSkin {
-    double stiffness = 0, hard = 0, approach = 0, stored = 0, fastest_sq = 0;   // hard: the part of hard contacts; fastest: of a node on Hertz's spring [1/s^2]
+    double stiffness = 0, hard = 0, approach = 0, stored = 0,
+           fastest_sq = 0;  // hard: the part of hard contacts; fastest: of a node on Hertz's spring [1/s^2]
     Vec3 force = Vec3::Zero();
   };
   std::vector<AtSkin> skin(bodies_.size());
-  double most = 0;   // twice the energy, as below
+  double most = 0;  // twice the energy, as below
   for (const Body& b : bodies_) {
     const auto k = static_cast<std::size_t>(b.block);
     most = std::max(most, model_.blocks[k].mass * state_.v[k].squaredNorm());
   }
-  constexpr double least = 0.01;   // of the largest energy
+  constexpr double least = 0.01;  // of the largest energy
   const double rattles = gentle_speed() * gentle_speed() / least;
   for (const Touch& t : touches_) {
     if (t.b < 0 || !deformable_structure(t)) continue;
@@ -109,8 +121,12 @@ double IslandStepper::rise_limit(double ahead) const {
     const double cell = part.structure->young() * face_edge(part.index->surface(), t.at.face_a);
     const double k = t.stiffness > 0 ? t.stiffness * cell / (t.stiffness + cell) : cell;
     s.stiffness += k;
-    if (t.stiffness == 0) s.hard += k;
-    else if (t.normal_law.relief > 0) s.fastest_sq = std::max(s.fastest_sq, t.stiffness * inverse_mass(*part.structure, skin_weights(t, part.index->surface(), t.at.point_a)));
+    if (t.stiffness == 0)
+      s.hard += k;
+    else if (t.normal_law.relief > 0)
+      s.fastest_sq = std::max(
+          s.fastest_sq,
+          t.stiffness * inverse_mass(*part.structure, skin_weights(t, part.index->surface(), t.at.point_a)));
     s.approach = std::max(s.approach, -t.approach);
     s.force += t.warm;
   }
@@ -120,15 +136,21 @@ double IslandStepper::rise_limit(double ahead) const {
     const double mass = model_.blocks[static_cast<std::size_t>(bodies_[i].block)].mass;
     const double brought = mass * s.approach * s.approach + s.force.squaredNorm() / s.stiffness;
     const bool sprung = s.stiffness > s.hard * (1 + 1e-12);
-    const double scale = std::max(most, sprung ? 0.0 : mass * rattles);   // debris that only rattles is at rest for the accuracy asked for
+    const double scale = std::max(
+        most,
+        sprung ? 0.0 : mass * rattles);  // debris that only rattles is at rest for the accuracy asked for
     const bool gentle = brought < least * scale;
     if (gentle && !sprung) continue;
     if (gentle) s.stiffness -= s.hard;
-    const double energy = sprung ? mass * state_.v[static_cast<std::size_t>(bodies_[i].block)].squaredNorm() + s.stored : brought;
+    const double energy =
+        sprung ? mass * state_.v[static_cast<std::size_t>(bodies_[i].block)].squaredNorm() + s.stored
+               : brought;
     const double part = scale > 0 ? std::min(1.0, std::sqrt(energy / scale)) : 1.0;
-    const double exchanges = std::max(std::min<double>(fewest, settings_.exchanges_per_rise), part * settings_.exchanges_per_rise);
+    const double exchanges =
+        std::max(std::min<double>(fewest, settings_.exchanges_per_rise), part * settings_.exchanges_per_rise);
     limit = std::min(limit, 0.5 * M_PI * std::sqrt(mass / s.stiffness) / exchanges);
-    if (s.fastest_sq > 0) limit = std::min(limit, resolved_phase / std::sqrt(s.fastest_sq + s.stiffness / mass));
+    if (s.fastest_sq > 0)
+      limit = std::min(limit, resolved_phase / std::sqrt(s.fastest_sq + s.stiffness / mass));
   }
   return limit;
 }
@@ -138,7 +160,8 @@ void IslandStepper::secant_row(Touch& t, contact::ProblemContact& c, double h, b
   t.theta = 1;
   if (first_pass && !conserving(t, c, h)) t.mode = Mode::spring_end;
   if (t.mode == Mode::spring_secant) t.normal_law.begin_step(-t.at.gap);
-  // p = h (F(x) - dashpot x velocity), h the mean of this step and the one before, F by its tangent: at the indentation that the last force leads to, then at the one reached.
+  // p = h (F(x) - dashpot x velocity), h the mean of this step and the one before, F by its tangent: at the
+  // indentation that the last force leads to, then at the one reached.
   const double warm = t.frame.col(0).dot(t.warm) * h;
   if (first_pass) t.indentation = -(t.gap_ref + h * normal_compliance(c) * std::max(0.0, warm));
   Tangent at = tangent_at_structure(t, h);
@@ -146,25 +169,34 @@ void IslandStepper::secant_row(Touch& t, contact::ProblemContact& c, double h, b
     // Open as far as can be told: from zero, with the slope of the way it could still go.
     const double way = std::max(h * std::abs(t.u_ref), 1e-9 * length_);
     t.indentation = at.force = 0;
-    at.slope = t.mode == Mode::spring_secant ? t.normal_law.work(way) / (way * way) : t.normal_law.force(way) / way;
+    at.slope =
+        t.mode == Mode::spring_secant ? t.normal_law.work(way) / (way * way) : t.normal_law.force(way) / way;
     at.slope = std::max(at.slope, 1e-6 * t.stiffness);
   } else if (t.indentation > 0 && at.slope < 1e-3 * t.stiffness) {
-    // A level stretch of the law (crushing, or the hollow that it left) still needs a row: a hundredth of what the bodies' inertia gives, so that
-    // round-off in it stays small.
+    // A level stretch of the law (crushing, or the hollow that it left) still needs a row: a hundredth of
+    // what the bodies' inertia gives, so that round-off in it stays small.
     at.slope = std::max(at.slope, std::min(t.stiffness, 0.01 / (h * h * normal_compliance(c))));
   }
-  const double share = t.mode == Mode::spring_secant ? 0.5 : 1;   // of the dashpot's velocity that is the end's
+  const double share =
+      t.mode == Mode::spring_secant ? 0.5 : 1;  // of the dashpot's velocity that is the end's
   const double lasts = lasts_at_structure(t, h);
   c.compliance[0] = 1 / (lasts * h * at.slope + share * lasts * t.dashpot);
-  c.bias[0] = -c.compliance[0] * (lasts * at.force - lasts * at.slope * (t.gap_ref + t.indentation - h * t.u_ref) - (1 - share) * lasts * t.dashpot * t.approach);
+  c.bias[0] =
+      -c.compliance[0] * (lasts * at.force - lasts * at.slope * (t.gap_ref + t.indentation - h * t.u_ref) -
+                          (1 - share) * lasts * t.dashpot * t.approach);
 }
 
-/// What an impulse of such a contact lasts for: from half step to half step, as the structure's own forces do [s].
-double IslandStepper::lasts_at_structure(const Touch& t, double h) const { return t.mode == Mode::spring_secant ? between_half_steps(t, h) : h; }
+/// What an impulse of such a contact lasts for: from half step to half step, as the structure's own forces do
+/// [s].
+double IslandStepper::lasts_at_structure(const Touch& t, double h) const {
+  return t.mode == Mode::spring_secant ? between_half_steps(t, h) : h;
+}
 
 /// Force and tangent of such a contact's law over the step, where it ends at the touch's indentation.
 IslandStepper::Tangent IslandStepper::tangent_at_structure(const Touch& t, double h) const {
-  const double end = t.indentation, before = -t.at.gap + length_before(t, h) * t.approach;   // the latter: at the start of the last step
+  const double end = t.indentation,
+               before =
+                   -t.at.gap + length_before(t, h) * t.approach;  // the latter: at the start of the last step
   Tangent at;
   if (t.mode == Mode::spring_end) {
     at.force = t.normal_law.force(std::max(end, 0.0));
@@ -175,7 +207,8 @@ IslandStepper::Tangent IslandStepper::tangent_at_structure(const Touch& t, doubl
   at.force = t.normal_law.secant(before, end, at.slope);
   at.follows_law = end > 0 || before > 0;
   if (end <= 0 && before > 0) {
-    // It comes out on the way from where it was a step ago, and gives back what it held there: no more than the books of the half step in between leave it.
+    // It comes out on the way from where it was a step ago, and gives back what it held there: no more than
+    // the books of the half step in between leave it.
     at.force = std::min(at.force, 2 * std::max(0.0, t.stored - t.sheared) / (before - end));
     at.slope = std::max(at.force / (before - end), 1e-6 * t.stiffness);
   }
@@ -185,19 +218,24 @@ IslandStepper::Tangent IslandStepper::tangent_at_structure(const Touch& t, doubl
 /// Whether the impulse of such a contact is its law's at the indentation reached, to `allowed` of it.
 bool IslandStepper::follows_law(const Touch& t, double h, double allowed) const {
   const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
-  const double u = t.u_ref - (t.indentation + t.gap_ref) / h;   // at the end [m/s]
+  const double u = t.u_ref - (t.indentation + t.gap_ref) / h;  // at the end [m/s]
   const Tangent at = tangent_at_structure(t, h);
   const double damped = t.dashpot * (t.mode == Mode::spring_secant ? 0.5 * (t.approach + u) : u);
   const double asked = std::max(0.0, lasts_at_structure(t, h) * ((at.follows_law ? at.force : 0.0) - damped));
   return std::abs(c.impulse[0] - asked) <= allowed * (c.impulse[0] + h * t.stiffness * 1e-6 * length_);
 }
 
-/// Shear spring by the same rule as the normal one; `moved` (frame) is what its ends move apart where the velocity is u_ref. At a point of a structure
-/// that the step resolves its force is that of the mean of the elongations a step before and a step after, p = -k (h_- + h_+)/2 (s_nm + s_np)/2: the
-/// secant of a linear law, without loss.
-void IslandStepper::shear_row(Touch& t, contact::ProblemContact& c, double h, const Vec3& moved, const Vec3& u_ref) {
-  const Vec3 d = t.frame.transpose() * t.shear, way = t.frame.transpose() * t.shear_way;   // elongation at the start, and what the step before added
-  t.shears_by_half = t.mode == Mode::spring_secant && deformable_structure(t) && !t.normal_law.bed && h * h * t.shear_stiffness * normal_compliance(c) < 1;
+/// Shear spring by the same rule as the normal one; `moved` (frame) is what its ends move apart where the
+/// velocity is u_ref. At a point of a structure that the step resolves its force is that of the mean of the
+/// elongations a step before and a step after, p = -k (h_- + h_+)/2 (s_nm + s_np)/2: the secant of a linear
+/// law, without loss.
+void IslandStepper::shear_row(Touch& t, contact::ProblemContact& c, double h, const Vec3& moved,
+                              const Vec3& u_ref) {
+  const Vec3 d = t.frame.transpose() * t.shear,
+             way = t.frame.transpose() *
+                   t.shear_way;  // elongation at the start, and what the step before added
+  t.shears_by_half = t.mode == Mode::spring_secant && deformable_structure(t) && !t.normal_law.bed &&
+                     h * h * t.shear_stiffness * normal_compliance(c) < 1;
   for (int i = 1; i < 3; ++i) {
     if (t.shears_by_half) {
       c.compliance[i] = 2 / (between_half_steps(t, h) * h * t.shear_stiffness);
@@ -215,13 +253,15 @@ void IslandStepper::shear_row(Touch& t, contact::ProblemContact& c, double h, co
 bool IslandStepper::gives_way(const Touch& t) const {
   const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
   const double least = c.friction > 0 ? std::min(c.tension, c.cohesion / c.friction) : c.tension;
-  if (c.cohesion > 0 && c.impulse.tail<2>().norm() >= (c.friction * c.impulse[0] + c.cohesion) * (1 - 1e-9)) return true;   // slid
+  if (c.cohesion > 0 && c.impulse.tail<2>().norm() >= (c.friction * c.impulse[0] + c.cohesion) * (1 - 1e-9))
+    return true;  // slid
   return least > 0 ? c.impulse[0] <= -least * (1 - 1e-9) : c.impulse.isZero(0);
 }
 
 double IslandStepper::normal_energy_at_end(const Touch& t) const {
   if (t.indentation < 0 && t.pulls()) return gives_way(t) ? 0 : pull_energy(t, t.indentation);
-  const double end = t.normal_law.stored(std::max(0.0, t.indentation));   // also while a dashpot holds it back from pressing
+  const double end =
+      t.normal_law.stored(std::max(0.0, t.indentation));  // also while a dashpot holds it back from pressing
   // A leapfrog's energy is that of the half step: the mean of both ends.
   if (t.mode == Mode::spring_secant) return 0.5 * (t.normal_law.stored(-t.at.gap) + end);
   return end;
@@ -256,7 +296,8 @@ Vec3 IslandStepper::shear_at_end(const Touch& t, double h) const {
   const Vec3 end = 2 * held - t.shear;
   if (!slides) return end;
   // The mean of a force that follows friction's limit is the limit's mean; at the end it is the limit's end.
-  const double longest = (c.friction * std::max(0.0, t.normal_law.force(t.indentation)) + c.cohesion / h) / t.shear_stiffness;
+  const double longest =
+      (c.friction * std::max(0.0, t.normal_law.force(t.indentation)) + c.cohesion / h) / t.shear_stiffness;
   if (!(c.impulse[0] > 0) || end.dot(held) <= 0) return Vec3::Zero();
   return end * std::min(1.0, longest / end.norm());
 }

@@ -1,20 +1,24 @@
 // The correction of positions after a step is a correction of drift, or the step is not taken.
 //
-// Rows hold velocities; positions drift from them by the square of the step, and are corrected after it (island_project.cpp). Two bodies can have
-// come into each other by no more than they moved against each other in the step, beside what they were in each other at its start:
+// Rows hold velocities; positions drift from them by the square of the step, and are corrected after it
+// (island_project.cpp). Two bodies can have come into each other by no more than they moved against each
+// other in the step, beside what they were in each other at its start:
 //
-//   |d_i| <= L_i (max over partners j of (s_i + s_j) + sum over pairs of o),     s = |c_np - c_n| + r |F_np - F_n| + g h^2
+//   |d_i| <= L_i (max over partners j of (s_i + s_j) + sum over pairs of o),     s = |c_np - c_n| + r |F_np -
+//   F_n| + g h^2
 // beside an overlap of 1e-9 of the block size on either side, which counts as touching.
-//   L = (1 + (1 + r^2/k^2)^(1/2)) / 2:  a contact that is moved by d, with a lever about the centroid, moves no point of its block farther than L d
+//   L = (1 + (1 + r^2/k^2)^(1/2)) / 2:  a contact that is moved by d, with a lever about the centroid, moves
+//   no point of its block farther than L d
 //
 // symbol   meaning                                                                  unit
 // d_i      farthest way of a point of body i by the correction                      m
-// s        way of its farthest point in the step, and what a fall may have added; of a structure that of its skin    m
-// r, k     radius of the block; its largest radius of gyration                      m
-// o        deepest overlap of a pair's hard contacts at the start of the step, which add up along a column    m
+// s        way of its farthest point in the step, and what a fall may have added; of a structure that of its
+// skin    m r, k     radius of the block; its largest radius of gyration                      m o deepest
+// overlap of a pair's hard contacts at the start of the step, which add up along a column    m
 //
-// A correction beyond that answers to no motion: contact rows that contradict each other, of concave scans wedged between faces of terrain, say, have
-// solutions of any size. Drift falls with the square of the step and motion with the step, so that the step is tried again halved.
+// A correction beyond that answers to no motion: contact rows that contradict each other, of concave scans
+// wedged between faces of terrain, say, have solutions of any size. Drift falls with the square of the step
+// and motion with the step, so that the step is tried again halved.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -28,7 +32,7 @@ namespace talus::coupling {
 /// Of the hard contacts at hand, the deepest of each pair [m].
 double IslandStepper::sum_of_overlaps() const {
   double sum = 0, deepest = 0;
-  for (std::size_t i = 0; i < touches_.size(); ++i) {   // in the order of the pairs
+  for (std::size_t i = 0; i < touches_.size(); ++i) {  // in the order of the pairs
     const Touch& t = touches_[i];
     if (t.stiffness == 0) deepest = std::max(deepest, -t.at.gap);
     if (i + 1 < touches_.size() && touches_[i + 1].a == t.a && touches_[i + 1].b == t.b) continue;
@@ -72,16 +76,20 @@ void IslandStepper::take_back() {
 
 /// Way of the farthest point of a body between two of its poses [m].
 double IslandStepper::motion(const Body& body, const Pose& from, const Pose& to) const {
-  return (to.c - from.c).norm() + model_.blocks[static_cast<std::size_t>(body.block)].shape->radius * (to.F - from.F).norm();
+  return (to.c - from.c).norm() +
+         model_.blocks[static_cast<std::size_t>(body.block)].shape->radius * (to.F - from.F).norm();
 }
 
 namespace {
 
-constexpr double touching = 1e-9;   // of the block size: overlap that counts as touching
+constexpr double touching = 1e-9;  // of the block size: overlap that counts as touching
 
-/// Farthest way of a point of a block over that of the contact that moves it: the greatest of (k^2 + a r)/(k^2 + a^2) over levers a.
+/// Farthest way of a point of a block over that of the contact that moves it: the greatest of (k^2 + a
+/// r)/(k^2 + a^2) over levers a.
 double lever(const dda::Model::Block& block) {
-  const double gyration_sq = Eigen::SelfAdjointEigenSolver<Mat3>(block.inertia, Eigen::EigenvaluesOnly).eigenvalues()[2] / block.mass;
+  const double gyration_sq =
+      Eigen::SelfAdjointEigenSolver<Mat3>(block.inertia, Eigen::EigenvaluesOnly).eigenvalues()[2] /
+      block.mass;
   return 0.5 * (1 + std::sqrt(1 + block.shape->radius * block.shape->radius / gyration_sq));
 }
 
@@ -99,20 +107,29 @@ bool IslandStepper::drift_beyond_motion(double h) const {
     corrected = corrected || before_drift_.poses[i].c != state_.c[static_cast<std::size_t>(bodies_[i].block)];
   }
   if (!corrected) return false;
-  const double skins = island_->structures.empty() ? 0 : 2 * h * fastest_skin();   // twice, since the start of the step may have been faster
+  const double skins =
+      island_->structures.empty()
+          ? 0
+          : 2 * h * fastest_skin();  // twice, since the start of the step may have been faster
   for (const CandidatePair& pair : island_->pairs) {
     if (pair.a.kind == Partner::Kind::structure) {
-      if (const int b = local_[static_cast<std::size_t>(pair.b)]; b >= 0) allowed[static_cast<std::size_t>(b)] = std::max(allowed[static_cast<std::size_t>(b)], way[static_cast<std::size_t>(b)] + skins);
+      if (const int b = local_[static_cast<std::size_t>(pair.b)]; b >= 0)
+        allowed[static_cast<std::size_t>(b)] =
+            std::max(allowed[static_cast<std::size_t>(b)], way[static_cast<std::size_t>(b)] + skins);
     }
     if (pair.a.kind != Partner::Kind::block) continue;
-    const int a = local_[static_cast<std::size_t>(pair.a.index)], b = local_[static_cast<std::size_t>(pair.b)];
+    const int a = local_[static_cast<std::size_t>(pair.a.index)],
+              b = local_[static_cast<std::size_t>(pair.b)];
     if (a < 0 || b < 0) continue;
     const auto i = static_cast<std::size_t>(a), j = static_cast<std::size_t>(b);
     allowed[i] = std::max(allowed[i], way[i] + way[j]);
     allowed[j] = std::max(allowed[j], way[i] + way[j]);
   }
   for (std::size_t i = 0; i < bodies_.size(); ++i)
-    if (motion(bodies_[i], before_drift_.poses[i], dda::pose(state_, bodies_[i].block)) > lever(model_.blocks[static_cast<std::size_t>(bodies_[i].block)]) * (allowed[i] + before_drift_.overlaps)) return true;
+    if (motion(bodies_[i], before_drift_.poses[i], dda::pose(state_, bodies_[i].block)) >
+        lever(model_.blocks[static_cast<std::size_t>(bodies_[i].block)]) *
+            (allowed[i] + before_drift_.overlaps))
+      return true;
   return false;
 }
 

@@ -11,18 +11,21 @@
 
 namespace talus::coupling {
 namespace {
-constexpr int most_trials = 40;   // of ends of a step, of which some lie before an onset and some after
+constexpr int most_trials = 40;  // of ends of a step, of which some lie before an onset and some after
 
 /// Inradius of the thinner one [m].
 double thickness(const dda::Model& model, const CandidatePair& pair) {
   const double b = model.blocks[static_cast<std::size_t>(pair.b)].shape->inradius;
-  return pair.a.kind == Partner::Kind::block ? std::min(b, model.blocks[static_cast<std::size_t>(pair.a.index)].shape->inradius) : b;
+  return pair.a.kind == Partner::Kind::block
+             ? std::min(b, model.blocks[static_cast<std::size_t>(pair.a.index)].shape->inradius)
+             : b;
 }
 
 }  // namespace
 
 contact::Motion IslandStepper::motion_of(int block, bool lumped) const {
-  // From the start of the step to the state just computed: rotation vector, and a parabola, of pushed blocks of lumped steps the chord.
+  // From the start of the step to the state just computed: rotation vector, and a parabola, of pushed blocks
+  // of lumped steps the chord.
   contact::Motion m;
   m.start = dda::pose(state_, block);
   const int l = local_[static_cast<std::size_t>(block)];
@@ -30,7 +33,9 @@ contact::Motion IslandStepper::motion_of(int block, bool lumped) const {
   const Body& b = bodies_[static_cast<std::size_t>(l)];
   m.start = b.start;
   m.displacement = state_.c[static_cast<std::size_t>(block)] - b.start.c;
-  if (!lumped || b.impulse.isZero(0)) m.half_gravity_step = m.displacement - step_length_ * b.v0.head<3>();   // leaves with the velocity that it has
+  if (!lumped || b.impulse.isZero(0))
+    m.half_gravity_step =
+        m.displacement - step_length_ * b.v0.head<3>();  // leaves with the velocity that it has
   const Quat turn = state_.q[static_cast<std::size_t>(block)] * b.q0.conjugate();
   const Vec3 v = turn.w() < 0 ? Vec3(-turn.vec()) : Vec3(turn.vec());
   const double s = v.norm();
@@ -45,25 +50,31 @@ contact::Motion IslandStepper::lumped_motion(int block) const {
 
 double IslandStepper::time_of_impact(const CandidatePair& pair, double tolerance, bool lumped) const {
   const Polyhedron& shape = *model_.blocks[static_cast<std::size_t>(pair.b)].shape;
-  const auto motion_in_step = [&](int block) { return lumped ? lumped_motion(block) : motion_of(block, false); };
+  const auto motion_in_step = [&](int block) {
+    return lumped ? lumped_motion(block) : motion_of(block, false);
+  };
   const contact::Motion motion = motion_in_step(pair.b);
   const auto index = static_cast<std::size_t>(pair.a.index);
   switch (pair.a.kind) {
-    case Partner::Kind::block: return contact::time_of_impact(*model_.blocks[index].shape, motion_in_step(pair.a.index), shape, motion, tolerance);
+    case Partner::Kind::block:
+      return contact::time_of_impact(*model_.blocks[index].shape, motion_in_step(pair.a.index), shape, motion,
+                                     tolerance);
     case Partner::Kind::plane: return contact::time_of_impact(env_.planes[index], shape, motion, tolerance);
     case Partner::Kind::terrain: return contact::time_of_impact(*env_.terrain, shape, motion, tolerance);
-    case Partner::Kind::structure: return contact::time_of_impact(*env_.structures[index].index, shape, motion, tolerance);
+    case Partner::Kind::structure:
+      return contact::time_of_impact(*env_.structures[index].index, shape, motion, tolerance);
   }
   return 2;
 }
 
 double IslandStepper::first_impact() const {
-  // Earliest onset of a pair that is not in closed contact already, on the motion just computed. Across internal edges pairs touch
-  // without contact: as widely as contacts are told, else they would meet again and again. One in closed contact that goes far may go through the
-  // other beside its rows, and then have no contact at the end: no deeper than a part of its thickness, which drift stays far
-  // below, and springs mostly.
+  // Earliest onset of a pair that is not in closed contact already, on the motion just computed. Across
+  // internal edges pairs touch without contact: as widely as contacts are told, else they would meet again
+  // and again. One in closed contact that goes far may go through the other beside its rows, and then have no
+  // contact at the end: no deeper than a part of its thickness, which drift stays far below, and springs
+  // mostly.
   double first = 2;
-  std::size_t t = 0;   // touches follow the order of the pairs
+  std::size_t t = 0;  // touches follow the order of the pairs
   for (std::size_t i = 0; i < island_->pairs.size(); ++i) {
     const CandidatePair& pair = island_->pairs[i];
     bool closed = false, sprung = false;
@@ -72,27 +83,36 @@ double IslandStepper::first_impact() const {
       sprung = sprung || (touches_[t].row >= 0 && touches_[t].stiffness > 0);
     }
     const double thin = thickness(model_, pair);
-    if (!closed) first = std::min(first, time_of_impact(pair, flush_pair_[i] != 0 ? 2 * touch_gap() : 1e-10 * length_, false));
-    else if (path(pair) > 0.25 * thin) first = std::min(first, time_of_impact(pair, (sprung ? 2e-2 : 1e-3) * thin, false));
+    if (!closed)
+      first = std::min(first,
+                       time_of_impact(pair, flush_pair_[i] != 0 ? 2 * touch_gap() : 1e-10 * length_, false));
+    else if (path(pair) > 0.25 * thin)
+      first = std::min(first, time_of_impact(pair, (sprung ? 2e-2 : 1e-3) * thin, false));
   }
   return first;
 }
 
 /// Comes on fast enough to be thrown back.
-bool IslandStepper::rebounds(const Touch& t) const { return t.stiffness == 0 && t.law->restitution.value_or(0) > 0 && t.approach < -std::max(slow_speed(), impact_speed(t)); }
+bool IslandStepper::rebounds(const Touch& t) const {
+  return t.stiffness == 0 && t.law->restitution.value_or(0) > 0 &&
+         t.approach < -std::max(slow_speed(), impact_speed(t));
+}
 
 /// Something that is to be thrown back has closed.
 bool IslandStepper::rebound_waits() const {
-  return std::ranges::any_of(touches_, [&](const Touch& t) { return rebounds(t) && meets_hard(t) && !(t.bond() > 0); });
+  return std::ranges::any_of(touches_,
+                             [&](const Touch& t) { return rebounds(t) && meets_hard(t) && !(t.bond() > 0); });
 }
 
-/// Time at which the first pair that is apart meets and is thrown back; h: none within it [s]. Bodies that touch nothing fall, the others go on as they
-/// go: exact in flight, of what slides or turns on others met by ever shorter steps.
+/// Time at which the first pair that is apart meets and is thrown back; h: none within it [s]. Bodies that
+/// touch nothing fall, the others go on as they go: exact in flight, of what slides or turns on others met by
+/// ever shorter steps.
 double IslandStepper::first_rebound(double h) {
   meets_to_rebound_.assign(island_->pairs.size(), 0);
   std::vector<char> borne(bodies_.size(), 0);
   const auto bear = [&](int block) {
-    if (const int l = block < 0 ? -1 : local_[static_cast<std::size_t>(block)]; l >= 0) borne[static_cast<std::size_t>(l)] = 1;
+    if (const int l = block < 0 ? -1 : local_[static_cast<std::size_t>(block)]; l >= 0)
+      borne[static_cast<std::size_t>(l)] = 1;
   };
   for (std::size_t i = 0; i < island_->pairs.size(); ++i) {
     bool apart = true, thrown_back = false;
@@ -116,7 +136,9 @@ double IslandStepper::first_rebound(double h) {
   }
   double first = 1;
   for (std::size_t i = 0; i < island_->pairs.size(); ++i)
-    if (meets_to_rebound_[i] != 0) first = std::min(first, time_of_impact(island_->pairs[i], flush_pair_[i] != 0 ? 2 * touch_gap() : 1e-10 * length_, true));
+    if (meets_to_rebound_[i] != 0)
+      first = std::min(first, time_of_impact(island_->pairs[i],
+                                             flush_pair_[i] != 0 ? 2 * touch_gap() : 1e-10 * length_, true));
   motions_.clear();
   return std::max(first, 1e-12) * h;
 }
@@ -144,7 +166,8 @@ Vec3 IslandStepper::carried_back(int block, const Vec3& x) const {
   return then.c + then.F * (now.F.inverse() * (x - now.c));
 }
 
-/// A touch found at the end of a step as it was at its start: points and normal go back with the bodies that own them.
+/// A touch found at the end of a step as it was at its start: points and normal go back with the bodies that
+/// own them.
 Touch IslandStepper::carried_back(Touch t) const {
   const int a = t.a.kind == Partner::Kind::block ? t.a.index : -1;
   const Pose pose_a = a >= 0 ? dda::pose(state_, a) : Pose{};
@@ -158,24 +181,27 @@ Touch IslandStepper::carried_back(Touch t) const {
   return t;
 }
 
-/// Hard features of a pair that are in each other at the end of the step, deeper than is left to the projection, and no rows of it. Each is told once in a step: what
-/// was met before and is no row yet will be none.
+/// Hard features of a pair that are in each other at the end of the step, deeper than is left to the
+/// projection, and no rows of it. Each is told once in a step: what was met before and is no row yet will be
+/// none.
 std::vector<Touch> IslandStepper::unforeseen(std::size_t pair, std::span<const Touch> known) const {
   std::vector<Touch> found;
   find_touches(model_, state_, env_, island_->pairs[pair], 0, history_, found);
   std::erase_if(found, [&](const Touch& t) {
     const auto same = [&](const Touch& k) { return k.at.key == t.at.key; };
-    return t.stiffness > 0 || t.at.gap >= -unseen() || std::ranges::any_of(known, [&](const Touch& k) { return k.row >= 0 && same(k); }) ||
+    return t.stiffness > 0 || t.at.gap >= -unseen() ||
+           std::ranges::any_of(known, [&](const Touch& k) { return k.row >= 0 && same(k); }) ||
            std::ranges::any_of(touches_of_[pair], [&](const Touch& k) { return k.met && same(k); });
   });
   for (Touch& t : found) t = carried_back(t);
   return found;
 }
 
-/// Fraction of the step at which a pair crosses what its rows leave open (above 1: never), and the bound on how far its bodies moved [m].
+/// Fraction of the step at which a pair crosses what its rows leave open (above 1: never), and the bound on
+/// how far its bodies moved [m].
 std::pair<double, double> IslandStepper::meeting(std::size_t i, const Known& known) const {
-  // Rows bound the gap of the features they name. A pair without rows may not come closer than it was known to be apart; one
-  // with rows may not move by more than a part of the thinner body's thickness unseen.
+  // Rows bound the gap of the features they name. A pair without rows may not come closer than it was known
+  // to be apart; one with rows may not move by more than a part of the thinner body's thickness unseen.
   constexpr double never = 2;
   const CandidatePair& pair = island_->pairs[i];
   bool listed = known.listed;
@@ -186,14 +212,14 @@ std::pair<double, double> IslandStepper::meeting(std::size_t i, const Known& kno
   if (!listed) {
     s = time_of_impact(pair, 1e-10 * length_, true);
     if (s > 1) return {never, way};
-    // A level below all that is named, and met later: it was below already. Concave blocks graze each other where the search names no contact;
-    // a step that ended there would be followed by one that ends as early.
+    // A level below all that is named, and met later: it was below already. Concave blocks graze each other
+    // where the search names no contact; a step that ended there would be followed by one that ends as early.
     listed = time_of_impact(pair, std::max(0.9 * clear, 1e-9 * length_), true) > s;
     if (listed && way <= 0.25 * thin) return {never, way};
   }
   if (listed) {
     s = time_of_impact(pair, 1e-3 * thin, true);
-    if (s >= 0.9) return {never, way};   // rows end where they touch: that is no crossing
+    if (s >= 0.9) return {never, way};  // rows end where they touch: that is no crossing
   }
   return {s, way};
 }
@@ -216,8 +242,8 @@ IslandStepper::Crossing IslandStepper::crossing() {
       k.any = k.open = true;
       k.apart = std::min(k.apart, left_out_[i]);
     }
-    // A skin moves along with what comes off it, which this motion knows nothing of: features within reach are known, one that closes
-    // unforeseen starts unloaded where it is.
+    // A skin moves along with what comes off it, which this motion knows nothing of: features within reach
+    // are known, one that closes unforeseen starts unloaded where it is.
     k.listed = k.listed || (k.any && moving_skin(pair.a));
   };
   std::vector<std::pair<double, double>> met(pairs);
@@ -227,7 +253,8 @@ IslandStepper::Crossing IslandStepper::crossing() {
   each_pair([&](std::size_t i) {
     know(i);
     met[i] = meeting(i, known[i]);
-    const bool may = met[i].first > 1 && known[i].listed && met[i].second > unseen() && !moving_skin(island_->pairs[i].a);
+    const bool may =
+        met[i].first > 1 && known[i].listed && met[i].second > unseen() && !moving_skin(island_->pairs[i].a);
     if (may) out.features[i] = unforeseen(i, std::span(touches_).subspan(known[i].first, known[i].count));
   });
   motions_.clear();
@@ -235,7 +262,8 @@ IslandStepper::Crossing IslandStepper::crossing() {
     const auto [s, way] = met[i];
     out.listed = out.listed || !out.features[i].empty();
     if (s > 1) continue;
-    if (i < meets_to_rebound_.size() && meets_to_rebound_[i] != 0) {   // at the end of the step is where it is to meet
+    if (i < meets_to_rebound_.size() &&
+        meets_to_rebound_[i] != 0) {  // at the end of the step is where it is to meet
       if ((1 - s) * way > touch_gap()) out.first = std::min(out.first, s);
       continue;
     }
@@ -249,10 +277,12 @@ IslandStepper::Crossing IslandStepper::crossing() {
   return out;
 }
 
-/// Rows for what a solution met: the touches of pairs ahead that lay beyond the reach of the step, at its start, and the features that it met
-/// unforeseen. All others keep the impulses of the last solution.
+/// Rows for what a solution met: the touches of pairs ahead that lay beyond the reach of the step, at its
+/// start, and the features that it met unforeseen. All others keep the impulses of the last solution.
 void IslandStepper::look_ahead(const Crossing& met) {
-  const auto gathered = [this](std::size_t i) { return std::span(touches_).subspan(first_of_pair_[i], first_of_pair_[i + 1] - first_of_pair_[i]); };
+  const auto gathered = [this](std::size_t i) {
+    return std::span(touches_).subspan(first_of_pair_[i], first_of_pair_[i + 1] - first_of_pair_[i]);
+  };
   std::atomic<bool> any = false;
   each_pair([&](std::size_t i) {
     bool here = false;
@@ -262,16 +292,21 @@ void IslandStepper::look_ahead(const Crossing& met) {
       std::vector<Touch> all;
       find_touches(model_, state_, env_, island_->pairs[i], margins_[i], history_, all);
       for (Touch& t : all) {
-        if (std::ranges::any_of(touches_of_[i], [&](const Touch& known) { return known.at.key == t.at.key; })) continue;
+        if (std::ranges::any_of(touches_of_[i], [&](const Touch& known) { return known.at.key == t.at.key; }))
+          continue;
         touches_of_[i].push_back(std::move(t));
         here = true;
       }
     }
     for (const Touch& feature : met.features[i]) {
       auto& list = touches_of_[i];
-      const auto same = std::find_if(list.begin(), list.end(), [&](const Touch& t) { return t.at.key == feature.at.key; });
-      // A feature of that name which was no contact at the start, but an edge within a surface that goes on, is replaced by what it became.
-      const bool none = same != list.end() && std::ranges::none_of(gathered(i), [&](const Touch& t) { return t.at.key == same->at.key; });
+      const auto same =
+          std::find_if(list.begin(), list.end(), [&](const Touch& t) { return t.at.key == feature.at.key; });
+      // A feature of that name which was no contact at the start, but an edge within a surface that goes on,
+      // is replaced by what it became.
+      const bool none = same != list.end() && std::ranges::none_of(gathered(i), [&](const Touch& t) {
+                          return t.at.key == same->at.key;
+                        });
       if (none) *same = feature;
       Touch& t = same != list.end() ? *same : list.emplace_back(feature);
       t.met = here = true;
@@ -280,16 +315,19 @@ void IslandStepper::look_ahead(const Crossing& met) {
   });
   if (!any) return;
   const std::vector<std::size_t> first_before = first_of_pair_;
-  std::vector<std::pair<contact::FeatureKey, Vec3>> before(first_before.back());   // name and force of every touch
+  std::vector<std::pair<contact::FeatureKey, Vec3>> before(
+      first_before.back());  // name and force of every touch
   std::vector<Vec3> at_surfaces;
   for (std::size_t k = first_before.back(); k < touches_.size(); ++k) at_surfaces.push_back(touches_[k].warm);
   each_pair([&](std::size_t i) {
-    for (std::size_t k = first_before[i]; k < first_before[i + 1]; ++k) before[k] = {touches_[k].at.key, touches_[k].warm};
+    for (std::size_t k = first_before[i]; k < first_before[i + 1]; ++k)
+      before[k] = {touches_[k].at.key, touches_[k].warm};
   });
   gather_touches();
   each_pair([&](std::size_t i) {
     std::size_t k = first_before[i];
-    for (std::size_t t = first_of_pair_[i]; t < first_of_pair_[i + 1]; ++t) {   // the order of the touches within a pair is the same
+    for (std::size_t t = first_of_pair_[i]; t < first_of_pair_[i + 1];
+         ++t) {  // the order of the touches within a pair is the same
       std::size_t same = k;
       while (same < first_before[i + 1] && before[same].first != touches_[t].at.key) ++same;
       if (same == first_before[i + 1]) continue;
@@ -297,12 +335,13 @@ void IslandStepper::look_ahead(const Crossing& met) {
       k = same + 1;
     }
   });
-  for (std::size_t k = 0; k < at_surfaces.size(); ++k) touches_[first_of_pair_.back() + k].warm = at_surfaces[k];
+  for (std::size_t k = 0; k < at_surfaces.size(); ++k)
+    touches_[first_of_pair_.back() + k].warm = at_surfaces[k];
 }
 
 bool IslandStepper::locate_event(double& h, int passes) {
-  // Shortens the step so that it ends at the first onset. Touches that were rows of this step are not onsets; what they
-  // cross is drift and is projected. False: no solution at an end tried, the state is of no use.
+  // Shortens the step so that it ends at the first onset. Touches that were rows of this step are not onsets;
+  // what they cross is drift and is projected. False: no solution at an end tried, the state is of no use.
   std::vector<Touch> start = touches_;
   struct ByPair {
     static std::pair<std::uint64_t, int> pair(const Touch* t) { return {t->a.id(), t->b}; }
@@ -322,20 +361,30 @@ bool IslandStepper::locate_event(double& h, int passes) {
   };
   // Gap at the start of the step of a touch found now.
   const auto gap_before = [&](const Touch& t) {
-    return t.at.normal.dot(carried_back(t.b, t.at.point_b) - carried_back(t.a.kind == Partner::Kind::block ? t.a.index : -1, t.at.point_a));
+    return t.at.normal.dot(carried_back(t.b, t.at.point_b) -
+                           carried_back(t.a.kind == Partner::Kind::block ? t.a.index : -1, t.at.point_a));
   };
-  // In closed contact one feature may take the place of another, deep as it is: that crosses nothing. What sank by more than half of its depth did.
+  // In closed contact one feature may take the place of another, deep as it is: that crosses nothing. What
+  // sank by more than half of its depth did.
   const auto swapped = [&](const Touch& t) {
-    return std::ranges::any_of(of_pair(t), [](const Touch* s) { return s->row >= 0; }) && gap_before(t) < std::min(-10 * touch_gap(), 0.5 * t.at.gap);
+    return std::ranges::any_of(of_pair(t), [](const Touch* s) { return s->row >= 0; }) &&
+           gap_before(t) < std::min(-10 * touch_gap(), 0.5 * t.at.gap);
   };
   // Nor is what comes on slowly an onset, while it is near.
-  const auto slow = [&](const Touch& t) { return t.stiffness == 0 && t.approach >= -slow_speed() && t.at.gap >= -near_gap(); };
-  // What went in and is on its way back at the end crossed all the same. What strains seems to be by the rates of its strains, which turn about many times
-  // within a long step, and the search, whose motion does not strain, knows nothing of it.
-  const auto strains = [&](int block) { return local_[static_cast<std::size_t>(block)] >= 0 && model_.blocks[static_cast<std::size_t>(block)].deformable; };
-  bool any_depth = false;   // rounding of what rests is none, unless something deeper is sought
+  const auto slow = [&](const Touch& t) {
+    return t.stiffness == 0 && t.approach >= -slow_speed() && t.at.gap >= -near_gap();
+  };
+  // What went in and is on its way back at the end crossed all the same. What strains seems to be by the
+  // rates of its strains, which turn about many times within a long step, and the search, whose motion does
+  // not strain, knows nothing of it.
+  const auto strains = [&](int block) {
+    return local_[static_cast<std::size_t>(block)] >= 0 &&
+           model_.blocks[static_cast<std::size_t>(block)].deformable;
+  };
+  bool any_depth = false;  // rounding of what rests is none, unless something deeper is sought
   const auto came_through = [&](const Touch& t) {
-    const bool rings = t.stiffness == 0 && (strains(t.b) || (t.a.kind == Partner::Kind::block && strains(t.a.index)));
+    const bool rings =
+        t.stiffness == 0 && (strains(t.b) || (t.a.kind == Partner::Kind::block && strains(t.a.index)));
     return t.at.gap < (rings || any_depth ? 0 : -near_gap()) && gap_before(t) > 0;
   };
   double rate = 0, before = 0;
@@ -349,7 +398,10 @@ bool IslandStepper::locate_event(double& h, int passes) {
     double gap = std::numeric_limits<double>::infinity();
     rate = 0;
     for (const Touch& t : touches_)
-      if (!was_row(t) && t.at.gap < gap && ((t.approach < (t.stiffness > 0 ? -t.quiet_speed : -1e-6 * speed_) && !slow(t)) || came_through(t)) && !swapped(t)) {
+      if (!was_row(t) && t.at.gap < gap &&
+          ((t.approach < (t.stiffness > 0 ? -t.quiet_speed : -1e-6 * speed_) && !slow(t)) ||
+           came_through(t)) &&
+          !swapped(t)) {
         gap = t.at.gap;
         rate = t.approach;
         before = gap_before(t);
@@ -370,9 +422,12 @@ bool IslandStepper::locate_event(double& h, int passes) {
     restore();
     return smooth(step, false, passes, true).ok;
   };
-  // Thin blocks may have gone through each other on the way to what is met at the end of a step, whose touches then do not tell.
+  // Thin blocks may have gone through each other on the way to what is met at the end of a step, whose
+  // touches then do not tell.
   const auto far_enough_to_pass = [&] {
-    return std::any_of(island_->pairs.begin(), island_->pairs.end(), [&](const CandidatePair& pair) { return path(pair) > 0.25 * thickness(model_, pair); });
+    return std::any_of(island_->pairs.begin(), island_->pairs.end(), [&](const CandidatePair& pair) {
+      return path(pair) > 0.25 * thickness(model_, pair);
+    });
   };
   // As close as coordinates of this size can tell; Newton's iteration gets there in a turn or two.
   double far = 0;
@@ -381,20 +436,23 @@ bool IslandStepper::locate_event(double& h, int passes) {
   double step = h;
   double s = first_impact(), gap = worst_onset(step);
   while ((s <= 1 || gap < passed) && !stopped()) {
-    // The onset is sought between the time by which the search is sure of none and the end; there it is passed, or met on the
-    // search's path, which between the ends of the step is not quite the blocks' own.
+    // The onset is sought between the time by which the search is sure of none and the end; there it is
+    // passed, or met on the search's path, which between the ends of the step is not quite the blocks' own.
     bool bracketed = gap < passed;
     any_depth = bracketed && !(rate < 0);
     const double sure = s <= 1 ? std::max(s, 1e-12) * step : 0;
     double low = 0, high = step, trial = s <= 1 ? sure : step + gap / -rate;
-    // Between an end still apart and one that is past, the gap is taken for the parabola of both gaps and the rate at the end past.
+    // Between an end still apart and one that is past, the gap is taken for the parabola of both gaps and the
+    // rate at the end past.
     double apart = bracketed ? before : 0, past = gap, closing = rate;
     const auto on_parabola = [&] {
       const double width = high - low, bend = (apart - past + closing * width) / (width * width);
       return high - 2 * past / (closing - std::sqrt(std::max(0.0, closing * closing - 4 * bend * past)));
     };
-    if (bracketed && !(rate < 0)) trial = std::max(0.5 * step, sure);
-    else if (bracketed && apart > 0) trial = std::max(on_parabola(), sure);
+    if (bracketed && !(rate < 0))
+      trial = std::max(0.5 * step, sure);
+    else if (bracketed && apart > 0)
+      trial = std::max(on_parabola(), sure);
     bool met = false;
     double tried = 0, gap_there = std::numeric_limits<double>::infinity();
     for (int iteration = 0; iteration < (bracketed ? most_trials : 12); ++iteration) {
@@ -412,10 +470,15 @@ bool IslandStepper::locate_event(double& h, int passes) {
       } else {
         high = trial, past = gap, closing = rate;
       }
-      // What strains, or turns in closed contact, does not approach by its speed at the end alone: by what the last two trials tell.
+      // What strains, or turns in closed contact, does not approach by its speed at the end alone: by what
+      // the last two trials tell.
       const double secant = trial - gap * (trial - tried) / (gap - gap_there);
       const bool lags = bracketed && iteration > 3 && std::abs(gap) > 0.25 * std::abs(gap_there);
-      tried = std::exchange(trial, lags && std::isfinite(secant) ? secant : bracketed && std::isfinite(apart) && apart > 0 && closing < 0 ? on_parabola() : std::isfinite(gap) && rate < 0 ? trial + gap / -rate : 0.5 * (low + high));
+      tried =
+          std::exchange(trial, lags && std::isfinite(secant)                                   ? secant
+                               : bracketed && std::isfinite(apart) && apart > 0 && closing < 0 ? on_parabola()
+                               : std::isfinite(gap) && rate < 0 ? trial + gap / -rate
+                                                                : 0.5 * (low + high));
       gap_there = gap;
     }
     if (met || bracketed) {
@@ -428,7 +491,8 @@ bool IslandStepper::locate_event(double& h, int passes) {
     step = 0.5 * step > sure ? 0.5 * step : sure;
     if (!solve_for(step)) return false;
     if (step <= sure) {
-      // Met by the search, and still no contact is named there: on by a thousandth of the size at a time, else it would be met again at once.
+      // Met by the search, and still no contact is named there: on by a thousandth of the size at a time,
+      // else it would be met again at once.
       const double least = std::min(h, 1e-3 * length_ / speed_);
       if (step < least && !std::isfinite(worst_onset(step))) {
         if (!solve_for(least)) return false;

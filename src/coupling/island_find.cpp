@@ -1,4 +1,5 @@
-// What an island's bodies may touch within a step. Pairs whose bodies have not moved since the last search keep what it found.
+// What an island's bodies may touch within a step. Pairs whose bodies have not moved since the last search
+// keep what it found.
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
@@ -11,14 +12,19 @@
 namespace talus::coupling {
 namespace {
 
-/// Forces of a pair's features that have vanished go to the nearest of its closed ones (gap up to `closed`), first of those that have just appeared:
-/// faces that lie on each other name their corners now by the one, now by the other, and still carry the load that the solver starts from.
+/// Forces of a pair's features that have vanished go to the nearest of its closed ones (gap up to `closed`),
+/// first of those that have just appeared: faces that lie on each other name their corners now by the one,
+/// now by the other, and still carry the load that the solver starts from.
 void hand_over(std::span<Touch> pair, const std::vector<ContactMemory>& memory, double closed) {
   const std::uint64_t partner = pair.front().a.id();
   for (const ContactMemory& m : memory) {
-    if (m.partner != partner || m.force.isZero(0) || std::any_of(pair.begin(), pair.end(), [&](const Touch& t) { return t.at.key == m.feature; })) continue;
+    if (m.partner != partner || m.force.isZero(0) ||
+        std::any_of(pair.begin(), pair.end(), [&](const Touch& t) { return t.at.key == m.feature; }))
+      continue;
     Touch* heir = nullptr;
-    const auto rank = [&](const Touch& t) { return std::pair(t.persistent, (t.at.point_a - m.place).squaredNorm()); };
+    const auto rank = [&](const Touch& t) {
+      return std::pair(t.persistent, (t.at.point_a - m.place).squaredNorm());
+    };
     for (Touch& t : pair)
       if (t.at.gap <= closed && (heir == nullptr || rank(t) < rank(*heir))) heir = &t;
     if (heir != nullptr) heir->warm += m.force;
@@ -34,13 +40,16 @@ bool far_apart(const dda::Model& model, const dda::State& state, const Candidate
   return (state.c[b] - state.c[a]).squaredNorm() > reach * reach;
 }
 
-/// Hard contact with what stands fast, whichever of its materials is touched: a feature that is open within the step exerts no force in it.
+/// Hard contact with what stands fast, whichever of its materials is touched: a feature that is open within
+/// the step exerts no force in it.
 bool rigid_ground(const dda::Model& model, const Environment& env, const CandidatePair& pair) {
   if (pair.a.kind != Partner::Kind::plane && pair.a.kind != Partner::Kind::terrain) return false;
   const int block = model.blocks[static_cast<std::size_t>(pair.b)].material;
   for (int ground = 0; ground < env.laws.materials; ++ground) {
     const ContactLaw& law = env.laws(ground, block);
-    if (law.stiffness != ContactLaw::Stiffness::hard || law.kind == ContactLaw::Kind::hertz || law.kind == ContactLaw::Kind::table) return false;
+    if (law.stiffness != ContactLaw::Stiffness::hard || law.kind == ContactLaw::Kind::hertz ||
+        law.kind == ContactLaw::Kind::table)
+      return false;
   }
   return true;
 }
@@ -48,7 +57,8 @@ bool rigid_ground(const dda::Model& model, const Environment& env, const Candida
 /// Of open features the one that comes first, if all keep their speeds; those that part, come last.
 void keep_nearest(std::vector<Touch>& touches) {
   const auto rank = [](const Touch& t) { return std::pair(!(t.approach < 0), t.at.gap); };
-  const auto nearest = std::min_element(touches.begin(), touches.end(), [&](const Touch& s, const Touch& t) { return rank(s) < rank(t); });
+  const auto nearest = std::min_element(touches.begin(), touches.end(),
+                                        [&](const Touch& s, const Touch& t) { return rank(s) < rank(t); });
   if (nearest != touches.end()) touches = {*nearest};
 }
 
@@ -60,16 +70,17 @@ double IslandStepper::reach(int block, double h) const {
   return h * speed_of(block) + h * h * model_.gravity.norm();
 }
 
-/// Blocks of a heap move along with each other: as far as the two can approach on their present motions, and what rows are made for ahead. What
-/// impulses change in the step is met by its solution (crossing()).
+/// Blocks of a heap move along with each other: as far as the two can approach on their present motions, and
+/// what rows are made for ahead. What impulses change in the step is met by its solution (crossing()).
 double IslandStepper::approach_reach(const CandidatePair& pair, double h) const {
   const auto a = static_cast<std::size_t>(pair.a.index), b = static_cast<std::size_t>(pair.b);
-  const double turning = model_.blocks[a].shape->radius * state_.w[a].norm() + model_.blocks[b].shape->radius * state_.w[b].norm();
+  const double turning = model_.blocks[a].shape->radius * state_.w[a].norm() +
+                         model_.blocks[b].shape->radius * state_.w[b].norm();
   return h * ((state_.v[b] - state_.v[a]).norm() + turning) + h * h * model_.gravity.norm() + row_reach();
 }
 
 void IslandStepper::find(double h, bool at_start) {
-  if (found_for_ >= h * (1 - 1e-9)) return;   // the touches at hand hold for this state and reach
+  if (found_for_ >= h * (1 - 1e-9)) return;  // the touches at hand hold for this state and reach
   at_start_ = at_start;
   found_for_ = h;
   const std::size_t pairs = island_->pairs.size();
@@ -78,22 +89,25 @@ void IslandStepper::find(double h, bool at_start) {
   left_out_.resize(pairs);
   each_pair([this](std::size_t i) { look(i); });
   touches_at_surfaces_.clear();
-  for (const SurfacePair& pair : island_->surfaces) find_surface_touches(env_, pair, surface_reach(), surface_history_, touches_at_surfaces_);
+  for (const SurfacePair& pair : island_->surfaces)
+    find_surface_touches(env_, pair, surface_reach(), surface_history_, touches_at_surfaces_);
   gather_touches();
 }
 
-/// The touches again after a projection moved blocks from their last poses, between blocks and with what is fixed: searched again, or where the two have
-/// so little moved since against each other, or turned (`carried`, per pair [m]), that its square is below what is projected to, carried along.
+/// The touches again after a projection moved blocks from their last poses, between blocks and with what is
+/// fixed: searched again, or where the two have so little moved since against each other, or turned
+/// (`carried`, per pair [m]), that its square is below what is projected to, carried along.
 void IslandStepper::find_moved(const std::vector<Pose>& last, std::vector<double>& carried) {
   struct Way {
     Vec3 shift = Vec3::Zero();
-    double turn = 0;   // of its farthest points [m]
+    double turn = 0;  // of its farthest points [m]
   };
   std::vector<Way> ways(bodies_.size());
   contact::in_ranges(static_cast<int>(bodies_.size()), bodies_at_once, [&](int from, int to) {
     for (auto i = static_cast<std::size_t>(from); i < static_cast<std::size_t>(to); ++i) {
       const Pose now = dda::pose(state_, bodies_[i].block);
-      ways[i] = {now.c - last[i].c, model_.blocks[static_cast<std::size_t>(bodies_[i].block)].shape->radius * (now.F - last[i].F).norm()};
+      ways[i] = {now.c - last[i].c, model_.blocks[static_cast<std::size_t>(bodies_[i].block)].shape->radius *
+                                        (now.F - last[i].F).norm()};
     }
   });
   const auto way_of = [&](int block) {
@@ -119,13 +133,15 @@ void IslandStepper::find_moved(const std::vector<Pose>& last, std::vector<double
       carry_pair(i, last);
     }
   });
-  if (searched) gather_touches();
-  else take_carried();
+  if (searched)
+    gather_touches();
+  else
+    take_carried();
 }
 
 /// The touches gathered before, where their pairs have been carried to.
 void IslandStepper::take_carried() {
-  each_pair([this](std::size_t i) {   // the order of the touches within a pair is the same; some were dropped
+  each_pair([this](std::size_t i) {  // the order of the touches within a pair is the same; some were dropped
     std::size_t k = first_of_pair_[i];
     for (const Touch& t : touches_of_[i])
       if (k < first_of_pair_[i + 1] && touches_[k].at.key == t.at.key) touches_[k++].at = t.at;
@@ -157,8 +173,8 @@ void IslandStepper::carry_pair(std::size_t pair, const std::vector<Pose>& last) 
   }
 }
 
-/// Touches of moved blocks at structures: what a projection moves is far below the reach, so points and gaps go along with the block; only
-/// after more than that they are searched again.
+/// Touches of moved blocks at structures: what a projection moves is far below the reach, so points and gaps
+/// go along with the block; only after more than that they are searched again.
 void IslandStepper::carry_at_structures(const std::vector<Pose>& before) {
   bool any = false;
   for (std::size_t i = 0; i < island_->pairs.size(); ++i) {
@@ -181,16 +197,20 @@ void IslandStepper::carry_at_structures(const std::vector<Pose>& before) {
   if (any) gather_touches();
 }
 
-/// Concave blocks can hide an overlap from the search until a corner comes out of a notch. What no motion of this step can have made is not
-/// thrown out, which would be a blow that nobody struck: it stays where it is, as where a piece was born inside another.
+/// Concave blocks can hide an overlap from the search until a corner comes out of a notch. What no motion of
+/// this step can have made is not thrown out, which would be a blow that nobody struck: it stays where it is,
+/// as where a piece was born inside another.
 void IslandStepper::keep_late_overlaps() {
   bool any = false;
   for (std::size_t i = 0; i < island_->pairs.size(); ++i) {
     const CandidatePair& pair = island_->pairs[i];
     if (pair.a.kind != Partner::Kind::block) continue;
-    if (model_.blocks[static_cast<std::size_t>(pair.a.index)].shape->convex && model_.blocks[static_cast<std::size_t>(pair.b)].shape->convex) continue;
+    if (model_.blocks[static_cast<std::size_t>(pair.a.index)].shape->convex &&
+        model_.blocks[static_cast<std::size_t>(pair.b)].shape->convex)
+      continue;
     double known = 0, late = 0;
-    for (const Touch& t : touches_of_[i]) (t.persistent ? known : late) = std::max(t.persistent ? known : late, -t.at.gap);
+    for (const Touch& t : touches_of_[i])
+      (t.persistent ? known : late) = std::max(t.persistent ? known : late, -t.at.gap);
     if (late <= 1e-3 * length_ + 2 * known || late <= 1e-3 * length_ + 2 * (known + path(pair))) continue;
     ContactMemory memory;
     memory.partner = pair.a.id();
@@ -198,7 +218,9 @@ void IslandStepper::keep_late_overlaps() {
     memory.indentation = late;
     auto& list = history_[static_cast<std::size_t>(pair.b)];
     list.push_back(memory);
-    std::sort(list.begin(), list.end(), [](const ContactMemory& a, const ContactMemory& b) { return std::pair(a.partner, a.feature) < std::pair(b.partner, b.feature); });
+    std::sort(list.begin(), list.end(), [](const ContactMemory& a, const ContactMemory& b) {
+      return std::pair(a.partner, a.feature) < std::pair(b.partner, b.feature);
+    });
     look(i);
     any = true;
   }
@@ -219,7 +241,9 @@ void IslandStepper::each_pair(const std::function<void(std::size_t)>& use) const
 void IslandStepper::look(std::size_t i) {
   const CandidatePair& pair = island_->pairs[i];
   const bool blocks = pair.a.kind == Partner::Kind::block;
-  double margin = blocks && in_heap() ? approach_reach(pair, found_for_) : reach(pair.b, found_for_) + 1e-6 * length_ + (blocks ? reach(pair.a.index, found_for_) : 0.0);
+  double margin = blocks && in_heap() ? approach_reach(pair, found_for_)
+                                      : reach(pair.b, found_for_) + 1e-6 * length_ +
+                                            (blocks ? reach(pair.a.index, found_for_) : 0.0);
   if (pair.a.kind == Partner::Kind::structure) margin += 1e-3 * length_;
   margin += env_.bond_stretch;
   margins_[i] = margin;
@@ -229,9 +253,11 @@ void IslandStepper::look(std::size_t i) {
   const Tilts tilts = [this](const Touch& t) { return condensed_ || !part_resolved(t); };
   if (condensed_ || followed_ < 0 || !PairWatch::serves(model_, env_, pair)) {
     watches_[i].forget();
-    // Rows are made for what is closed; what closes within the step of events is found by the time of impact. A scan that slides has hundreds of corners within
-    // the reach of a step, and a handful of them near the ground.
-    constexpr double corrected = 2e-3;   // of the block size: twice as far as the correction of drift looks (island_project.cpp)
+    // Rows are made for what is closed; what closes within the step of events is found by the time of impact.
+    // A scan that slides has hundreds of corners within the reach of a step, and a handful of them near the
+    // ground.
+    constexpr double corrected =
+        2e-3;  // of the block size: twice as far as the correction of drift looks (island_project.cpp)
     const double near = corrected * length_ + env_.bond_stretch;
     const bool ground = event_driven() && near < margin && rigid_ground(model_, env_, pair);
     find_touches(model_, state_, env_, pair, ground ? near : margin, history_, touches_of_[i], tilts);
@@ -247,16 +273,20 @@ void IslandStepper::look(std::size_t i) {
   }
   thread_local std::vector<FoundPoint> points;
   points.clear();
-  const double ahead = reach(pair.b, found_for_) + (pair.a.kind == Partner::Kind::block ? reach(pair.a.index, found_for_) : 0.0);
+  const double ahead = reach(pair.b, found_for_) +
+                       (pair.a.kind == Partner::Kind::block ? reach(pair.a.index, found_for_) : 0.0);
   watches_[i].look(model_, state_, env_, pair, margin, ahead, skin_travel_, points);
   make_touches(model_, state_, env_, pair, points, history_, touches_of_[i]);
 }
 
-/// Most touches of a heap can neither close within the reach nor come near enough to be rows: of those the least gap alone is kept.
+/// Most touches of a heap can neither close within the reach nor come near enough to be rows: of those the
+/// least gap alone is kept.
 void IslandStepper::leave_out(std::size_t i) {
   const double h = found_for_, fall = h * h * model_.gravity.norm();
   std::erase_if(touches_of_[i], [&](const Touch& t) {
-    if (t.stiffness > 0 || t.persistent || t.glued || std::min(t.at.gap, t.at.gap + h * t.approach - fall) < row_reach()) return false;
+    if (t.stiffness > 0 || t.persistent || t.glued ||
+        std::min(t.at.gap, t.at.gap + h * t.approach - fall) < row_reach())
+      return false;
     left_out_[i] = std::min(left_out_[i], t.at.gap);
     return true;
   });
@@ -268,9 +298,11 @@ void IslandStepper::carry() {
   each_pair([&](std::size_t i) {
     const CandidatePair& pair = island_->pairs[i];
     const std::vector<ContactMemory>& memory = history_[static_cast<std::size_t>(pair.b)];
-    const std::span touches = std::span(touches_).subspan(first_of_pair_[i], first_of_pair_[i + 1] - first_of_pair_[i]);
+    const std::span touches =
+        std::span(touches_).subspan(first_of_pair_[i], first_of_pair_[i + 1] - first_of_pair_[i]);
     if (leapfrog() && moving_skin(pair.a) && !presses_on_bed(model_, env_, pair))
-      leave_to_others(pair.a.id(), touches, memory, [this](const Touch& t) { return length_before(t, found_for_); });
+      leave_to_others(pair.a.id(), touches, memory,
+                      [this](const Touch& t) { return length_before(t, found_for_); });
     if (moving_skin(pair.a) || (touches.empty() && memory.empty())) return;
     carry_springs(pair, touches, memory, leapfrog(), loose[i]);
     if (in_heap() && !touches.empty()) hand_over(touches, memory, 1e-4 * length_);
@@ -283,16 +315,21 @@ void IslandStepper::carry() {
 /// Springs at partners that are out of reach.
 void IslandStepper::carry_out_of_reach() {
   const auto loaded = [](const ContactMemory& m) { return m.normal_energy > 0; };
-  if (std::none_of(bodies_.begin(), bodies_.end(), [&](const Body& b) { return std::ranges::any_of(history_[static_cast<std::size_t>(b.block)], loaded); })) return;
+  if (std::none_of(bodies_.begin(), bodies_.end(), [&](const Body& b) {
+        return std::ranges::any_of(history_[static_cast<std::size_t>(b.block)], loaded);
+      }))
+    return;
   std::vector<std::pair<int, std::uint64_t>> known;
   for (const CandidatePair& pair : island_->pairs) known.emplace_back(pair.b, pair.a.id());
   std::sort(known.begin(), known.end());
   for (const Body& b : bodies_)
     for (const ContactMemory& m : history_[static_cast<std::size_t>(b.block)]) {
-      if (!loaded(m) || std::binary_search(known.begin(), known.end(), std::pair(b.block, m.partner))) continue;
+      if (!loaded(m) || std::binary_search(known.begin(), known.end(), std::pair(b.block, m.partner)))
+        continue;
       const Partner a{static_cast<Partner::Kind>(m.partner >> 32), static_cast<int>(m.partner & 0xffffffff)};
       const auto index = static_cast<std::size_t>(a.index);
-      const bool here = a.kind != Partner::Kind::block || local_[index] >= 0 || model_.blocks[index].ndof() == 0;
+      const bool here =
+          a.kind != Partner::Kind::block || local_[index] >= 0 || model_.blocks[index].ndof() == 0;
       if (here && !moving_skin(a)) loose_.push_back({a, b.block, m.place, m.normal, m.normal_energy});
     }
 }
@@ -305,7 +342,10 @@ void IslandStepper::gather_touches() {
     flush_pair_.push_back(of.empty() ? 0 : 1);
   }
   touches_.resize(first_of_pair_.back());
-  each_pair([this](std::size_t i) { std::copy(touches_of_[i].begin(), touches_of_[i].end(), touches_.begin() + static_cast<std::ptrdiff_t>(first_of_pair_[i])); });
+  each_pair([this](std::size_t i) {
+    std::copy(touches_of_[i].begin(), touches_of_[i].end(),
+              touches_.begin() + static_cast<std::ptrdiff_t>(first_of_pair_[i]));
+  });
   drop_internal_edges(model_, state_, env_, flush(), flush_skins(), touches_);
   if (touches_.size() == first_of_pair_.back()) {
     std::fill(flush_pair_.begin(), flush_pair_.end(), static_cast<char>(0));
@@ -313,7 +353,10 @@ void IslandStepper::gather_touches() {
     std::size_t t = 0;
     for (std::size_t i = 0; i < island_->pairs.size(); ++i) {
       first_of_pair_[i] = t;
-      for (; t < touches_.size() && touches_[t].a == island_->pairs[i].a && touches_[t].b == island_->pairs[i].b; ++t) flush_pair_[i] = 0;
+      for (; t < touches_.size() && touches_[t].a == island_->pairs[i].a &&
+             touches_[t].b == island_->pairs[i].b;
+           ++t)
+        flush_pair_[i] = 0;
     }
     first_of_pair_.back() = t;
   }

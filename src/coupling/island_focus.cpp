@@ -1,5 +1,5 @@
-// Explicit sub-steps follow only the part of a skin that the blocks can come near before it is chosen anew: of a viaduct under one boulder
-// a few faces in a hundred.
+// Explicit sub-steps follow only the part of a skin that the blocks can come near before it is chosen anew:
+// of a viaduct under one boulder a few faces in a hundred.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -9,13 +9,14 @@
 namespace talus::coupling {
 
 namespace {
-constexpr double steps_ahead = 16;   // the followed part reaches so many times as far as one step asks for
+constexpr double steps_ahead = 16;  // the followed part reaches so many times as far as one step asks for
 
 /// Appends the boxes of a skin's faces, grown by `by`, that meet another box.
 void boxes_near(const TriangleSurface& skin, const Box3& other, double by, std::vector<Box3>& out) {
   for (std::size_t t = 0; t + 3 < skin.triangles.size(); t += 4) {
     Box3 box;
-    for (std::size_t k = 0; k < 4; ++k) box.extend(skin.vertices[static_cast<std::size_t>(skin.triangles[t + k][0])]);
+    for (std::size_t k = 0; k < 4; ++k)
+      box.extend(skin.vertices[static_cast<std::size_t>(skin.triangles[t + k][0])]);
     box.min().array() -= by;
     box.max().array() += by;
     if (box.intersects(other)) out.push_back(box);
@@ -29,7 +30,9 @@ Box3 box_of(const TriangleSurface& skin) {
 }
 }  // namespace
 
-const TriangleSurface& IslandStepper::skin(int structure) const { return env_.structures[static_cast<std::size_t>(structure)].structure->surface(); }
+const TriangleSurface& IslandStepper::skin(int structure) const {
+  return env_.structures[static_cast<std::size_t>(structure)].structure->surface();
+}
 
 double IslandStepper::fastest_skin() const {
   double fastest = 0;
@@ -47,10 +50,12 @@ std::vector<int> IslandStepper::met_by(int structure) const {
   return partners;
 }
 
-/// Before a search with the reach of h: chooses anew what is followed once blocks and skins may have moved out of it.
+/// Before a search with the reach of h: chooses anew what is followed once blocks and skins may have moved
+/// out of it.
 void IslandStepper::follow_skins(double h) {
   const double fastest = fastest_skin();
-  const double path = 2 * step_length_ * fastest;   // of the step just made: twice, since its start may have been faster
+  const double path =
+      2 * step_length_ * fastest;  // of the step just made: twice, since its start may have been faster
   skin_path_ += path;
   skin_travel_ += path;
   const Followed need = followed_need(h, fastest);
@@ -60,7 +65,8 @@ void IslandStepper::follow_skins(double h) {
   choose_followed();
 }
 
-/// How far skins are to be followed from blocks, twice the reach about the end of the step as well, and by how much farther than surface_reach() from each other [m].
+/// How far skins are to be followed from blocks, twice the reach about the end of the step as well, and by
+/// how much farther than surface_reach() from each other [m].
 IslandStepper::Followed IslandStepper::followed_need(double h, double fastest) const {
   double need = 0;
   for (const CandidatePair& pair : island_->pairs)
@@ -73,11 +79,14 @@ bool IslandStepper::follows(const Followed& need) const {
   double moved = 0;
   for (const Seen& b : seen_) {
     const auto k = static_cast<std::size_t>(b.block);
-    moved = std::max(moved, (state_.c[k] - b.c).norm() + 2.5 * model_.blocks[k].shape->radius * (state_.q[k] * b.q.conjugate()).vec().norm());
+    moved = std::max(moved, (state_.c[k] - b.c).norm() + 2.5 * model_.blocks[k].shape->radius *
+                                                             (state_.q[k] * b.q.conjugate()).vec().norm());
   }
-  if (!island_->blocks.empty() && (moved + skin_path_ + need.blocks > followed_ || followed_ > 4 * steps_ahead * need.blocks)) return false;
+  if (!island_->blocks.empty() &&
+      (moved + skin_path_ + need.blocks > followed_ || followed_ > 4 * steps_ahead * need.blocks))
+    return false;
   if (island_->surfaces.empty()) return true;
-  for (std::size_t i = 0; i < island_->structures.size(); ++i)   // new faces lie where none was chosen
+  for (std::size_t i = 0; i < island_->structures.size(); ++i)  // new faces lie where none was chosen
     if (skin(island_->structures[i]).revision != followed_revisions_[i]) return false;
   return surface_reach() + need.skins + 2 * skin_path_ <= followed_skins_;
 }
@@ -87,7 +96,7 @@ void IslandStepper::choose_followed() {
   seen_.clear();
   followed_revisions_.clear();
   for (std::size_t i = 0; i < island_->pairs.size(); ++i)
-    if (moving_skin(island_->pairs[i].a)) watches_[i].forget();   // what it watches may be followed no more
+    if (moving_skin(island_->pairs[i].a)) watches_[i].forget();  // what it watches may be followed no more
   for (const int s : island_->structures) {
     StructurePart& part = env_.structures[static_cast<std::size_t>(s)];
     std::vector<Box3> boxes;
@@ -104,7 +113,8 @@ void IslandStepper::choose_followed() {
   }
 }
 
-/// Structures alone go on with what the last stretch followed. (Blocks do not: what they may meet is planned between stretches by whole skins.)
+/// Structures alone go on with what the last stretch followed. (Blocks do not: what they may meet is planned
+/// between stretches by whole skins.)
 void IslandStepper::go_on_following() {
   if (!island_->blocks.empty()) return;
   followed_revisions_.clear();
@@ -112,7 +122,9 @@ void IslandStepper::go_on_following() {
   for (const int s : island_->structures) {
     const StructurePart::Followed& last = env_.structures[static_cast<std::size_t>(s)].followed;
     const std::vector<int> partners = met_by(s);
-    if (last.between < 0 || last.revision != skin(s).revision || !std::includes(last.partners.begin(), last.partners.end(), partners.begin(), partners.end())) return;
+    if (last.between < 0 || last.revision != skin(s).revision ||
+        !std::includes(last.partners.begin(), last.partners.end(), partners.begin(), partners.end()))
+      return;
     between = std::min(between, last.between);
     path = std::max(path, last.path);
     followed_revisions_.push_back(last.revision);
@@ -128,8 +140,10 @@ void IslandStepper::end_following() {
   for (std::size_t i = 0; i < island_->structures.size(); ++i) {
     const int s = island_->structures[i];
     StructurePart& part = env_.structures[static_cast<std::size_t>(s)];
-    if (island_->blocks.empty()) part.followed = {followed_skins_, path, followed_revisions_[i], met_by(s)};
-    else part.index->unfocus(skin(s));
+    if (island_->blocks.empty())
+      part.followed = {followed_skins_, path, followed_revisions_[i], met_by(s)};
+    else
+      part.index->unfocus(skin(s));
   }
   followed_ = -1;
 }

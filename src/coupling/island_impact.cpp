@@ -7,7 +7,8 @@
 namespace talus::coupling {
 namespace {
 
-constexpr double impact_round_off = 1e-10;   // of the energy: impacts are solved to some 1e-12 of the velocities, and e = 1 is no gain
+constexpr double impact_round_off =
+    1e-10;  // of the energy: impacts are solved to some 1e-12 of the velocities, and e = 1 is no gain
 
 /// True if one of the two is a block that strains.
 bool strains(const dda::Model& model, const Touch& t) {
@@ -17,23 +18,25 @@ bool strains(const dda::Model& model, const Touch& t) {
 
 }  // namespace
 
-/// Normal speed of the slowest impact that rebounds: a bounce too low for the accuracy asked for is none, nor is a
-/// parting as slow. An error u of velocity acts over the time L / V in which the island goes by its size, V its speed
-/// or that of a fall by L: 0.03 accuracy V is a thirtieth of what the accuracy allows [m/s].
+/// Normal speed of the slowest impact that rebounds: a bounce too low for the accuracy asked for is none, nor
+/// is a parting as slow. An error u of velocity acts over the time L / V in which the island goes by its
+/// size, V its speed or that of a fall by L: 0.03 accuracy V is a thirtieth of what the accuracy allows
+/// [m/s].
 double IslandStepper::slow_speed() const {
   return 0.03 * settings_.accuracy * std::max(speed_, std::sqrt(2 * model_.gravity.norm() * length_));
 }
 
-/// Normal speed that is none by the error of a step, v_o = eta / (4 t_c) with t_c = L / V, V the island's speed:
-/// accuracy^(3/2) V / 4 (docs/theory/contact.md, 3) [m/s].
+/// Normal speed that is none by the error of a step, v_o = eta / (4 t_c) with t_c = L / V, V the island's
+/// speed: accuracy^(3/2) V / 4 (docs/theory/contact.md, 3) [m/s].
 double IslandStepper::speed_of_none() const {
   return 0.25 * settings_.accuracy * std::sqrt(settings_.accuracy) * speed_;
 }
 
 double IslandStepper::impact_speed(const Touch& t) const {
-  // Slower than this a touch is resting contact, not an impact, and restitution is nil. A touch that carried force in the last
-  // step moves at its normal only by what the step's own error leaves; one that meets slower than the error of a step is brought
-  // to rest by the step's own row, as a gap that drift has left open is closed (fill_row).
+  // Slower than this a touch is resting contact, not an impact, and restitution is nil. A touch that carried
+  // force in the last step moves at its normal only by what the step's own error leaves; one that meets
+  // slower than the error of a step is brought to rest by the step's own row, as a gap that drift has left
+  // open is closed (fill_row).
   if (t.persistent) return 1e-4 * speed_;
   if (!t.law->restitution) return std::max(1e-9 * speed_, speed_of_none());
   return slow_speed();
@@ -43,7 +46,8 @@ bool IslandStepper::meets_hard(const Touch& t) const {
   return t.at.gap <= touch_gap() && !deformable_structure(t) && (t.stiffness == 0 || t.law->restitution);
 }
 
-/// Rows of an impulse of no duration, with so much of the restitution that their laws ask for; the most that one of these asks for.
+/// Rows of an impulse of no duration, with so much of the restitution that their laws ask for; the most that
+/// one of these asks for.
 IslandStepper::Restitution IslandStepper::impact_rows(const Restitution& part) {
   problem_.clear();
   nodes_.clear();
@@ -61,11 +65,13 @@ IslandStepper::Restitution IslandStepper::impact_rows(const Restitution& part) {
     c.cohesion = c.tension = 0;
     c.impulse.setZero();
     if (t.law->restitution && t.approach < -impact_speed(t)) {
-      c.bias[0] = part.normal * *t.law->restitution * (strains(model_, t) ? std::min(t.u_ref, 0.0) : t.approach);
+      c.bias[0] =
+          part.normal * *t.law->restitution * (strains(model_, t) ? std::min(t.u_ref, 0.0) : t.approach);
       asked.normal = std::max(asked.normal, *t.law->restitution);
     }
     if (t.law->restitution_tangential) {
-      const Vec3 slip = t.frame.transpose() * (point_velocity(state_, t.b, t.at.point_b) - partner_velocity(state_, env_, t));
+      const Vec3 slip = t.frame.transpose() *
+                        (point_velocity(state_, t.b, t.at.point_b) - partner_velocity(state_, env_, t));
       c.bias.tail<2>() = part.along * *t.law->restitution_tangential * slip.tail<2>();
       asked.along = std::max(asked.along, std::abs(*t.law->restitution_tangential));
     }
@@ -80,7 +86,10 @@ IslandStepper::Restitution IslandStepper::impact_rows(const Restitution& part) {
 /// Of the bodies with one of their velocities, in the masses of the problem [J].
 double IslandStepper::kinetic(Vec12 Body::*velocity) const {
   double sum = 0;
-  for (const Body& b : bodies_) sum += 0.5 * (b.*velocity).head(b.ndof).dot(b.free.mass.topLeftCorner(b.ndof, b.ndof) * (b.*velocity).head(b.ndof));
+  for (const Body& b : bodies_)
+    sum += 0.5 * (b.*velocity)
+                     .head(b.ndof)
+                     .dot(b.free.mass.topLeftCorner(b.ndof, b.ndof) * (b.*velocity).head(b.ndof));
   return sum;
 }
 
@@ -99,11 +108,13 @@ void IslandStepper::note_impacts_on_skin(double time) {
     }
 }
 
-/// The impulse of no duration from the state kept. Where it is unsolved all is as it was; `frozen_strain` is of begin_step().
+/// The impulse of no duration from the state kept. Where it is unsolved all is as it was; `frozen_strain` is
+/// of begin_step().
 IslandStepper::Impact IslandStepper::strike(const Restitution& part, bool frozen_strain) {
   begin_step(0, frozen_strain);
-  // A rigid impulse meets the mean motion of a straining block, whose spin has all of its angular momentum, J^-1 L: the energies of that motion and of the strain
-  // rates add up, and what the contact gives and takes is all that changes. Where the inertia is not a cube's, the spin beside the strain rates is another.
+  // A rigid impulse meets the mean motion of a straining block, whose spin has all of its angular momentum,
+  // J^-1 L: the energies of that motion and of the strain rates add up, and what the contact gives and takes
+  // is all that changes. Where the inertia is not a cube's, the spin beside the strain rates is another.
   for (Body& b : bodies_) {
     if (b.ndof != 6 || !model_.blocks[static_cast<std::size_t>(b.block)].deformable) continue;
     b.free.spin = b.free.inverse.block<3, 3>(3, 3) * b.momentum0;
@@ -119,14 +130,20 @@ IslandStepper::Impact IslandStepper::strike(const Restitution& part, bool frozen
     return Impact::unsolved;
   }
   const bool gives = part.normal * asked.normal > 0 || part.along * asked.along > 0;
-  return gives && kinetic(&Body::v_solved) > kinetic(&Body::v0) * (1 + impact_round_off) ? Impact::gains : Impact::done;
+  return gives && kinetic(&Body::v_solved) > kinetic(&Body::v0) * (1 + impact_round_off) ? Impact::gains
+                                                                                         : Impact::done;
 }
 
-/// The impulse with the largest part of the restitution between `none`, which makes no energy, and `all`, which does, that makes none.
-IslandStepper::Impact IslandStepper::most_of(const Restitution& none, const Restitution& all, bool frozen_strain) {
+/// The impulse with the largest part of the restitution between `none`, which makes no energy, and `all`,
+/// which does, that makes none.
+IslandStepper::Impact IslandStepper::most_of(const Restitution& none, const Restitution& all,
+                                             bool frozen_strain) {
   constexpr int halvings = 12;
   double least = 0, most = 1;
-  const auto part = [&](double k) { return Restitution{none.normal + k * (all.normal - none.normal), none.along + k * (all.along - none.along)}; };
+  const auto part = [&](double k) {
+    return Restitution{none.normal + k * (all.normal - none.normal),
+                       none.along + k * (all.along - none.along)};
+  };
   Impact impact = Impact::done;
   for (int i = 0; i < halvings; ++i) {
     const double middle = 0.5 * (least + most);
@@ -140,14 +157,15 @@ IslandStepper::Impact IslandStepper::most_of(const Restitution& none, const Rest
   return strike(part(least), frozen_strain);
 }
 
-/// An impulse of no duration at this time on all closed touches, if any of them approaches. False: it has no solution, all is as it was.
+/// An impulse of no duration at this time on all closed touches, if any of them approaches. False: it has no
+/// solution, all is as it was.
 bool IslandStepper::impact_stage(double time) {
   bool approaching = false, given = false, along = false;
   for (Touch& t : touches_) {
     t.row = -1;
     if (!meets_hard(t)) continue;
     along = along || t.law->restitution_tangential.value_or(0) != 0;
-    if (t.approach < -impact_speed(t) && !(t.bond() > 0)) {   // what holds together does not meet
+    if (t.approach < -impact_speed(t) && !(t.bond() > 0)) {  // what holds together does not meet
       approaching = true;
       given = given || t.law->restitution.has_value();
     }
@@ -156,9 +174,11 @@ bool IslandStepper::impact_stage(double time) {
   ++impacts_;
   ++report_.counters.impacts;
   save();
-  // What a contact is asked to keep of its slip, or to turn round, may take more work than stopping its normal motion gives: with its velocity before and after u0 and u1,
-  // W its own inverse mass, the energy changes by 1/2 (u0 + u1) . W^-1 (u1 - u0), of either sign where W couples the two. Restitution along the face is reduced
-  // first, to the most that makes none; that along the normals, which makes some with friction at several contacts alone, after it.
+  // What a contact is asked to keep of its slip, or to turn round, may take more work than stopping its
+  // normal motion gives: with its velocity before and after u0 and u1, W its own inverse mass, the energy
+  // changes by 1/2 (u0 + u1) . W^-1 (u1 - u0), of either sign where W couples the two. Restitution along the
+  // face is reduced first, to the most that makes none; that along the normals, which makes some with
+  // friction at several contacts alone, after it.
   Impact impact = strike({1, 1}, given);
   if (impact == Impact::gains && along) {
     restore();
@@ -185,7 +205,8 @@ bool IslandStepper::impact_stage(double time) {
   report_.ledger += pending_;
   note_impacts_on_skin(time);
   for (Touch& t : touches_) {
-    t.approach = t.at.normal.dot(point_velocity(state_, t.b, t.at.point_b) - partner_velocity(state_, env_, t));
+    t.approach =
+        t.at.normal.dot(point_velocity(state_, t.b, t.at.point_b) - partner_velocity(state_, env_, t));
     if (t.row >= 0 && std::abs(t.approach) < 1e-9 * speed_) t.approach = 0;
     t.row = -1;
   }

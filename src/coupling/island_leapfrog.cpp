@@ -1,21 +1,26 @@
 // Blocks at a structure in explicit steps: where those that are pressed go, and strain rates.
 //
-// Impulses act at the start of the step, and so does what a hard contact asks: x_np = x_n + h v^+ in contact, along normal and tangents. Free flow adds the parabola,
-// x_n + h v^+ - h^2 g / 2. A block that is held would then have to leave each step with v^+ = h g / 2 along its normals, but with v^+ = 0 along its tangents where
-// friction holds it: it creeps against gravity at h g / 2, which pieces held by several contacts cannot do, so that they chatter. What is pressed goes by
-// x_n + h v^+, at rest with v^+ = 0, as the structure's nodes do; what flies keeps the parabola, exact.
+// Impulses act at the start of the step, and so does what a hard contact asks: x_np = x_n + h v^+ in contact,
+// along normal and tangents. Free flow adds the parabola, x_n + h v^+ - h^2 g / 2. A block that is held would
+// then have to leave each step with v^+ = h g / 2 along its normals, but with v^+ = 0 along its tangents
+// where friction holds it: it creeps against gravity at h g / 2, which pieces held by several contacts cannot
+// do, so that they chatter. What is pressed goes by x_n + h v^+, at rest with v^+ = 0, as the structure's
+// nodes do; what flies keeps the parabola, exact.
 //
-// So v^+ of what is pressed is its velocity at the half step, as the structure's are: what lands comes with v_n - h g / 2, what takes off flies on with v^+ + h g / 2. Without that each bounce of speed v would make m g h v.
+// So v^+ of what is pressed is its velocity at the half step, as the structure's are: what lands comes with
+// v_n - h g / 2, what takes off flies on with v^+ + h g / 2. Without that each bounce of speed v would make m
+// g h v.
 //
-// Strain rates of blocks at a structure in explicit steps. The state holds them at full steps, as everywhere; within the step they are those of the half steps
-// before and after, like the structure's velocities:
+// Strain rates of blocks at a structure in explicit steps. The state holds them at full steps, as everywhere;
+// within the step they are those of the half steps before and after, like the structure's velocities:
 //
-//   (S + h^2 K / 4) epsdot_- = S epsdot_n + h/2 K eps_n             S: mass of the strains at constant angular momentum
-//   the step (dda::FlowRule::leapfrog)                              epsdot_+
-//   S epsdot_np = (S + h^2 K / 4) epsdot_+ - h/2 K eps_np
+//   (S + h^2 K / 4) epsdot_- = S epsdot_n + h/2 K eps_n             S: mass of the strains at constant
+//   angular momentum the step (dda::FlowRule::leapfrog)                              epsdot_+ S epsdot_np =
+//   (S + h^2 K / 4) epsdot_+ - h/2 K eps_np
 //
-// Without impulses that is the trapezoid, A = S + h^2 K / 4. An impulse p at n changes epsdot_n by A^-1 p, epsdot_+ by A^-1 S A^-1 p: so it brings p . (epsdot_- + epsdot_+) / 2 for
-// any step. With the trapezoid's strain rates and the positions of theta = 1 each step of a contact lost 1/2 h p A^-1 K eps.
+// Without impulses that is the trapezoid, A = S + h^2 K / 4. An impulse p at n changes epsdot_n by A^-1 p,
+// epsdot_+ by A^-1 S A^-1 p: so it brings p . (epsdot_- + epsdot_+) / 2 for any step. With the trapezoid's
+// strain rates and the positions of theta = 1 each step of a contact lost 1/2 h p A^-1 K eps.
 #include "coupling/half_steps.hpp"
 #include "coupling/island_body.hpp"
 
@@ -59,15 +64,17 @@ Vec3 BeforeFullStep::operator()(const Vec3& x) const {
 void IslandStepper::find_pressed() {
   for (Body& b : bodies_) b.pressed = b.at_half_step = false, b.converted = 0;
   if (!leapfrog()) return;
-  const auto set = [&](int block, bool Body::* flag) {
-    if (const int l = local_[static_cast<std::size_t>(block)]; l >= 0) bodies_[static_cast<std::size_t>(l)].*flag = true;
+  const auto set = [&](int block, bool Body::*flag) {
+    if (const int l = local_[static_cast<std::size_t>(block)]; l >= 0)
+      bodies_[static_cast<std::size_t>(l)].*flag = true;
   };
   const auto press = [&](int block) { set(block, &Body::pressed); };
   for (const Body& b : bodies_)
     for (const ContactMemory& m : history_[static_cast<std::size_t>(b.block)]) {
       if (m.stiffness > 0 || m.force.isZero(0)) continue;
       set(b.block, &Body::at_half_step);
-      if (static_cast<Partner::Kind>(m.partner >> 32) == Partner::Kind::block) set(static_cast<int>(m.partner & 0xffffffff), &Body::at_half_step);
+      if (static_cast<Partner::Kind>(m.partner >> 32) == Partner::Kind::block)
+        set(static_cast<int>(m.partner & 0xffffffff), &Body::at_half_step);
     }
   for (const Touch& t : touches_) {
     if (t.b < 0 || t.stiffness > 0 || !(t.persistent || t.at.gap <= touch_gap())) continue;
@@ -124,7 +131,9 @@ void IslandStepper::to_full_steps(double h) {
     if (!b.leapfrog || b.ndof != 12) continue;
     const auto k = static_cast<std::size_t>(b.block);
     const StrainDynamics d = strain_dynamics(model_.blocks[k], state_, b.block);
-    set_rates(state_, k, d, state_.eps_rate[k] + d.mass.llt().solve(0.25 * h * h * (d.stiffness * state_.eps_rate[k]) - 0.5 * h * (d.stiffness * state_.eps[k])));
+    set_rates(state_, k, d,
+              state_.eps_rate[k] + d.mass.llt().solve(0.25 * h * h * (d.stiffness * state_.eps_rate[k]) -
+                                                      0.5 * h * (d.stiffness * state_.eps[k])));
   }
 }
 

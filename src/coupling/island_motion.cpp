@@ -25,7 +25,8 @@ bool IslandStepper::begin_motion(double t0, double t1) {
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     const Saved& s = saved_[i];
     starts_.push_back({s.c, s.v, s.w, s.q, s.eps, s.eps_rate});
-    const dda::BlockEnergy e = dda::energy(model_.blocks[static_cast<std::size_t>(bodies_[i].block)], model_.gravity, starts_.back());
+    const dda::BlockEnergy e = dda::energy(model_.blocks[static_cast<std::size_t>(bodies_[i].block)],
+                                           model_.gravity, starts_.back());
     work.energy_before += e.translational + e.rotational + e.straining + e.strain_energy + e.potential;
   }
   return true;
@@ -41,7 +42,8 @@ void IslandStepper::end_motion() {
     const dda::BlockState end = dda::block_state(state_, b);
     const dda::BlockEnergy e = dda::energy(model_.blocks[static_cast<std::size_t>(b)], model_.gravity, end);
     work.energy_after += e.translational + e.rotational + e.straining + e.strain_energy + e.potential;
-    report_.motion.segments.push_back(motion_segment(model_, b, work.t0, work.t1, starts_[i], end, from_start_));
+    report_.motion.segments.push_back(
+        motion_segment(model_, b, work.t0, work.t1, starts_[i], end, from_start_));
   }
 }
 

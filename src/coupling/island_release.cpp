@@ -1,9 +1,10 @@
-// Springs whose contact vanished while they were loaded, with no other to hand their energy to: it goes into motion, along their normals.
+// Springs whose contact vanished while they were loaded, with no other to hand their energy to: it goes into
+// motion, along their normals.
 //
 //   p u + p^2 (J A^-1 J^T) / 2 = E,   u = J v the velocity at which the two part, p >= 0
 //
-// The geometry names a contact by its features; where a block presses deep into a kink or round an edge a loaded one may end from one step to the
-// next. The rest of its unloading is then an impulse.
+// The geometry names a contact by its features; where a block presses deep into a kink or round an edge a
+// loaded one may end from one step to the next. The rest of its unloading is then an impulse.
 #include <cmath>
 
 #include "coupling/island_body.hpp"
@@ -23,7 +24,11 @@ void IslandStepper::release_springs(double h) {
     const auto k = static_cast<std::size_t>(block);
     Mat12 mass, inverse;
     dda::impulse_mass(model_, state_, block, !model_.blocks[k].deformable, mass, inverse);
-    Side s{k, {}, point_row(model_.blocks[k], state_.rotation(block), dda::pose(state_, block).F.inverse(), x - state_.c[k], n), {}};
+    Side s{k,
+           {},
+           point_row(model_.blocks[k], state_.rotation(block), dda::pose(state_, block).F.inverse(),
+                     x - state_.c[k], n),
+           {}};
     s.velocity << state_.v[k], state_.w[k], state_.eps_rate[k];
     s.given = inverse * s.row;
     sides.push_back(s);
@@ -33,7 +38,8 @@ void IslandStepper::release_springs(double h) {
     std::vector<Side> sides;
     double speed = 0, flexibility = 0, scale = 0;
     const auto parts = [&] { return speed >= 0 || 2 * flexibility * spring.energy >= speed * speed; };
-    // Where it was; if the two come on there, through the centroid: they would be turned round, out of little.
+    // Where it was; if the two come on there, through the centroid: they would be turned round, out of
+    // little.
     for (const Vec3& x : {spring.place, state_.c[static_cast<std::size_t>(spring.b)]}) {
       sides.clear();
       side(spring.b, x, spring.normal, sides);
@@ -42,20 +48,23 @@ void IslandStepper::release_springs(double h) {
       for (const Side& s : sides) {
         speed += s.row.dot(s.velocity);
         flexibility += s.row.dot(s.given);
-        scale += model_.blocks[s.block].mass * (0.5 * state_.v[s.block].squaredNorm() + model_.gravity.norm() * length_);
+        scale += model_.blocks[s.block].mass *
+                 (0.5 * state_.v[s.block].squaredNorm() + model_.gravity.norm() * length_);
       }
       if (parts()) break;
     }
-    // Less than the accuracy asks for is left to the scheme: what rests is not shaken by the features that it changes.
+    // Less than the accuracy asks for is left to the scheme: what rests is not shaken by the features that it
+    // changes.
     if (sides.empty() || !parts() || !(spring.energy > 0.01 * error_limit() * scale)) continue;
-    const double impulse = 2 * spring.energy / (speed + std::sqrt(speed * speed + 2 * flexibility * spring.energy));
+    const double impulse =
+        2 * spring.energy / (speed + std::sqrt(speed * speed + 2 * flexibility * spring.energy));
     for (const Side& s : sides) {
       const Vec12 velocity = s.velocity + impulse * s.given;
       state_.v[s.block] = velocity.head<3>();
       state_.w[s.block] = velocity.segment<3>(3);
       if (model_.blocks[s.block].deformable) state_.eps_rate[s.block] = velocity.tail<6>();
     }
-    report_.ledger.algorithmic -= spring.energy;   // which the step counts as lost
+    report_.ledger.algorithmic -= spring.energy;  // which the step counts as lost
     moved = true;
   }
   if (!moved) return;

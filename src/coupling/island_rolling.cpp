@@ -1,15 +1,20 @@
 // Rolling and drilling resistance: couples about the tangents and about the normal of a contact.
 //
-//   |m_t| <= mu_r R p_n,   m_t opposite to the rolling velocity (w_b - w_a)_t     R = equivalent radius; of two blocks R_a R_b / (R_a + R_b)
-//   |m_n| <= mu_d R p_n,   m_n opposite to the drilling velocity (w_b - w_a)_n
+//   |m_t| <= mu_r R p_n,   m_t opposite to the rolling velocity (w_b - w_a)_t     R = equivalent radius; of
+//   two blocks R_a R_b / (R_a + R_b) |m_n| <= mu_d R p_n,   m_n opposite to the drilling velocity (w_b -
+//   w_a)_n
 //
-//   |m_t| <= d p_n,        of a face that bounces on springs, p_n over the face; d = 0.1 accuracy L, the part of the block size that the place of its force is not known to
+//   |m_t| <= d p_n,        of a face that bounces on springs, p_n over the face; d = 0.1 accuracy L, the part
+//   of the block size that the place of its force is not known to
 //
-// The last holds what the accuracy does not see: a face that comes flat and bounces turns a tilt into a spin, w_r t_f times it by the next bounce (w_r: frequency of its
-// rocking, t_f: time of flight), so that light blocks between heavy ones would amplify round-off of the contact problem a thousandfold in each closing of a gap.
+// The last holds what the accuracy does not see: a face that comes flat and bounces turns a tilt into a spin,
+// w_r t_f times it by the next bounce (w_r: frequency of its rocking, t_f: time of flight), so that light
+// blocks between heavy ones would amplify round-off of the contact problem a thousandfold in each closing of
+// a gap.
 //
-// They act as long as the normal force does: in an impact that has no duration as an impulse, bounded by the impact's own normal impulse.
-// A faceted body that rolls hops from edge to edge, and meets the ground in impacts alone.
+// They act as long as the normal force does: in an impact that has no duration as an impulse, bounded by the
+// impact's own normal impulse. A faceted body that rolls hops from edge to edge, and meets the ground in
+// impacts alone.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -23,7 +28,8 @@ namespace {
 /// arm * axis . w in the rows from `first` on, one for each axis; the others are empty.
 void push_couple(std::vector<double>& pool, std::span<const Vec3> axes, int ndof, double arm) {
   for (int c = 0; c < ndof; ++c)
-    for (std::size_t r = 0; r < 3; ++r) pool.push_back(r > 0 && r <= axes.size() && c >= 3 && c < 6 ? arm * axes[r - 1][c - 3] : 0.0);
+    for (std::size_t r = 0; r < 3; ++r)
+      pool.push_back(r > 0 && r <= axes.size() && c >= 3 && c < 6 ? arm * axes[r - 1][c - 3] : 0.0);
 }
 
 double equivalent_radius(double volume) { return std::cbrt(0.75 * volume / M_PI); }
@@ -40,7 +46,8 @@ double IslandStepper::rolling_arm(const Touch& t) const {
 
 /// A row between the two sides of a touch, R (w_b - w_a) . axis for each, bounded by nothing yet.
 contact::ProblemContact IslandStepper::couple(const Touch& t, std::span<const Vec3> axes) {
-  const int a = t.a.kind == Partner::Kind::block ? local_[static_cast<std::size_t>(t.a.index)] : -1, b = local_[static_cast<std::size_t>(t.b)];
+  const int a = t.a.kind == Partner::Kind::block ? local_[static_cast<std::size_t>(t.a.index)] : -1,
+            b = local_[static_cast<std::size_t>(t.b)];
   const double arm = rolling_arm(t);
   contact::ProblemContact c;
   c.first_term = static_cast<int>(problem_.terms.size());
@@ -50,12 +57,13 @@ contact::ProblemContact IslandStepper::couple(const Touch& t, std::span<const Ve
     push_couple(problem_.jacobians, axes, bodies_[static_cast<std::size_t>(body)].ndof, sign * arm);
   }
   c.terms = static_cast<int>(problem_.terms.size()) - c.first_term;
-  c.bias[0] = 1;   // its normal row never closes
+  c.bias[0] = 1;  // its normal row never closes
   c.compliance[0] = 1 / model_.blocks[static_cast<std::size_t>(t.b)].mass;
   return c;
 }
 
-/// The couples of every touch that resists rolling or drilling, after the rows of all touches; bounded by nothing yet.
+/// The couples of every touch that resists rolling or drilling, after the rows of all touches; bounded by
+/// nothing yet.
 void IslandStepper::add_rolling_rows() {
   for (const Touch& t : touches_) {
     if (couples(t) == 0) continue;
@@ -67,10 +75,11 @@ void IslandStepper::add_rolling_rows() {
   }
 }
 
-/// A couple for each pair whose springs press on a face and carry more motion than the accuracy may lose, after all other rows: its work is the scheme's, as that of
-/// fixed points. Its bound goes by the impulses of the pass before, of a contact that begins by what comes.
+/// A couple for each pair whose springs press on a face and carry more motion than the accuracy may lose,
+/// after all other rows: its work is the scheme's, as that of fixed points. Its bound goes by the impulses of
+/// the pass before, of a contact that begins by what comes.
 void IslandStepper::add_rocking_rows(double h, bool first_pass) {
-  constexpr std::size_t corners = 3;   // of a face, at least
+  constexpr std::size_t corners = 3;  // of a face, at least
   rocking_rows_ = 0;
   if (!sprung_) return;
   const double arm = 0.1 * settings_.accuracy * length_;
@@ -84,11 +93,13 @@ void IslandStepper::add_rocking_rows(double h, bool first_pass) {
       if (t.row < 0 || t.stiffness == 0) continue;
       ++points;
       swings = swings || t.energetic;
-      meets += std::max(0.0, -t.approach) * t.stiffness / t.rate_sq;   // impulse that stops its part of the masses [N s]
+      meets += std::max(0.0, -t.approach) * t.stiffness /
+               t.rate_sq;  // impulse that stops its part of the masses [N s]
       pressed += std::max(0.0, first_pass ? h * t.at.normal.dot(t.warm) : t.impulse[0]);
     }
     if (!swings || points < corners || first.b < 0) continue;
-    const auto& t = *std::find_if(touches_.begin() + static_cast<std::ptrdiff_t>(from), touches_.end(), [](const Touch& of) { return of.row >= 0 && of.stiffness > 0; });
+    const auto& t = *std::find_if(touches_.begin() + static_cast<std::ptrdiff_t>(from), touches_.end(),
+                                  [](const Touch& of) { return of.row >= 0 && of.stiffness > 0; });
     contact::ProblemContact c = couple(t, std::array<Vec3, 2>{t.frame.col(1), t.frame.col(2)});
     c.cohesion = arm / rolling_arm(t) * (pressed > 0 ? pressed : meets);
     problem_.contacts.push_back(c);
@@ -96,7 +107,8 @@ void IslandStepper::add_rocking_rows(double h, bool first_pass) {
   }
 }
 
-/// Bounds the rolling rows by the normal impulses [N s] that `pressed` tells; by how much that changed them, over what they are.
+/// Bounds the rolling rows by the normal impulses [N s] that `pressed` tells; by how much that changed them,
+/// over what they are.
 double IslandStepper::limit_rolling(const std::function<double(const Touch&)>& pressed) {
   double change = 0, all = 0;
   each_rolling(touches_, problem_, [&](const Touch& t, double resistance, contact::ProblemContact& c) {
@@ -108,21 +120,29 @@ double IslandStepper::limit_rolling(const std::function<double(const Touch&)>& p
   return all > 0 ? change / all : 0;
 }
 
-/// Solves again while the normal impulses found ask for other bounds than those it was solved with. The bounds x are a fixed point of x -> g(x), which is
-/// found by relaxation [irons1969]:  x' = x + w r,   r = g(x) - x,   w' = -w r . (r' - r) / |r' - r|^2
+/// Solves again while the normal impulses found ask for other bounds than those it was solved with. The
+/// bounds x are a fixed point of x -> g(x), which is found by relaxation [irons1969]:  x' = x + w r,   r =
+/// g(x) - x,   w' = -w r . (r' - r) / |r' - r|^2
 bool IslandStepper::solve_rolling(double h, Effort effort) {
   constexpr int most = 30;
   constexpr double same = 1e-9, least_relaxed = 0.3, most_relaxed = 4;
-  const auto found = [&](const Touch& t) { return problem_.contacts[static_cast<std::size_t>(t.row)].impulse[0]; };
+  const auto found = [&](const Touch& t) {
+    return problem_.contacts[static_cast<std::size_t>(t.row)].impulse[0];
+  };
   std::vector<double> bounds, residuals, before;
   double relaxed = 1;
   for (int i = 0; i < most; ++i) {
     if (!solve(h, effort)) return false;
     bounds.clear();
-    each_rolling(touches_, problem_, [&](const Touch&, double, const contact::ProblemContact& c) { bounds.push_back(c.cohesion); });
-    if (bounds.empty() || limit_rolling(found) <= std::max(same, h > 0 ? 0.1 * settings_.accuracy : 0.0)) break;
+    each_rolling(touches_, problem_, [&](const Touch&, double, const contact::ProblemContact& c) {
+      bounds.push_back(c.cohesion);
+    });
+    if (bounds.empty() || limit_rolling(found) <= std::max(same, h > 0 ? 0.1 * settings_.accuracy : 0.0))
+      break;
     residuals.clear();
-    each_rolling(touches_, problem_, [&](const Touch&, double, const contact::ProblemContact& c) { residuals.push_back(c.cohesion - bounds[residuals.size()]); });
+    each_rolling(touches_, problem_, [&](const Touch&, double, const contact::ProblemContact& c) {
+      residuals.push_back(c.cohesion - bounds[residuals.size()]);
+    });
     if (i > 0) {
       double along = 0, change = 0;
       for (std::size_t k = 0; k < residuals.size(); ++k) {
@@ -130,7 +150,9 @@ bool IslandStepper::solve_rolling(double h, Effort effort) {
         along += before[k] * d;
         change += d * d;
       }
-      relaxed = change > 0 && i < most / 2 ? std::clamp(-relaxed * along / change, least_relaxed, most_relaxed) : 1.0;
+      relaxed = change > 0 && i < most / 2
+                    ? std::clamp(-relaxed * along / change, least_relaxed, most_relaxed)
+                    : 1.0;
     }
     std::size_t k = 0;
     each_rolling(touches_, problem_, [&](const Touch&, double, contact::ProblemContact& c) {

@@ -12,21 +12,27 @@
 namespace talus::coupling {
 namespace {
 
-constexpr double jams_last = 0.02;   // impulses between the sides of a jam that nothing but their start holds up [s]
+constexpr double jams_last =
+    0.02;  // impulses between the sides of a jam that nothing but their start holds up [s]
 
 /// The point of a skin that weights name.
 Vec3 on_nodes(const Structure& structure, const SurfaceWeights& w) {
   Vec3 x = Vec3::Zero();
-  for (int i = 0; i < w.count; ++i) x += w.weight[static_cast<std::size_t>(i)] * structure.node_position(w.node[static_cast<std::size_t>(i)]);
+  for (int i = 0; i < w.count; ++i)
+    x += w.weight[static_cast<std::size_t>(i)] * structure.node_position(w.node[static_cast<std::size_t>(i)]);
   return x;
 }
 
-/// Where the impulse between two points acts: at that of the side that does not own the normal, or in the middle.
-Vec3 acts_between(NormalOwner owner, const Vec3& a, const Vec3& b) { return owner == NormalOwner::a ? b : owner == NormalOwner::b ? a : Vec3(0.5 * (a + b)); }
+/// Where the impulse between two points acts: at that of the side that does not own the normal, or in the
+/// middle.
+Vec3 acts_between(NormalOwner owner, const Vec3& a, const Vec3& b) {
+  return owner == NormalOwner::a ? b : owner == NormalOwner::b ? a : Vec3(0.5 * (a + b));
+}
 
 }  // namespace
 
-void write_jacobian(double* to, const Mat3& frame, const Vec3& arm, const Mat3& strain_map, const Mat3& rotation, int ndof, double sign) {
+void write_jacobian(double* to, const Mat3& frame, const Vec3& arm, const Mat3& strain_map,
+                    const Mat3& rotation, int ndof, double sign) {
   Eigen::Map<Eigen::Matrix<double, 3, Eigen::Dynamic>> j(to, 3, ndof);
   const Mat3 ft = sign * frame.transpose();
   j.leftCols<3>() = ft;
@@ -40,11 +46,16 @@ void write_jacobian(double* to, const Mat3& frame, const Vec3& arm, const Mat3& 
   }
 }
 
-NormalOwner normal_owner(const Touch& t, const dda::Model& model, const Environment& env, const Pose* pose_a) {
+NormalOwner normal_owner(const Touch& t, const dda::Model& model, const Environment& env,
+                         const Pose* pose_a) {
   if (t.a.kind == Partner::Kind::plane) return NormalOwner::a;
-  // Edges found across each other by their own search: a face that they border may press on an area with them, but does not carry their normal.
-  const bool of_edges = t.at.key >> 60 == static_cast<std::uint64_t>(contact::narrow::Form::edge_edge) && (t.at.face_a < 0 || t.on_edge);
-  if (of_edges && (t.a.kind != Partner::Kind::structure || env.structures[static_cast<std::size_t>(t.a.index)].fixed_surface)) return NormalOwner::edges;
+  // Edges found across each other by their own search: a face that they border may press on an area with
+  // them, but does not carry their normal.
+  const bool of_edges = t.at.key >> 60 == static_cast<std::uint64_t>(contact::narrow::Form::edge_edge) &&
+                        (t.at.face_a < 0 || t.on_edge);
+  if (of_edges && (t.a.kind != Partner::Kind::structure ||
+                   env.structures[static_cast<std::size_t>(t.a.index)].fixed_surface))
+    return NormalOwner::edges;
   if (t.at.face_a < 0) return t.at.face_b >= 0 ? NormalOwner::b : NormalOwner::edges;
   if (t.at.face_b < 0 && t.a.kind == Partner::Kind::block) return NormalOwner::a;
   // Both sides name a face: the normal belongs to the one it is parallel to, A first.
@@ -58,15 +69,18 @@ NormalOwner normal_owner(const Touch& t, const dda::Model& model, const Environm
                                    : env.structures[static_cast<std::size_t>(t.a.index)].index->surface();
     const auto& tri = s.triangles[static_cast<std::size_t>(t.at.face_a)];
     const Vec3& v0 = s.vertices[static_cast<std::size_t>(tri[0])];
-    face = (s.vertices[static_cast<std::size_t>(tri[1])] - v0).cross(s.vertices[static_cast<std::size_t>(tri[2])] - v0);
+    face = (s.vertices[static_cast<std::size_t>(tri[1])] - v0)
+               .cross(s.vertices[static_cast<std::size_t>(tri[2])] - v0);
   }
   if (t.at.normal.cross(face).norm() <= 1e-9 * face.norm()) return NormalOwner::a;
   return t.at.face_b >= 0 ? NormalOwner::b : NormalOwner::edges;
 }
 
-/// Adds the terms of a point of a structure's skin, with the frame's rows; returns its predicted velocity (world) and adds
-/// sign times that to u_ref (frame). `tilt`: of a point above the face, what a node's velocity along the normal moves it aside by, per entry.
-Vec3 IslandStepper::add_structure_terms(int row, int structure, const SurfaceWeights& w, const Mat3& frame, double sign, Vec3& u_ref, std::span<const Vec3> tilt) {
+/// Adds the terms of a point of a structure's skin, with the frame's rows; returns its predicted velocity
+/// (world) and adds sign times that to u_ref (frame). `tilt`: of a point above the face, what a node's
+/// velocity along the normal moves it aside by, per entry.
+Vec3 IslandStepper::add_structure_terms(int row, int structure, const SurfaceWeights& w, const Mat3& frame,
+                                        double sign, Vec3& u_ref, std::span<const Vec3> tilt) {
   if (condensed_) return add_skin_terms(row, structure, w, frame, sign, u_ref);
   const Structure& s = *env_.structures[static_cast<std::size_t>(structure)].structure;
   Vec3 velocity = Vec3::Zero();
@@ -74,7 +88,8 @@ Vec3 IslandStepper::add_structure_terms(int row, int structure, const SurfaceWei
     const int node = w.node[static_cast<std::size_t>(i)];
     const double weight = w.weight[static_cast<std::size_t>(i)];
     if (weight == 0 && tilt.empty()) continue;
-    const Vec3 v_hat = s.predicted_velocity(node), aside = tilt.empty() ? Vec3(Vec3::Zero()) : tilt[static_cast<std::size_t>(i)];
+    const Vec3 v_hat = s.predicted_velocity(node),
+               aside = tilt.empty() ? Vec3(Vec3::Zero()) : tilt[static_cast<std::size_t>(i)];
     velocity += weight * v_hat + frame.col(0).dot(v_hat) * aside;
     const double mass = s.node_mass(node);
     if (!std::isfinite(mass)) {
@@ -92,7 +107,9 @@ Vec3 IslandStepper::add_structure_terms(int row, int structure, const SurfaceWei
   return velocity;
 }
 
-double IslandStepper::left_inside(double gap, double h) const { return coupling::left_inside(gap, island_->blocks.empty() ? speed_ : fastest_, h); }
+double IslandStepper::left_inside(double gap, double h) const {
+  return coupling::left_inside(gap, island_->blocks.empty() ? speed_ : fastest_, h);
+}
 
 void IslandStepper::add_surface_row(Touch& t, double h, bool first_pass) {
   t.normal = t.at.normal;
@@ -103,8 +120,9 @@ void IslandStepper::add_surface_row(Touch& t, double h, bool first_pass) {
   Vec3 u_ref = Vec3::Zero();
   const TriangleSurface& skin = env_.structures[static_cast<std::size_t>(t.a.index)].index->surface();
   const SurfaceWeights face = surface_weights(skin, t.at.face_a, t.at.point_a);
-  // The face's side goes along with the face to where the node is, g away along its normal, which turns by n' = -sum grad N_i (n . v_i): together they may turn as one, and friction
-  // over a gap or a depth makes no moment.
+  // The face's side goes along with the face to where the node is, g away along its normal, which turns by n'
+  // = -sum grad N_i (n . v_i): together they may turn as one, and friction over a gap or a depth makes no
+  // moment.
   std::array<Vec3, 12> tilt = weight_gradients(skin, t.at.face_a, face);
   for (Vec3& aside : tilt) aside *= -(t.at.point_b - t.at.point_a).dot(t.normal);
   const Vec3 a = add_structure_terms(t.row, t.a.index, face, t.frame, -1, u_ref, tilt);
@@ -120,9 +138,12 @@ void IslandStepper::add_surface_row(Touch& t, double h, bool first_pass) {
   t.theta = 1;
   t.u_ref = u_ref[0];
   t.gap_ref = t.at.gap + h * t.normal.dot(b - a);
-  if (t.mode == Mode::end) c.bias[0] = (t.gap_ref - left_inside(t.at.gap, h)) / h - t.u_ref;
-  else secant_row(t, c, h, first_pass);
-  if (t.shear_stiffness > 0 && t.mode != Mode::end && c.friction + c.cohesion > 0) shear_row(t, c, h, t.frame.transpose() * (h * (b - a)), u_ref);
+  if (t.mode == Mode::end)
+    c.bias[0] = (t.gap_ref - left_inside(t.at.gap, h)) / h - t.u_ref;
+  else
+    secant_row(t, c, h, first_pass);
+  if (t.shear_stiffness > 0 && t.mode != Mode::end && c.friction + c.cohesion > 0)
+    shear_row(t, c, h, t.frame.transpose() * (h * (b - a)), u_ref);
   c.impulse = first_pass ? Vec3(h * (t.frame.transpose() * t.warm)) : t.impulse;
   problem_.contacts.push_back(c);
 }
@@ -142,7 +163,8 @@ void IslandStepper::begin_rows() {
   held_.clear();
 }
 
-/// The next row, its terms and the room for their Jacobians; at a skin that moves the terms follow from the nodes that it names.
+/// The next row, its terms and the room for their Jacobians; at a skin that moves the terms follow from the
+/// nodes that it names.
 void IslandStepper::place_row(Touch& t) {
   t.row = static_cast<int>(problem_.contacts.size());
   contact::ProblemContact& c = problem_.contacts.emplace_back();
@@ -167,8 +189,10 @@ void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
 
 /// A row of the problem under assembly: at once, or without structures its place alone.
 void IslandStepper::take_row(Touch& t, double h, bool first_pass) {
-  if (island_->structures.empty()) place_row(t);
-  else add_row(t, h, first_pass);
+  if (island_->structures.empty())
+    place_row(t);
+  else
+    add_row(t, h, first_pass);
 }
 
 /// Every row that has its place alone.
@@ -180,25 +204,32 @@ void IslandStepper::fill_rows(double h, bool first_pass) {
   });
 }
 
-/// Where springs act within the step its impulses do not all act from its start: x + h v^+ holds for blocks of the springs' end rule alone.
+/// Where springs act within the step its impulses do not all act from its start: x + h v^+ holds for blocks
+/// of the springs' end rule alone.
 bool IslandStepper::onsets_by_trapezoid(const Body* a, const Body& b) const {
   return sprung_ && !(b.end_rule && (a == nullptr || a->end_rule));
 }
 
-/// A contact spring of a block that strains, beside a structure in explicit steps. A bed's columns know where the block lies.
+/// A contact spring of a block that strains, beside a structure in explicit steps. A bed's columns know where
+/// the block lies.
 bool IslandStepper::goes_by_its_row(const Touch& t) const {
   const auto strains = [&](int block) { return model_.blocks[static_cast<std::size_t>(block)].deformable; };
-  return leapfrog() && t.stiffness > 0 && t.b >= 0 && !t.normal_law.bed && (strains(t.b) || (t.a.kind == Partner::Kind::block && strains(t.a.index)));
+  return leapfrog() && t.stiffness > 0 && t.b >= 0 && !t.normal_law.bed &&
+         (strains(t.b) || (t.a.kind == Partner::Kind::block && strains(t.a.index)));
 }
 
-/// Normal velocity at which such a spring's sides part, at the point that its impulse acts at, in the present state [m/s].
+/// Normal velocity at which such a spring's sides part, at the point that its impulse acts at, in the present
+/// state [m/s].
 double IslandStepper::parts_at(const Touch& t) const {
-  if (!goes_by_its_row(t)) return t.at.normal.dot(point_velocity(state_, t.b, t.at.point_b) - partner_velocity(state_, env_, t));
-  if (deformable_structure(t)) return t.at.normal.dot(point_velocity(state_, t.b, t.at.point_a) - partner_velocity(state_, env_, t));
+  if (!goes_by_its_row(t))
+    return t.at.normal.dot(point_velocity(state_, t.b, t.at.point_b) - partner_velocity(state_, env_, t));
+  if (deformable_structure(t))
+    return t.at.normal.dot(point_velocity(state_, t.b, t.at.point_a) - partner_velocity(state_, env_, t));
   const bool blocks = t.a.kind == Partner::Kind::block;
   const Pose pose = blocks ? dda::pose(state_, t.a.index) : Pose{};
   const Vec3 x = acts_between(normal_owner(t, model_, env_, &pose), t.at.point_a, t.at.point_b);
-  return t.at.normal.dot(point_velocity(state_, t.b, x) - (blocks ? point_velocity(state_, t.a.index, x) : Vec3(Vec3::Zero())));
+  return t.at.normal.dot(point_velocity(state_, t.b, x) -
+                         (blocks ? point_velocity(state_, t.a.index, x) : Vec3(Vec3::Zero())));
 }
 
 void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
@@ -208,14 +239,15 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
     const int l = local_[static_cast<std::size_t>(t.a.index)];
     if (l >= 0) body_a = &bodies_[static_cast<std::size_t>(l)];
   }
-  const bool with_structure = t.a.kind == Partner::Kind::structure && !env_.structures[static_cast<std::size_t>(t.a.index)].fixed_surface;
+  const bool with_structure = t.a.kind == Partner::Kind::structure &&
+                              !env_.structures[static_cast<std::size_t>(t.a.index)].fixed_surface;
 
   // Normal and point at mid-step and at the end, carried by the bodies that own them.
   Pose fixed_pose;
   if (t.a.kind == Partner::Kind::block && body_a == nullptr) fixed_pose = dda::pose(state_, t.a.index);
   const NormalOwner owner = normal_owner(t, model_, env_, body_a != nullptr ? &body_a->start : &fixed_pose);
   const Body* carrier = owner == NormalOwner::a ? body_a : owner == NormalOwner::b ? &body_b : nullptr;
-  const bool kick = leapfrog() && t.stiffness > 0;   // an impulse of the start
+  const bool kick = leapfrog() && t.stiffness > 0;  // an impulse of the start
   Vec3 n_mid = t.at.normal, n_end = t.at.normal;
   if (carrier != nullptr) {
     if (!kick) n_mid = carrier->half_turn * t.at.normal;
@@ -226,14 +258,22 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
   const Vec3 b_mid = mid_of(&body_b, t.at.point_b), b_end = end_of(&body_b, t.at.point_b);
   const Vec3 a_mid = mid_of(body_a, t.at.point_a), a_end_body = end_of(body_a, t.at.point_a);
   Vec3 p_mid = acts_between(owner, a_mid, b_mid);
-  Vec3 p_end = owner == NormalOwner::a ? b_end : owner == NormalOwner::b ? a_end_body : 0.5 * (a_end_body + b_end);
-  Mat3 turned = carrier != nullptr ? carrier->half_turn : Mat3::Identity(), turned_on = turned;   // of the frame: from the start to mid-step, from there to the end
+  Vec3 p_end = owner == NormalOwner::a   ? b_end
+               : owner == NormalOwner::b ? a_end_body
+                                         : 0.5 * (a_end_body + b_end);
+  Mat3 turned = carrier != nullptr ? carrier->half_turn : Mat3::Identity(),
+       turned_on = turned;  // of the frame: from the start to mid-step, from there to the end
   if (owner == NormalOwner::edges && island_->structures.empty()) {
-    if (const auto edges = crossed_edges(t, model_, env_, body_a != nullptr ? body_a->start : fixed_pose, body_b.start)) {
-      const auto at_mid = [](const Body* b, const Vec3& d) { return b != nullptr ? Vec3(b->half_turn * d) : d; };
+    if (const auto edges =
+            crossed_edges(t, model_, env_, body_a != nullptr ? body_a->start : fixed_pose, body_b.start)) {
+      const auto at_mid = [](const Body* b, const Vec3& d) {
+        return b != nullptr ? Vec3(b->half_turn * d) : d;
+      };
       const auto at_end = [](const Body* b, const Vec3& d) { return b != nullptr ? Vec3(b->carry * d) : d; };
-      const EdgeMeeting mid = meet(a_mid, at_mid(body_a, edges->a), b_mid, at_mid(&body_b, edges->b), t.at.normal);
-      const EdgeMeeting end = meet(a_end_body, at_end(body_a, edges->a), b_end, at_end(&body_b, edges->b), t.at.normal);
+      const EdgeMeeting mid =
+          meet(a_mid, at_mid(body_a, edges->a), b_mid, at_mid(&body_b, edges->b), t.at.normal);
+      const EdgeMeeting end =
+          meet(a_end_body, at_end(body_a, edges->a), b_end, at_end(&body_b, edges->b), t.at.normal);
       n_mid = mid.normal, p_mid = mid.between();
       n_end = end.normal, p_end = end.between();
       turned = Quat::FromTwoVectors(t.at.normal, n_mid).toRotationMatrix();
@@ -248,21 +288,25 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
     const TriangleSurface& skin = env_.structures[static_cast<std::size_t>(t.a.index)].index->surface();
     face = skin_weights(t, skin, condensed_ ? p_mid_b : t.at.point_a);
     t.acts_at = t.at.point_a;
-    if (condensed_ || t.normal_law.bed) t.acts_at = on_nodes(*env_.structures[static_cast<std::size_t>(t.a.index)].structure, face);
+    if (condensed_ || t.normal_law.bed)
+      t.acts_at = on_nodes(*env_.structures[static_cast<std::size_t>(t.a.index)].structure, face);
     p_mid_a = p_mid_b = t.acts_at;
   }
 
   t.normal = n_mid;
   t.frame = contact_frame(n_mid);
   contact::ProblemContact c = problem_.contacts[static_cast<std::size_t>(t.row)];
-  Vec3 u_ref = Vec3::Zero(), u_before = Vec3::Zero();   // J v_ref, and by the velocities that work is told of at the start
-  // Positions at the end by theta: about the point that keeps the angular momentum, c_n + (1 - theta) (c_np - c_n).
+  Vec3 u_ref = Vec3::Zero(),
+       u_before = Vec3::Zero();  // J v_ref, and by the velocities that work is told of at the start
+  // Positions at the end by theta: about the point that keeps the angular momentum, c_n + (1 - theta) (c_np -
+  // c_n).
   const bool from_start = leapfrog();
   const bool stretches = t.shear_stiffness > 0 && t.mode == Mode::spring_mean && !with_structure;
   int next = c.first_term;
   const auto add_body = [&](const Body& b, const Vec3& p, double sign) {
     double* j = problem_.jacobians.data() + problem_.terms[static_cast<std::size_t>(next++)].jacobian;
-    write_jacobian(j, t.frame, p - (from_start ? b.start.c : b.about), b.start.F.inverse() * b.half_turn.transpose(), b.half_turn * b.rotation0, b.ndof, sign);
+    write_jacobian(j, t.frame, p - (from_start ? b.start.c : b.about),
+                   b.start.F.inverse() * b.half_turn.transpose(), b.half_turn * b.rotation0, b.ndof, sign);
     const Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>> rows(j, 3, b.ndof);
     u_ref += rows * b.v_ref.head(b.ndof);
     if (!stretches) return;
@@ -277,16 +321,20 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
     a_end += h * add_structure_terms(t.row, t.a.index, face, t.frame, -1, u_ref);
     u_skin = u_ref - before;
     next = static_cast<int>(problem_.terms.size());
-    problem_.terms.push_back({static_cast<int>(&body_b - bodies_.data()), static_cast<int>(problem_.jacobians.size())});
+    problem_.terms.push_back(
+        {static_cast<int>(&body_b - bodies_.data()), static_cast<int>(problem_.jacobians.size())});
     problem_.jacobians.resize(problem_.jacobians.size() + 3 * static_cast<std::size_t>(body_b.ndof));
     c.terms = next + 1 - c.first_term;
   }
   add_body(body_b, p_mid_b, 1);
 
-  // The spring of a block that strains goes by the way of the point that its impulse acts at, as the impulse's work does: one as deep aside as the spring is strained otherwise.
+  // The spring of a block that strains goes by the way of the point that its impulse acts at, as the
+  // impulse's work does: one as deep aside as the spring is strained otherwise.
   Vec3 aside = Vec3::Zero();
   if (goes_by_its_row(t)) {
-    const auto beyond = [](const Body& b, const Vec3& acts, const Vec3& x) { return Vec3((b.at_end(acts) - acts) - (b.at_end(x) - x)); };
+    const auto beyond = [](const Body& b, const Vec3& acts, const Vec3& x) {
+      return Vec3((b.at_end(acts) - acts) - (b.at_end(x) - x));
+    };
     if (body_b.ndof == 12) aside += beyond(body_b, p_mid_b, t.at.point_b);
     if (body_a != nullptr && body_a->ndof == 12) aside -= beyond(*body_a, p_mid_a, t.at.point_a);
   }
@@ -304,10 +352,12 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
   t.gap_ref = gap_ref;
   t.u_ref = u_ref[0];
   const ContactLaw& law = *t.law;
-  c.friction = friction_now(state_, t, 0.5 * h * u_ref.tail<2>().norm());   // at mid-step
-  const bool apart = with_structure && !t.glued && t.at.gap > near_gap();   // rows at a structure reach ahead of what touches
+  c.friction = friction_now(state_, t, 0.5 * h * u_ref.tail<2>().norm());  // at mid-step
+  const bool apart =
+      with_structure && !t.glued && t.at.gap > near_gap();  // rows at a structure reach ahead of what touches
   if (!t.broken && t.at.area > 0 && !apart) {
-    c.cohesion = (law.cohesion + (t.glued ? t.bond_cohesion : 0.0)) * t.at.area * h;   // a bridge once lost is lost for good
+    c.cohesion = (law.cohesion + (t.glued ? t.bond_cohesion : 0.0)) * t.at.area *
+                 h;  // a bridge once lost is lost for good
     if (t.glued) c.tension = (law.tension + t.bond_tension) * t.at.area * h;
   }
   t.ploughing = 0;
@@ -319,7 +369,8 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
     case Mode::closed:
       t.theta = leapfrog() ? 1 : 0.5;
       c.bias = u_end - u_ref;
-      // An opening left by the drift may close, but no faster than what is no motion by the error of a step; a crossing is projected, never pushed.
+      // An opening left by the drift may close, but no faster than what is no motion by the error of a step;
+      // a crossing is projected, never pushed.
       if (t.at.gap > 1e-10 * length_) c.bias[0] += std::min(0.5 * t.at.gap / h, speed_of_none());
       break;
     case Mode::end: {
@@ -330,34 +381,45 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
         if (!t.glued) c.bias[0] += approach_left(t, h);
         break;
       }
-      c.bias[0] = (gap_ref - (!with_structure ? 0.0 : t.glued ? t.at.gap : left_inside(t.at.gap, h))) / h - u_ref[0];   // what is bonded stays where it is
+      c.bias[0] = (gap_ref - (!with_structure ? 0.0
+                              : t.glued       ? t.at.gap
+                                              : left_inside(t.at.gap, h))) /
+                      h -
+                  u_ref[0];  // what is bonded stays where it is
       if (!first_pass) c.bias.tail<2>().setZero();
       if (with_structure) break;
-      // The step ends at x + h v^+ (apply): what the linearisation's own displacement has beyond h v_ref is taken off. A crossing is
-      // projected, never pushed.
+      // The step ends at x + h v^+ (apply): what the linearisation's own displacement has beyond h v_ref is
+      // taken off. A crossing is projected, never pushed.
       const auto beyond = [&](const Body& b) { return Vec3(b.ref.c - b.start.c - h * b.v_ref.head<3>()); };
       Vec3 ahead = beyond(body_b);
       if (body_a != nullptr) ahead -= beyond(*body_a);
       c.bias[0] = std::max(0.0, c.bias[0] - n_end.dot(ahead) / h);
-      if (law.restitution && t.at.gap <= 1e-7 * length_ && t.approach < -1e-6 * speed_) c.bias[0] = *law.restitution * t.approach;
+      if (law.restitution && t.at.gap <= 1e-7 * length_ && t.approach < -1e-6 * speed_)
+        c.bias[0] = *law.restitution * t.approach;
       break;
     }
     case Mode::spring_mean:
     case Mode::spring_end: {
-      // The law about the indentation reached by the last pass: force + slope (x - x_last), x = -gap_ref - theta h (u - u_ref).
+      // The law about the indentation reached by the last pass: force + slope (x - x_last), x = -gap_ref -
+      // theta h (u - u_ref).
       const bool mean = t.mode == Mode::spring_mean;
       t.theta = mean ? 0.5 : 1;
-      // At a condensed step the indentation follows the velocity at the end, whatever the rule of the positions.
+      // At a condensed step the indentation follows the velocity at the end, whatever the rule of the
+      // positions.
       const bool by_rate = with_structure && condensed_ && !mean;
       if (by_rate) t.gap_ref = t.at.gap + h * u_ref[0];
       if (first_pass) t.indentation = -t.gap_ref;
       double slope = t.normal_law.slope(t.indentation);
-      const bool balanced = !mean && !first_pass && !with_structure && (body_b.follows || (body_a != nullptr && body_a->follows));
-      const double force = mean ? mean_force(t, slope) : balanced ? t.balanced_force : t.normal_law.force(t.indentation);
-      slope = std::max(slope, 1e-6 * t.stiffness);   // a level stretch of the law still needs a row
+      const bool balanced = !mean && !first_pass && !with_structure &&
+                            (body_b.follows || (body_a != nullptr && body_a->follows));
+      const double force = mean       ? mean_force(t, slope)
+                           : balanced ? t.balanced_force
+                                      : t.normal_law.force(t.indentation);
+      slope = std::max(slope, 1e-6 * t.stiffness);  // a level stretch of the law still needs a row
       const double spring = t.theta * h * h * slope, dashpot = t.theta * h * t.dashpot;
       c.compliance[0] = 1 / (spring + dashpot);
-      c.bias[0] = c.compliance[0] * (h * slope * (t.gap_ref + t.indentation) - h * force - spring * u_ref[0] + (mean ? dashpot * t.approach : 0.0));
+      c.bias[0] = c.compliance[0] * (h * slope * (t.gap_ref + t.indentation) - h * force - spring * u_ref[0] +
+                                     (mean ? dashpot * t.approach : 0.0));
       break;
     }
     case Mode::spring_secant:
@@ -367,11 +429,16 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
       break;
     case Mode::idle: break;
   }
-  if (t.shear_stiffness > 0 && c.friction + c.cohesion > 0 && (t.mode == Mode::spring_mean || t.mode == Mode::spring_end || t.mode == Mode::spring_secant)) {
-    // A shear spring is stretched by the way of the point that its force acts at, by the velocities that tell the force's work: a depth inside the other side, what turns moves another way.
+  if (t.shear_stiffness > 0 && c.friction + c.cohesion > 0 &&
+      (t.mode == Mode::spring_mean || t.mode == Mode::spring_end || t.mode == Mode::spring_secant)) {
+    // A shear spring is stretched by the way of the point that its force acts at, by the velocities that tell
+    // the force's work: a depth inside the other side, what turns moves another way.
     const bool by_rates = kick || !with_structure || (condensed_ && t.mode == Mode::spring_end);
     const Vec3 way = stretches ? Vec3(0.5 * (u_before + u_ref)) : u_ref;
-    shear_row(t, c, h, by_rates ? Vec3(h * way) : Vec3(t.frame.transpose() * ((b_end - t.at.point_b) - (a_end - t.at.point_a))), u_ref);
+    shear_row(t, c, h,
+              by_rates ? Vec3(h * way)
+                       : Vec3(t.frame.transpose() * ((b_end - t.at.point_b) - (a_end - t.at.point_a))),
+              u_ref);
   }
   t.slip_row = t.frame.rightCols<2>().transpose() * (turned * t.slip);
   if (t.swings) c.bias.tail<2>() += t.slip_row;
@@ -381,19 +448,22 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
 
 void IslandStepper::assemble(double h, bool lumped, bool first_pass) {
   begin_rows();
-  std::size_t pair = 0;   // touches follow the order of the pairs
+  std::size_t pair = 0;  // touches follow the order of the pairs
   for (Touch& t : touches_) {
     t.row = -1;
     if (first_pass) {
-      while (pair < ahead_.size() && !(island_->pairs[pair].a == t.a && island_->pairs[pair].b == t.b)) ++pair;
+      while (pair < ahead_.size() && !(island_->pairs[pair].a == t.a && island_->pairs[pair].b == t.b))
+        ++pair;
       t.mode = Mode::idle;
       const bool at_structure = deformable_structure(t);
       if (t.stiffness > 0) {
         t.mode = t.spring;
       } else if (at_structure) {
         if (t.at.gap + h * t.approach < 0.02 * length_) t.mode = Mode::end;
-      } else if (t.at.gap <= touch_gap() || (!lumped && t.at.gap <= near_gap() && std::abs(t.approach) <= slow_speed())) {
-        const double resting = lumped ? 1e-3 * model_.gravity.norm() * h + 1e-9 * speed_ : std::max(slow_speed(), (t.persistent ? 1e-4 : 1e-9) * speed_);
+      } else if (t.at.gap <= touch_gap() ||
+                 (!lumped && t.at.gap <= near_gap() && std::abs(t.approach) <= slow_speed())) {
+        const double resting = lumped ? 1e-3 * model_.gravity.norm() * h + 1e-9 * speed_
+                                      : std::max(slow_speed(), (t.persistent ? 1e-4 : 1e-9) * speed_);
         if (t.approach > resting)
           t.mode = lumped ? Mode::end : Mode::idle;
         else if ((t.approach < -resting && lumped) || (settling_ && t.approach > 0))
@@ -401,9 +471,11 @@ void IslandStepper::assemble(double h, bool lumped, bool first_pass) {
         else
           t.mode = Mode::closed;
       } else if (pair < meets_to_rebound_.size() && meets_to_rebound_[pair] != 0) {
-        continue;   // the step ends before it closes
-      } else if (lumped && (t.met || (pair < ahead_.size() && ahead_[pair] > 0) || t.at.gap + h * t.approach - h * h * model_.gravity.norm() < row_reach())) {
-        t.mode = Mode::end;   // others cannot close within the step, are met by its solution, or are caught by the projection
+        continue;  // the step ends before it closes
+      } else if (lumped && (t.met || (pair < ahead_.size() && ahead_[pair] > 0) ||
+                            t.at.gap + h * t.approach - h * h * model_.gravity.norm() < row_reach())) {
+        t.mode = Mode::end;  // others cannot close within the step, are met by its solution, or are caught by
+                             // the projection
       }
     }
     if (t.mode != Mode::idle) take_row(t, h, first_pass);
@@ -417,7 +489,9 @@ void IslandStepper::assemble(double h, bool lumped, bool first_pass) {
   if (onset && !sprung && island_->structures.empty())
     for (Body& b : bodies_) b.about = b.start.c;
   fill_rows(h, first_pass);
-  const bool give = leapfrog() && problem_.contacts.size() > many_contacts;   // of many rows the least impulses are the solution, and those of the step before near to them
+  const bool give = leapfrog() && problem_.contacts.size() >
+                                      many_contacts;  // of many rows the least impulses are the solution, and
+                                                      // those of the step before near to them
   if (leapfrog()) spare_jammed(touches_, touch_gap(), give ? std::exp(-h / jams_last) : 0.0, problem_);
   add_rolling_rows();
   limit_rolling([&](const Touch& t) { return first_pass ? h * t.frame.col(0).dot(t.warm) : t.impulse[0]; });
@@ -466,7 +540,8 @@ void IslandStepper::finish_bodies() {
     p.offset = offset;
     offset += 3;
     pool_offset_.push_back(pool_.size());
-    const std::array<bool, 3> held = env_.structures[static_cast<std::size_t>(n.structure)].structure->node_held(n.node);
+    const std::array<bool, 3> held =
+        env_.structures[static_cast<std::size_t>(n.structure)].structure->node_held(n.node);
     for (int pass = 0; pass < 2; ++pass)
       for (int c = 0; c < 3; ++c)
         for (int r = 0; r < 3; ++r) {

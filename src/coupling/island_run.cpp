@@ -11,8 +11,9 @@
 
 namespace talus::coupling {
 namespace {
-constexpr double lengthening = 1.02;   // of a step at a structure, at most
-constexpr double most_work = 10000;    // contacts times factorisations that events may cost per step of a large island, or `dearer` times what such a step costs itself
+constexpr double lengthening = 1.02;  // of a step at a structure, at most
+constexpr double most_work = 10000;  // contacts times factorisations that events may cost per step of a large
+                                     // island, or `dearer` times what such a step costs itself
 constexpr double factorisations = 15;  // of a time step, or of an event
 constexpr int most_grazes = 10;        // steps of a stretch cut short by an onset that was none
 
@@ -22,9 +23,10 @@ double equal_part(double time, double h) { return h < time ? time / std::ceil(ti
 bool hard_alone(const std::vector<Touch>& touches) {
   return std::all_of(touches.begin(), touches.end(), [](const Touch& t) { return t.stiffness == 0; });
 }
-}
+}  // namespace
 
-IslandReport IslandStepper::advance(const Island& island, double t, double duration, double first_step, const std::atomic<int>* stop, std::span<const double> rows) {
+IslandReport IslandStepper::advance(const Island& island, double t, double duration, double first_step,
+                                    const std::atomic<int>* stop, std::span<const double> rows) {
   begin(island);
   stop_ = stop;
   rows_ = rows;
@@ -45,10 +47,11 @@ IslandReport IslandStepper::run(double t, double duration) {
   stretch_start_ = t, stretch_ = duration;
   last_length_ = 0;
   sheds_ = shed_ = false;
-  int grazes = 0, impacts_when_cut = -1;   // the latter: negative if the last step was not cut short
-  double longest = std::numeric_limits<double>::infinity();   // of the next step, where the last try found no solution [s]
+  int grazes = 0, impacts_when_cut = -1;  // the latter: negative if the last step was not cut short
+  double longest =
+      std::numeric_limits<double>::infinity();  // of the next step, where the last try found no solution [s]
   condensed_ = with_structure && may_condense(t, duration);
-  bool restless = small || with_structure || settings_.fixed_step > 0;   // no long steps of what stands
+  bool restless = small || with_structure || settings_.fixed_step > 0;  // no long steps of what stands
   for (int b : island_->blocks) restless = restless || model_.blocks[static_cast<std::size_t>(b)].deformable;
   while (duration - done > 1e-12 * duration) {
     Trial trial;
@@ -57,33 +60,41 @@ IslandReport IslandStepper::run(double t, double duration) {
     if (event_driven() && hard_alone(touches_) && (jammed() || too_much_happens(duration))) go_time_stepped();
     trial.lumped = !event_driven() || grazes > most_grazes || jammed();
     trial.h = next_length(trial, duration, longest);
-    if (!restless && trial.h < trial.remaining * (1 - 1e-9) && has_closed() && hard_alone(touches_) && stand(model_, state_, island_->blocks, still_speed(model_, trial.h)))
+    if (!restless && trial.h < trial.remaining * (1 - 1e-9) && has_closed() && hard_alone(touches_) &&
+        stand(model_, state_, island_->blocks, still_speed(model_, trial.h)))
       trial.usual = std::exchange(trial.h, trial.remaining);
     find(trial.h);
     const int impacts_before = impacts_;
     release_springs(trial.h);
     if (with_structure && !condensed_) blow(trial.start, trial.h);
-    if (!trial.lumped && !impact_stage(trial.start)) {   // what no impulse of no duration solves is jammed
+    if (!trial.lumped && !impact_stage(trial.start)) {  // what no impulse of no duration solves is jammed
       unsolved_ = most_unsolved;
       trial.lumped = true;
       trial.h = std::min(trial.h, step_limit(trial.remaining, true));
     }
     meets_to_rebound_.clear();
-    if (trial.lumped && !with_structure && settings_.fixed_step <= 0 && std::ranges::any_of(touches_, [&](const Touch& t) { return rebounds(t); }) && !costs_too_much(duration, true)) {
-      if (rebound_waits()) impact_stage(trial.start);   // where it has no solution, the rows of the step have what they can of it
+    if (trial.lumped && !with_structure && settings_.fixed_step <= 0 &&
+        std::ranges::any_of(touches_, [&](const Touch& t) { return rebounds(t); }) &&
+        !costs_too_much(duration, true)) {
+      if (rebound_waits())
+        impact_stage(trial.start);  // where it has no solution, the rows of the step have what they can of it
       trial.h = std::min(trial.h, first_rebound(trial.h));
     }
     if (impacts_ != impacts_before) allowed_.reset();
     grazes += impacts_when_cut == impacts_;
     weigh_springs();
-    if (settings_.fixed_step <= 0 && !condensed_) trial.h = std::min(trial.h, spring_limit(trial.h, trial.lumped));
-    // Where no error is judged at both ends (springs, strains, fixed points) motion within a step stays a small part of the block size.
-    if (settings_.fixed_step <= 0 && event_driven() && has_closed() && !looks_ahead()) trial.h = std::min(trial.h, step_limit(trial.remaining, true));
+    if (settings_.fixed_step <= 0 && !condensed_)
+      trial.h = std::min(trial.h, spring_limit(trial.h, trial.lumped));
+    // Where no error is judged at both ends (springs, strains, fixed points) motion within a step stays a
+    // small part of the block size.
+    if (settings_.fixed_step <= 0 && event_driven() && has_closed() && !looks_ahead())
+      trial.h = std::min(trial.h, step_limit(trial.remaining, true));
     const bool long_step = trial.usual > 0;
     before_drift_.overlaps = sum_of_overlaps();
     if (!take(trial)) return report_;
     restless = restless || (long_step && trial.usual == 0);
-    if (!small && !with_structure) suggested_ = trial.usual > 0 ? trial.h : 0;   // as far is searched next time
+    if (!small && !with_structure)
+      suggested_ = trial.usual > 0 ? trial.h : 0;  // as far is searched next time
     double taken = trial.h;
     if (!trial.lumped && !locate_event(taken, trial.passes)) {
       reject();
@@ -92,31 +103,33 @@ IslandReport IslandStepper::run(double t, double duration) {
       if (longest < settings_.min_step) return fail_at_smallest_step();
       continue;
     }
-    if (report_.stopped) return report_;   // no onset was sought
+    if (report_.stopped) return report_;  // no onset was sought
     if (taken != trial.h) allowed_.reset();
     longest = std::numeric_limits<double>::infinity();
     impacts_when_cut = taken < 0.02 * trial.h ? impacts_ : -1;
     if (condensed_ && !correct_skins(trial.start, taken)) {
       reject();
-      condensed_ = false;   // for the rest of the stretch
+      condensed_ = false;  // for the rest of the stretch
       continue;
     }
     keep_for_drift();
     correct_structures(trial.start, taken);
-    const bool released = released_;   // at its start
+    const bool released = released_;  // at its start
     const bool recorded = begin_motion(trial.start, t + (done + taken));
     commit(t + done + taken, taken);
     last_length_ = leapfrog() ? taken : 0;
     ++report_.counters.steps;
     report_.counters.contacts += static_cast<long>(touches_.size());
     report_.counters.last_step = taken;
-    std::vector<contact::Motion> made(bodies_.size());   // of watched blocks: the correction of drift has starts of its own
+    std::vector<contact::Motion> made(
+        bodies_.size());  // of watched blocks: the correction of drift has starts of its own
     for (std::size_t i = 0; i < bodies_.size(); ++i)
       if (island_->watched[i] != 0) made[i] = motion_of(bodies_[i].block, trial.lumped);
     if (!problem_.contacts.empty() || trial.closed) {
       rest_check(taken);
       // At structures as far as the next step reaches, which then need not search again.
-      const double penetration = project(with_structure && !condensed_ ? lengthening * std::max(suggested_, taken) : taken);
+      const double penetration =
+          project(with_structure && !condensed_ ? lengthening * std::max(suggested_, taken) : taken);
       if (drift_beyond_motion(taken)) {
         take_back();
         released_ = released;
@@ -139,11 +152,13 @@ IslandReport IslandStepper::run(double t, double duration) {
   return report_;
 }
 
-/// For the rest of the stretch: its steps are others, and so is what they reach. Time steps lose energy of first order in their length: they are as short as the
-/// work that events have taken in vain would have paid for over the stretch, so that neither costs more than the other.
+/// For the rest of the stretch: its steps are others, and so is what they reach. Time steps lose energy of
+/// first order in their length: they are as short as the work that events have taken in vain would have paid
+/// for over the stretch, so that neither costs more than the other.
 void IslandStepper::go_time_stepped() {
   crowded_ = true;
-  const auto closed = static_cast<double>(std::ranges::count_if(touches_, [&](const Touch& t) { return t.at.gap <= near_gap(); }));
+  const auto closed = static_cast<double>(
+      std::ranges::count_if(touches_, [&](const Touch& t) { return t.at.gap <= near_gap(); }));
   suggested_ = work_ > 0 ? stretch_ * factorisations * closed / work_ : 0;
   found_for_ = -1;
 }
@@ -154,7 +169,8 @@ bool IslandStepper::too_much_happens(double duration) const {
   return closed > static_cast<std::ptrdiff_t>(many_contacts) || costs_too_much(duration, false);
 }
 
-/// Events are worth their exactness as long as they cost no more than so many steps of a large island would: each of those `most_work`.
+/// Events are worth their exactness as long as they cost no more than so many steps of a large island would:
+/// each of those `most_work`.
 bool IslandStepper::costs_too_much(double duration, bool rebounds_alone) const {
   // What it costs to locate every contact that will close, at the closed contacts that each of them shakes.
   const double fall = duration * duration * model_.gravity.norm();
@@ -163,20 +179,23 @@ bool IslandStepper::costs_too_much(double duration, bool rebounds_alone) const {
     const Touch& t = touches_[i];
     if (t.at.gap <= near_gap()) ++closed;
     const bool first = i == 0 || !(touches_[i - 1].a == t.a && touches_[i - 1].b == t.b);
-    closing += first && t.at.gap > near_gap() && t.at.gap + duration * t.approach < fall && (!rebounds_alone || rebounds(t));
+    closing += first && t.at.gap > near_gap() && t.at.gap + duration * t.approach < fall &&
+               (!rebounds_alone || rebounds(t));
   }
   const double ahead = factorisations * closed * closing;
   const double worth = std::max(most_work, StepSettings::dearer * factorisations * closed);
   return work_ + ahead > worth * std::ceil(duration / step_limit(duration, true));
 }
 
-/// Length of the next step by what moves and what it stands at; the touches within its reach are found on the way.
+/// Length of the next step by what moves and what it stands at; the touches within its reach are found on the
+/// way.
 double IslandStepper::next_length(const Trial& trial, double duration, double longest) {
   const bool with_structure = !island_->structures.empty();
   const double remaining = trial.remaining;
   // No farther than the step will reach: what the last one's projection found then serves again.
-  const double expected = suggested_ > 0 ? std::min(remaining, (with_structure && !condensed_ ? lengthening : 1.0) * suggested_)
-                                         : equal_part(remaining, step_limit(remaining, trial.lumped));
+  const double expected =
+      suggested_ > 0 ? std::min(remaining, (with_structure && !condensed_ ? lengthening : 1.0) * suggested_)
+                     : equal_part(remaining, step_limit(remaining, trial.lumped));
   if (with_structure && !condensed_ && (suggested_ > 0 || island_->blocks.empty())) follow_skins(expected);
   find(expected);
   double h = step_limit(remaining, trial.lumped);
@@ -184,8 +203,10 @@ double IslandStepper::next_length(const Trial& trial, double duration, double lo
   if (condensed_) {
     const double length = condensed_length(trial.start, duration, remaining, h);
     condensed_ = length > 0;
-    if (condensed_) h = length;
-    else found_for_ = -1;   // a bed then stands on other points
+    if (condensed_)
+      h = length;
+    else
+      found_for_ = -1;  // a bed then stands on other points
   }
   if (!condensed_) skins_.clear();
   if (with_structure && !condensed_) h = structure_step(duration, h);
@@ -193,14 +214,21 @@ double IslandStepper::next_length(const Trial& trial, double duration, double lo
   return condensed_ ? h : equal_part(remaining, h);
 }
 
-/// Time in which a rigid block can meet none of its partners: the balls around it and around blocks, by their speeds and all of gravity; 0 beside terrain and structures [s].
+/// Time in which a rigid block can meet none of its partners: the balls around it and around blocks, by their
+/// speeds and all of gravity; 0 beside terrain and structures [s].
 double IslandStepper::apart_for(const Body& body) const {
-  const auto ball = [&](int block) { return 1.001 * model_.blocks[static_cast<std::size_t>(block)].shape->radius; };
-  const auto rigid = [&](int block) { return !model_.blocks[static_cast<std::size_t>(block)].deformable && model_.blocks[static_cast<std::size_t>(block)].fixed_points.empty(); };
+  const auto ball = [&](int block) {
+    return 1.001 * model_.blocks[static_cast<std::size_t>(block)].shape->radius;
+  };
+  const auto rigid = [&](int block) {
+    return !model_.blocks[static_cast<std::size_t>(block)].deformable &&
+           model_.blocks[static_cast<std::size_t>(block)].fixed_points.empty();
+  };
   if (!rigid(body.block)) return 0;
   double time = std::numeric_limits<double>::infinity();
   for (const CandidatePair& pair : island_->pairs) {
-    const bool is_b = pair.b == body.block, is_a = pair.a.kind == Partner::Kind::block && pair.a.index == body.block;
+    const bool is_b = pair.b == body.block,
+               is_a = pair.a.kind == Partner::Kind::block && pair.a.index == body.block;
     if (!is_a && !is_b) continue;
     const auto k = static_cast<std::size_t>(pair.b), of_a = static_cast<std::size_t>(pair.a.index);
     double gap = 0, closing = 0;
@@ -213,7 +241,8 @@ double IslandStepper::apart_for(const Body& body) const {
       closing = (state_.v[k] - state_.v[of_a]).norm();
     }
     if (!(gap > 0)) return 0;
-    const double g = model_.gravity.norm(), root = std::sqrt(closing * closing + 2 * g * gap);   // closing t + g t^2 / 2 = gap
+    const double g = model_.gravity.norm(),
+                 root = std::sqrt(closing * closing + 2 * g * gap);  // closing t + g t^2 / 2 = gap
     if (root + closing > 0) time = std::min(time, 2 * gap / (root + closing));
   }
   return time;
@@ -223,7 +252,8 @@ double IslandStepper::step_limit(double remaining, bool lumped) const {
   if (settings_.fixed_step > 0) return settings_.fixed_step;
   if (!lumped) {
     double h = has_closed() && suggested_ > 0 ? suggested_ : remaining;
-    // In flight the onset search follows chords: half a radian at most, of what may meet anything within the step however it turns.
+    // In flight the onset search follows chords: half a radian at most, of what may meet anything within the
+    // step however it turns.
     for (const Body& b : bodies_) {
       const double spin = state_.w[static_cast<std::size_t>(b.block)].norm();
       if (spin * h > 0.5 && !island_->pairs.empty()) h = std::min(h, std::max(0.5 / spin, apart_for(b)));
@@ -243,11 +273,13 @@ double IslandStepper::step_limit(double remaining, bool lumped) const {
   return h;
 }
 
-/// Step at structures: equal parts of the stretch below the stable step, halved as the contacts ask. They are lengthened again by little at
-/// a time: a leapfrog whose step jumps near its stable one feeds its highest modes, jump by jump. Short parts of a short stretch bind no later one.
+/// Step at structures: equal parts of the stretch below the stable step, halved as the contacts ask. They are
+/// lengthened again by little at a time: a leapfrog whose step jumps near its stable one feeds its highest
+/// modes, jump by jump. Short parts of a short stretch bind no later one.
 double IslandStepper::structure_step(double duration, double longest) {
   double stable = std::numeric_limits<double>::infinity();
-  for (int s : island_->structures) stable = std::min(stable, env_.structures[static_cast<std::size_t>(s)].structure->critical_step());
+  for (int s : island_->structures)
+    stable = std::min(stable, env_.structures[static_cast<std::size_t>(s)].structure->critical_step());
   double h = duration / std::ceil(duration / stable * (1 - 1e-12));
   longest = std::min(longest, rise_limit(h));
   bool bound = h > longest * (1 + 1e-9);
@@ -274,15 +306,18 @@ void IslandStepper::correct_structures(double t, double h) {
   }
 }
 
-/// Whatever a block was struck by, the partners that were looked for are those that it can meet within what it was expected to go, turning included.
+/// Whatever a block was struck by, the partners that were looked for are those that it can meet within what
+/// it was expected to go, turning included.
 void IslandStepper::measure_way(double from, double to, std::span<contact::Motion> made) {
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     const auto k = static_cast<std::size_t>(bodies_[i].block);
     const Began& began = began_[i];
-    const double chord = 2 * (began.q.conjugate() * state_.q[k]).vec().norm() + (state_.eps[k] - began.eps).norm();
-    report_.went[i] = std::max(report_.went[i], (state_.c[k] - began.c).norm() + model_.blocks[k].shape->radius * chord);
+    const double chord =
+        2 * (began.q.conjugate() * state_.q[k]).vec().norm() + (state_.eps[k] - began.eps).norm();
+    report_.went[i] =
+        std::max(report_.went[i], (state_.c[k] - began.c).norm() + model_.blocks[k].shape->radius * chord);
     if (island_->watched[i] == 0) continue;
-    made[i].displacement = state_.c[k] - made[i].start.c;   // with the correction
+    made[i].displacement = state_.c[k] - made[i].start.c;  // with the correction
     report_.ways[i].push_back({from, to, made[i]});
   }
 }
@@ -293,7 +328,10 @@ void IslandStepper::reject() {
 }
 
 IslandReport IslandStepper::fail_at_smallest_step() {
-  report_.failure = fmt::format("the contact problem could not be solved at the smallest step (residual {:.2g} of the speeds there, {} contacts: {})", residual_, problem_.contacts.size(), name_contacts(model_, touches_));
+  report_.failure = fmt::format(
+      "the contact problem could not be solved at the smallest step (residual {:.2g} of the speeds there, {} "
+      "contacts: {})",
+      residual_, problem_.contacts.size(), name_contacts(model_, touches_));
   return report_;
 }
 
@@ -306,25 +344,33 @@ void IslandStepper::look_for_gains() {
     n.gained += made;
     n.worst_gain = std::max(n.worst_gain, made);
   }
-  for (const double undone : {before.friction_work - after.friction_work, before.damping_work - after.damping_work, before.yield_work - after.yield_work, before.ploughing_work - after.ploughing_work}) n.undone += std::max(0.0, undone);
+  for (const double undone :
+       {before.friction_work - after.friction_work, before.damping_work - after.damping_work,
+        before.yield_work - after.yield_work, before.ploughing_work - after.ploughing_work})
+    n.undone += std::max(0.0, undone);
 }
 
 IslandReport IslandStepper::fail_at_drift() {
-  report_.failure = fmt::format("the correction of overlaps would move a block farther than its motion in the step explains, down to the smallest step ({} contacts: {})", touches_.size(), name_contacts(model_, touches_));
+  report_.failure = fmt::format(
+      "the correction of overlaps would move a block farther than its motion in the step explains, down to "
+      "the smallest step ({} contacts: {})",
+      touches_.size(), name_contacts(model_, touches_));
   return report_;
 }
 
 void IslandStepper::rest_check(double h) {
   double still = still_speed(model_, h);
   bool rest = still > 0 && certified_;
-  for (int s : island_->structures) rest = rest && condensed_ && env_.structures[static_cast<std::size_t>(s)].structure->quiet();
+  for (int s : island_->structures)
+    rest = rest && condensed_ && env_.structures[static_cast<std::size_t>(s)].structure->quiet();
   if (condensed_) still += 2 * skin_speed();
   for (const Body& b : bodies_) {
     const auto k = static_cast<std::size_t>(b.block);
     const double radius = model_.blocks[k].shape->radius;
     rest = rest && b.v0.head<3>().norm() + radius * b.v0.segment<3>(3).norm() <= still &&
            state_.v[k].norm() + radius * state_.w[k].norm() <= still &&
-           (!model_.blocks[k].deformable || radius * (state_.eps_rate[k].norm() + b.v0.tail<6>().norm()) <= still);
+           (!model_.blocks[k].deformable ||
+            radius * (state_.eps_rate[k].norm() + b.v0.tail<6>().norm()) <= still);
   }
   report_.at_rest = rest;
 }

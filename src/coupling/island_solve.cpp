@@ -11,7 +11,8 @@
 namespace talus::coupling {
 namespace {
 
-/// True if these rows give the bodies energy: impulses times the mean of the velocities without and with them.
+/// True if these rows give the bodies energy: impulses times the mean of the velocities without and with
+/// them.
 bool give_energy(const contact::ContactProblem& problem, const std::vector<int>& rows) {
   double work = 0, size = 0;
   for (const int row : rows) {
@@ -20,8 +21,10 @@ bool give_energy(const contact::ContactProblem& problem, const std::vector<int>&
     for (int k = 0; k < c.terms; ++k) {
       const contact::ContactTerm& term = problem.terms[static_cast<std::size_t>(c.first_term + k)];
       const contact::ProblemBody& body = problem.bodies[static_cast<std::size_t>(term.body)];
-      const Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>> j(problem.jacobians.data() + term.jacobian, 3, body.ndof);
-      const Eigen::Map<const VecX> before(problem.v_hat.data() + body.offset, body.ndof), after(problem.v.data() + body.offset, body.ndof);
+      const Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>> j(
+          problem.jacobians.data() + term.jacobian, 3, body.ndof);
+      const Eigen::Map<const VecX> before(problem.v_hat.data() + body.offset, body.ndof),
+          after(problem.v.data() + body.offset, body.ndof);
       mean += 0.5 * (j * (before + after));
     }
     work += c.impulse.dot(mean);
@@ -30,14 +33,19 @@ bool give_energy(const contact::ContactProblem& problem, const std::vector<int>&
   return work > 1e-6 * size;
 }
 
-constexpr double may_sink = 1e-5;   // of a block: all of a large heap, in a step whose solution is taken where its search stalls
+constexpr double may_sink =
+    1e-5;  // of a block: all of a large heap, in a step whose solution is taken where its search stalls
 constexpr double may_creep = 2e-6;  // the same of one that moves by less than 1e-3 of its speed
-constexpr double far_off = 100;     // times the work allowed, from which on sweeps do not bring a large heap near to it either
-constexpr double hopeless = 4;      // times the work allowed, from which on a large heap is left as its sweeps leave it: Newton's method got there in a tenth of all tries
+constexpr double far_off =
+    100;  // times the work allowed, from which on sweeps do not bring a large heap near to it either
+constexpr double hopeless = 4;  // times the work allowed, from which on a large heap is left as its sweeps
+                                // leave it: Newton's method got there in a tenth of all tries
 
-/// Sweeps from what solved a problem while they take a twentieth of the work unearned at a time, down to `most` [J], the residual within `limit` [m/s]. What
-/// is left of it in a heap at rest lies on thousands of contacts, whose regions a factorisation would have to know. The work left.
-double sweep_while_it_pays(contact::ContactSolver& solver, contact::ContactProblem& problem, double limit, double most, double work, contact::SolveReport& r) {
+/// Sweeps from what solved a problem while they take a twentieth of the work unearned at a time, down to
+/// `most` [J], the residual within `limit` [m/s]. What is left of it in a heap at rest lies on thousands of
+/// contacts, whose regions a factorisation would have to know. The work left.
+double sweep_while_it_pays(contact::ContactSolver& solver, contact::ContactProblem& problem, double limit,
+                           double most, double work, contact::SolveReport& r) {
   constexpr int sweeps = 20, rounds = 10;
   std::vector<contact::ProblemContact> contacts;
   std::vector<double> v;
@@ -58,22 +66,28 @@ double sweep_while_it_pays(contact::ContactSolver& solver, contact::ContactProbl
   return work;
 }
 
-/// On from what solved a problem, until its contacts give no more than `most` work unearned to what moves [J] or it gets no farther: by sweeps, by Newton's
-/// method, where it is far more and no `large` heap by the whole search: a path from where a large one nearly rests ends nowhere nearer, Newton's method with a strong proximal term does. `scale`: a velocity beside which the residual is so small that Newton's method goes first [m/s].
-contact::SolveReport solve_closer(contact::ContactSolver& solver, contact::ContactProblem& problem, const contact::SolveSettings& settings, bool large, double scale, double most, contact::SolveReport r) {
-  r.residual *= settings.velocity_scale;   // in m/s until it is returned
+/// On from what solved a problem, until its contacts give no more than `most` work unearned to what moves [J]
+/// or it gets no farther: by sweeps, by Newton's method, where it is far more and no `large` heap by the
+/// whole search: a path from where a large one nearly rests ends nowhere nearer, Newton's method with a
+/// strong proximal term does. `scale`: a velocity beside which the residual is so small that Newton's method
+/// goes first [m/s].
+contact::SolveReport solve_closer(contact::ContactSolver& solver, contact::ContactProblem& problem,
+                                  const contact::SolveSettings& settings, bool large, double scale,
+                                  double most, contact::SolveReport r) {
+  r.residual *= settings.velocity_scale;  // in m/s until it is returned
   const double limit = std::max(r.residual, settings.tolerance * settings.velocity_scale);
   for (int round = 0; round < 3; ++round) {
     const double begun = unearned(problem, 0.5 * most);
     if (large && begun > far_off * most) break;
-    const double work = sweep_while_it_pays(solver, problem, limit, most, begun, r), residual = r.residual / scale;
+    const double work = sweep_while_it_pays(solver, problem, limit, most, begun, r),
+                 residual = r.residual / scale;
     if (work <= most || (large && work > hopeless * most)) break;
     contact::SolveSettings closer = settings;
     closer.velocity_scale = scale;
     closer.stalled = 0;
     closer.tolerance = residual * most / work;
     closer.sufficient = std::max(closer.tolerance, (work > 10 * most ? 0.3 : 1.0) * residual);
-    closer.most_factorisations = large ? 8 : 20;   // more than a hundred did not get there either
+    closer.most_factorisations = large ? 8 : 20;  // more than a hundred did not get there either
     if (large) closer.proximal = 1e-2;
     const contact::SolveReport next = solver.solve(problem, closer);
     r.newton += next.newton;
@@ -87,9 +101,11 @@ contact::SolveReport solve_closer(contact::ContactSolver& solver, contact::Conta
   return r;
 }
 
-/// What is taken where its search stalls leaves residuals of one sign, which add up along a tower: sinking by them and lifted again, it would move by itself.
-/// Of more than `bearable` unearned work [J; `most` is what a step may have] the whole search of smaller heaps solves the problem.
-contact::SolveReport solve_soundly(contact::ContactSolver& solver, contact::ContactProblem& problem, const contact::SolveSettings& settings, double most, double bearable) {
+/// What is taken where its search stalls leaves residuals of one sign, which add up along a tower: sinking by
+/// them and lifted again, it would move by itself. Of more than `bearable` unearned work [J; `most` is what a
+/// step may have] the whole search of smaller heaps solves the problem.
+contact::SolveReport solve_soundly(contact::ContactSolver& solver, contact::ContactProblem& problem,
+                                   const contact::SolveSettings& settings, double most, double bearable) {
   if (!(settings.stalled > 0)) return solver.solve(problem, settings);
   std::vector<contact::ProblemContact> asked = problem.contacts;
   const contact::SolveReport r = solver.solve(problem, settings);
@@ -112,78 +128,111 @@ bool IslandStepper::solve(double h, Effort effort) {
     problem_.v = problem_.v_hat;
     return true;
   }
-  const bool small = problem_.contacts.size() <= many_contacts && !crowded_, still = fastest_ < 1e-6 * speed_;   // a certificate of rest is only as good as its residual
+  const bool small = problem_.contacts.size() <= many_contacts && !crowded_,
+             still = fastest_ < 1e-6 * speed_;  // a certificate of rest is only as good as its residual
   // What is left unsolved of a bond is a motion that the next step stops, by more than the bond may bear.
-  const bool bonded = std::any_of(problem_.contacts.begin(), problem_.contacts.end() - static_cast<std::ptrdiff_t>(rocking_rows_), [](const contact::ProblemContact& c) { return c.cohesion > 0 || c.tension > 0; });
-  StepToSolve step{.h = h, .small = small, .still = still, .provisional = effort == Effort::provisional, .heap = in_heap(), .large = in_vast_heap() && !bonded, .again = stalled_ == h,
-                   // Explicit sub-steps at structures lie far below what the accuracy asks, and nothing is located within them: no round-off either.
-                   .sub_step = h > 0 && !condensed_ && !island_->structures.empty(), .blocks = !island_->blocks.empty(), .sprung = sprung_, .speed = speed_, .fastest = fastest_, .mean = mean_speed_,
-                   .at_rest = still_speed(model_, h), .length = length_, .gravity = model_.gravity.norm(), .accuracy = settings_.accuracy};
-  if (event_driven() && !bonded)   // a hundredth of the error of velocity that a step may have
+  const bool bonded = std::any_of(
+      problem_.contacts.begin(), problem_.contacts.end() - static_cast<std::ptrdiff_t>(rocking_rows_),
+      [](const contact::ProblemContact& c) { return c.cohesion > 0 || c.tension > 0; });
+  StepToSolve step{.h = h,
+                   .small = small,
+                   .still = still,
+                   .provisional = effort == Effort::provisional,
+                   .heap = in_heap(),
+                   .large = in_vast_heap() && !bonded,
+                   .again = stalled_ == h,
+                   // Explicit sub-steps at structures lie far below what the accuracy asks, and nothing is
+                   // located within them: no round-off either.
+                   .sub_step = h > 0 && !condensed_ && !island_->structures.empty(),
+                   .blocks = !island_->blocks.empty(),
+                   .sprung = sprung_,
+                   .speed = speed_,
+                   .fastest = fastest_,
+                   .mean = mean_speed_,
+                   .at_rest = still_speed(model_, h),
+                   .length = length_,
+                   .gravity = model_.gravity.norm(),
+                   .accuracy = settings_.accuracy};
+  if (event_driven() && !bonded)  // a hundredth of the error of velocity that a step may have
     for (const Body& b : bodies_) {
       const double part = 0.01 * step_error(b.block) / std::max(fall_time(b.block), h);
       step.located = step.located > 0 ? std::min(step.located, part) : part;
     }
-  for (const contact::ProblemContact& c : problem_.contacts) step.largest_bias = std::max(step.largest_bias, c.bias.cwiseAbs().maxCoeff());
+  for (const contact::ProblemContact& c : problem_.contacts)
+    step.largest_bias = std::max(step.largest_bias, c.bias.cwiseAbs().maxCoeff());
   contact::SolveSettings settings = how_closely(step);
   Counters& n = report_.counters;
   const bool moves = h > 0 && in_heap() && !small && !still;
-  double weight = 0;   // [N]
-  for (const Body& b : bodies_) weight += model_.blocks[static_cast<std::size_t>(b.block)].mass * model_.gravity.norm();
-  const double most = settings_.accuracy * kinetic(&Body::v0);   // unearned work of a step [J]
+  double weight = 0;  // [N]
+  for (const Body& b : bodies_)
+    weight += model_.blocks[static_cast<std::size_t>(b.block)].mass * model_.gravity.norm();
+  const double most = settings_.accuracy * kinetic(&Body::v0);  // unearned work of a step [J]
   const auto attempt = [&] {
-    contact::SolveReport r = solve_soundly(solver_, problem_, settings, most, std::max(10 * most, (fastest_ > 1e-3 * speed_ ? may_sink : may_creep) * length_ * weight));
-    // In a tower residuals of one sign add up from block to block, and the projection lifts again what has sunk: gravity would drive on what hardly
-    // moves, for ever; loads that part throw it. What all contacts do unearned together is to be a small part of the motion.
-    if (r.converged && !r.stalled && moves) r = solve_closer(solver_, problem_, settings, step.large, speed_, most, r);
-    work_ += static_cast<double>(problem_.contacts.size()) * (5.0 + r.newton);   // what goes with a solution costs as much as a few factorisations
+    contact::SolveReport r = solve_soundly(
+        solver_, problem_, settings, most,
+        std::max(10 * most, (fastest_ > 1e-3 * speed_ ? may_sink : may_creep) * length_ * weight));
+    // In a tower residuals of one sign add up from block to block, and the projection lifts again what has
+    // sunk: gravity would drive on what hardly moves, for ever; loads that part throw it. What all contacts
+    // do unearned together is to be a small part of the motion.
+    if (r.converged && !r.stalled && moves)
+      r = solve_closer(solver_, problem_, settings, step.large, speed_, most, r);
+    work_ += static_cast<double>(problem_.contacts.size()) *
+             (5.0 + r.newton);  // what goes with a solution costs as much as a few factorisations
     n.newton += r.newton;
     n.sweeps += r.sweeps;
     n.outer += r.outer;
     return r;
   };
   contact::SolveReport r = attempt();
-  const bool last_resort = effort == Effort::last_resort, no_better = last_resort || (effort == Effort::repeated && r.residual > 0.5 * residual_);
+  const bool last_resort = effort == Effort::last_resort,
+             no_better = last_resort || (effort == Effort::repeated && r.residual > 0.5 * residual_);
   residual_ = r.residual;
   unsolved_speed_ = r.residual * settings.velocity_scale;
   stalled_ = r.stalled ? h : 0;
   certified_ = judge(step, settings, {.no_better = no_better, .last_resort = last_resort}, r);
-  if (!r.converged && last_resort && h > 0) {   // impulses of no duration are left to the step
-    // The convex problem alone: it has a solution always, which takes energy as it must but lifts what slides.
+  if (!r.converged && last_resort && h > 0) {  // impulses of no duration are left to the step
+    // The convex problem alone: it has a solution always, which takes energy as it must but lifts what
+    // slides.
     settings.exact_coulomb = false;
     settings.stalled = 0;
     settings.sufficient = step.sub_step ? std::max(1e-6, 1e-2 * settings_.accuracy) : 1e-6;
-    for (contact::ProblemContact& c : problem_.contacts) {   // a little give: what is jammed between friction cones has no largest force
+    for (contact::ProblemContact& c :
+         problem_.contacts) {  // a little give: what is jammed between friction cones has no largest force
       c.compliance.array() += 1e-7 * normal_compliance(c);
       c.impulse.setZero();
     }
     r = attempt();
     r.tier = 'E';
   }
-  if (!r.converged) return false;   // the caller refines the rows or halves the step, tier D
+  if (!r.converged) return false;  // the caller refines the rows or halves the step, tier D
   n.worst_residual = std::max(n.worst_residual, r.residual);
   (r.tier == 'A' ? n.tier_a : r.tier == 'B' ? n.tier_b : r.tier == 'C' ? n.tier_c : n.tier_e) += 1;
   return true;
 }
 
-/// Contacts of a block at rest are linearised where it is: what can stand is then found to stand, however long the step.
+/// Contacts of a block at rest are linearised where it is: what can stand is then found to stand, however
+/// long the step.
 void IslandStepper::linearise_resting(double h) {
   for (Body& b : bodies_) {
     const auto k = static_cast<std::size_t>(b.block);
-    if (b.v0.head<3>().norm() + model_.blocks[k].shape->radius * b.v0.segment<3>(3).norm() > 1e-3 * h * model_.gravity.norm()) continue;
+    if (b.v0.head<3>().norm() + model_.blocks[k].shape->radius * b.v0.segment<3>(3).norm() >
+        1e-3 * h * model_.gravity.norm())
+      continue;
     b.ref = b.start;
     b.v_ref = b.v0;
     linearise_at(b, b.q0);
   }
 }
 
-/// Blocks that the impulses just applied from the start of the step strain: they go by x + h v^+, and so must their strains, or the stress that the solution
-/// met were another than that of the strain reached; where the step does not resolve their vibration the difference is energy made. True if one did not yet.
+/// Blocks that the impulses just applied from the start of the step strain: they go by x + h v^+, and so must
+/// their strains, or the stress that the solution met were another than that of the strain reached; where the
+/// step does not resolve their vibration the difference is energy made. True if one did not yet.
 bool IslandStepper::strain_from_start() {
   if (!from_start_) return false;
   bool found = false;
   for (Body& b : bodies_)
-    if (b.ndof == 12 && !b.end_rule && !b.strains_at_end && !b.impulse.isZero(0)) found = b.strains_at_end = true;
+    if (b.ndof == 12 && !b.end_rule && !b.strains_at_end && !b.impulse.isZero(0))
+      found = b.strains_at_end = true;
   return found;
 }
 
@@ -198,27 +247,35 @@ IslandStepper::Outcome IslandStepper::smooth(double h, bool lumped, int passes, 
   linearise_resting(h);
   std::vector<Vec3> last_c;
   std::vector<Quat> last_q;
-  constexpr int most_passes = 12;   // while a spring's law is not met at the indentation reached
+  constexpr int most_passes = 12;  // while a spring's law is not met at the indentation reached
   bool solved = true, followed = true;
   for (int pass = 0; pass < most_passes; ++pass) {
     assemble(h, lumped, pass == 0);
     if (lumped && jammed() && !in_large_heap()) ask_for_no_motion(touches_, problem_, h);
-    const Effort effort = last_resort ? Effort::last_resort : pass + 1 < passes ? Effort::provisional : solved ? Effort::full : Effort::repeated;
+    const Effort effort = last_resort         ? Effort::last_resort
+                          : pass + 1 < passes ? Effort::provisional
+                          : solved            ? Effort::full
+                                              : Effort::repeated;
     solved = solve_rolling(h, effort);
     if (!solved && lumped && (leapfrog() || last_resort) && ask_for_no_motion(touches_, problem_, h)) {
       ++unsolved_;
       solved = solve_rolling(h, effort);
     }
-    // Restitution on many contacts may not create energy, as little as in an impact stage: pieces jammed in a notch would be shot out of it.
+    // Restitution on many contacts may not create energy, as little as in an impact stage: pieces jammed in a
+    // notch would be shot out of it.
     std::vector<int> hard;
-    const auto bounces = [&](const Touch& t) { return t.mode == Mode::end && !deformable_structure(t) && t.law->restitution.value_or(0) > 0 && problem_.contacts[static_cast<std::size_t>(t.row)].bias[0] < 0; };
+    const auto bounces = [&](const Touch& t) {
+      return t.mode == Mode::end && !deformable_structure(t) && t.law->restitution.value_or(0) > 0 &&
+             problem_.contacts[static_cast<std::size_t>(t.row)].bias[0] < 0;
+    };
     for (const Touch& t : touches_)
       if (lumped && t.row >= 0 && t.stiffness == 0) hard.push_back(t.row);
     for (const double left : {0.5, 0.0}) {
       if (!solved || !give_energy(problem_, hard)) break;
       bool any = false;
       for (const Touch& t : touches_)
-        if (t.row >= 0 && t.stiffness == 0 && bounces(t)) problem_.contacts[static_cast<std::size_t>(t.row)].bias[0] *= left, any = true;
+        if (t.row >= 0 && t.stiffness == 0 && bounces(t))
+          problem_.contacts[static_cast<std::size_t>(t.row)].bias[0] *= left, any = true;
       if (!any) break;
       solved = solve_rolling(h, effort);
     }
@@ -260,7 +317,8 @@ IslandStepper::Outcome IslandStepper::smooth(double h, bool lumped, int passes, 
   }
   out.error = std::max(out.error, swing_error(h));
   // Springs that open and close from pass to pass: a shorter step moves less.
-  if (!followed && std::any_of(bodies_.begin(), bodies_.end(), [](const Body& b) { return b.follows; })) out.error = std::max(out.error, 2 * error_limit());
+  if (!followed && std::any_of(bodies_.begin(), bodies_.end(), [](const Body& b) { return b.follows; }))
+    out.error = std::max(out.error, 2 * error_limit());
   if (!island_->structures.empty()) collect_node_impulses();
   to_full_steps(h);
   book(h);
@@ -273,26 +331,37 @@ bool IslandStepper::laws_met(double h) const {
   for (const Touch& t : touches_) {
     if (t.row < 0 || t.stiffness == 0) continue;
     if (leapfrog()) {
-      constexpr double allowed = 1e-6;   // of the impulse: the work that is off goes with it and is of either sign
+      constexpr double allowed =
+          1e-6;  // of the impulse: the work that is off goes with it and is of either sign
       if (deformable_structure(t) && !follows_law(t, h, allowed)) return false;
       continue;
     }
     const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
-    const double least = h * t.bond();   // pulled no harder than the bond holds
-    const auto follows = [&](int block) { return local_[static_cast<std::size_t>(block)] >= 0 && bodies_[static_cast<std::size_t>(local_[static_cast<std::size_t>(block)])].follows; };
-    if (t.spring == Mode::spring_end && t.b >= 0 && !deformable_structure(t) && (follows(t.b) || (t.a.kind == Partner::Kind::block && follows(t.a.index)))) {
-      constexpr double allowed = 1e-6;   // of the impulse
-      const double asked = h * (t.balanced_force - (t.dashpot > 0 ? t.dashpot * (parting(t)[0] - c.bias[0]) : 0.0));
-      if (std::abs(c.impulse[0] - std::max(asked, -least)) > allowed * (c.impulse[0] + h * t.stiffness * 1e-6 * settings_.accuracy * length_)) return false;
+    const double least = h * t.bond();  // pulled no harder than the bond holds
+    const auto follows = [&](int block) {
+      return local_[static_cast<std::size_t>(block)] >= 0 &&
+             bodies_[static_cast<std::size_t>(local_[static_cast<std::size_t>(block)])].follows;
+    };
+    if (t.spring == Mode::spring_end && t.b >= 0 && !deformable_structure(t) &&
+        (follows(t.b) || (t.a.kind == Partner::Kind::block && follows(t.a.index)))) {
+      constexpr double allowed = 1e-6;  // of the impulse
+      const double asked =
+          h * (t.balanced_force - (t.dashpot > 0 ? t.dashpot * (parting(t)[0] - c.bias[0]) : 0.0));
+      if (std::abs(c.impulse[0] - std::max(asked, -least)) >
+          allowed * (c.impulse[0] + h * t.stiffness * 1e-6 * settings_.accuracy * length_))
+        return false;
       continue;
     }
     double derivative = 0;
-    double force = t.mode == Mode::spring_mean ? mean_force(t, derivative) : t.normal_law.force(t.indentation);
+    double force =
+        t.mode == Mode::spring_mean ? mean_force(t, derivative) : t.normal_law.force(t.indentation);
     if (t.dashpot > 0) {
       const double u = t.u_ref - (t.indentation + t.gap_ref) / (t.theta * h);
       force -= t.dashpot * (t.mode == Mode::spring_mean ? 0.5 * (t.approach + u) : u);
     }
-    if (std::abs(c.impulse[0] - std::max(h * force, -least)) > 1e-10 * (c.impulse[0] + h * t.stiffness * 1e-6 * length_)) return false;
+    if (std::abs(c.impulse[0] - std::max(h * force, -least)) >
+        1e-10 * (c.impulse[0] + h * t.stiffness * 1e-6 * length_))
+      return false;
   }
   return true;
 }

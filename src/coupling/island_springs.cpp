@@ -1,13 +1,17 @@
 // Contact springs: which rule a step uses for each, and how long it may be.
 //
-//   spring_mean   p = -h k (g_n + g_np) / 2, trapezoid of the positions: order 2, keeps energy, for a step that resolves the spring
-//   spring_end    p = -h k g_np, positions and strains by the velocities at the end (dda::FlowRule::implicit_end): L-stable, rests where it
-//                 is, takes the energy of what it does not resolve, booked as algorithmic; beside blocks of the trapezoid: island_quasistatic.cpp
+//   spring_mean   p = -h k (g_n + g_np) / 2, trapezoid of the positions: order 2, keeps energy, for a step
+//   that resolves the spring spring_end    p = -h k g_np, positions and strains by the velocities at the end
+//   (dda::FlowRule::implicit_end): L-stable, rests where it
+//                 is, takes the energy of what it does not resolve, booked as algorithmic; beside blocks of
+//                 the trapezoid: island_quasistatic.cpp
 //
-// Each block has the rule that its own frequency asks for. By accuracy, an oscillation of amplitude V/w that may not be lost is resolved. A block of mass m that
-// others press by F on its springs may lose one that never opens its contacts and is beneath the accuracy:
+// Each block has the rule that its own frequency asks for. By accuracy, an oscillation of amplitude V/w that
+// may not be lost is resolved. A block of mass m that others press by F on its springs may lose one that
+// never opens its contacts and is beneath the accuracy:
 //
-//   V <= max(sqrt(2 g a_q), w min(accuracy L, F/(m w^2))),    a_q = 0.1 accuracy L the height of a rebound that is none
+//   V <= max(sqrt(2 g a_q), w min(accuracy L, F/(m w^2))),    a_q = 0.1 accuracy L the height of a rebound
+//   that is none
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -18,15 +22,18 @@
 namespace talus::coupling {
 namespace {
 
-/// h sqrt(rate_sq) up to which the trapezoid is used. rate_sq is a trace, about four times the square of the main frequency of a face.
+/// h sqrt(rate_sq) up to which the trapezoid is used. rate_sq is a trace, about four times the square of the
+/// main frequency of a face.
 constexpr double resolved_phase = 1.0;
 
-/// Step over resolved_phase at accuracy 1e-3 that has the force as it rises; the error of it falls with its square, hence with `accuracy`.
+/// Step over resolved_phase at accuracy 1e-3 that has the force as it rises; the error of it falls with its
+/// square, hence with `accuracy`.
 double phase_asked(double accuracy) { return 0.5 * std::clamp(std::sqrt(accuracy / 1e-3), 0.02, 1.0); }
 
 }  // namespace
 
-Vec12 point_row(const dda::Model::Block& block, const Mat3& rotation, const Mat3& strain_map, const Vec3& r, const Vec3& n) {
+Vec12 point_row(const dda::Model::Block& block, const Mat3& rotation, const Mat3& strain_map, const Vec3& r,
+                const Vec3& n) {
   Vec12 j = Vec12::Zero();
   j.head<3>() = n;
   j.segment<3>(3) = r.cross(n);
@@ -45,17 +52,18 @@ void IslandStepper::weigh_springs() {
   for (const Touch& t : touches_) any = any || t.stiffness > 0;
   if (!any) return;
   struct Weight {
-    Mat12 inverse;            // generalised mass
+    Mat12 inverse;  // generalised mass
     Mat3 rotation, strain_map;
     Vec3 force = Vec3::Zero(), moment = Vec3::Zero();
-    double forces = 0;        // sum of their sizes [N]
-    double rate_sq = 0;       // trace over its closed springs
+    double forces = 0;   // sum of their sizes [N]
+    double rate_sq = 0;  // trace over its closed springs
   };
   std::vector<Weight> weights(bodies_.size());
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     const int block = bodies_[i].block;
     Mat12 mass;
-    dda::impulse_mass(model_, state_, block, !model_.blocks[static_cast<std::size_t>(block)].deformable, mass, weights[i].inverse);
+    dda::impulse_mass(model_, state_, block, !model_.blocks[static_cast<std::size_t>(block)].deformable, mass,
+                      weights[i].inverse);
     weights[i].rotation = state_.rotation(block);
     weights[i].strain_map = dda::pose(state_, block).F.inverse();
   }
@@ -72,36 +80,43 @@ void IslandStepper::weigh_springs() {
     Weight& w = weights[static_cast<std::size_t>(body)];
     w.force += f;
     w.forces += f.norm();
-    w.moment += (x - state_.c[static_cast<std::size_t>(bodies_[static_cast<std::size_t>(body)].block)]).cross(f);
+    w.moment +=
+        (x - state_.c[static_cast<std::size_t>(bodies_[static_cast<std::size_t>(body)].block)]).cross(f);
   };
   const double reachable = 1e-3 * length_;
   for (const Touch& t : touches_) {
-    if (t.b < 0) continue;   // between structures
+    if (t.b < 0) continue;  // between structures
     const int a = body_of(t.a), b = local_[static_cast<std::size_t>(t.b)];
-    Vec3 f = t.warm;   // hard contacts and friction: as in the last step
+    Vec3 f = t.warm;  // hard contacts and friction: as in the last step
     if (t.stiffness > 0) {
       f -= t.at.normal * t.at.normal.dot(f);
       f += t.at.normal * t.normal_law.force(t.pulls() ? -t.at.gap : std::max(0.0, -t.at.gap));
       if (t.at.gap <= reachable) {
         const Vec12 jb = row(b, t.at.point_b, t.at.normal);
-        weights[static_cast<std::size_t>(b)].rate_sq += t.stiffness * jb.dot(weights[static_cast<std::size_t>(b)].inverse * jb);
+        weights[static_cast<std::size_t>(b)].rate_sq +=
+            t.stiffness * jb.dot(weights[static_cast<std::size_t>(b)].inverse * jb);
         if (a >= 0) {
           const Vec12 ja = row(a, t.at.point_a, t.at.normal);
-          weights[static_cast<std::size_t>(a)].rate_sq += t.stiffness * ja.dot(weights[static_cast<std::size_t>(a)].inverse * ja);
+          weights[static_cast<std::size_t>(a)].rate_sq +=
+              t.stiffness * ja.dot(weights[static_cast<std::size_t>(a)].inverse * ja);
         }
       }
     }
     load(b, t.at.point_b, f);
     load(a, t.at.point_a, -f);
   }
-  // A rebound below this height is beneath the accuracy asked for; without gravity, this part of the speeds around.
-  const double quiet = std::max(std::sqrt(0.2 * settings_.accuracy * model_.gravity.norm() * length_), 0.1 * settings_.accuracy * speed_);
+  // A rebound below this height is beneath the accuracy asked for; without gravity, this part of the speeds
+  // around.
+  const double quiet = std::max(std::sqrt(0.2 * settings_.accuracy * model_.gravity.norm() * length_),
+                                0.1 * settings_.accuracy * speed_);
   for (std::size_t i = 0; i < bodies_.size(); ++i) bodies_[i].spring_rate_sq = weights[i].rate_sq;
   /// Of a block on its springs.
   struct Side {
     double rate_sq = 0, quiet = 0;
-    Vec3 acceleration = Vec3::Zero();   // at the contact [m/s^2]
-    double swing(const Vec3& n, double approach, bool loaded) const { return std::sqrt(approach * approach + (loaded ? std::pow(n.dot(acceleration), 2) / rate_sq : 0.0)); }
+    Vec3 acceleration = Vec3::Zero();  // at the contact [m/s^2]
+    double swing(const Vec3& n, double approach, bool loaded) const {
+      return std::sqrt(approach * approach + (loaded ? std::pow(n.dot(acceleration), 2) / rate_sq : 0.0));
+    }
   };
   const auto side = [&](int body, const Vec3& x, double least_rate_sq) {
     Side s;
@@ -111,23 +126,28 @@ void IslandStepper::weigh_springs() {
     const Vec3 spin = w.inverse.block<3, 3>(3, 3) * w.moment;
     s.acceleration = model_.gravity + w.force / model_.blocks[k].mass + spin.cross(x - state_.c[k]);
     s.rate_sq = std::max(w.rate_sq, least_rate_sq);
-    const double rate = 0.5 * std::sqrt(s.rate_sq), pressed = 0.5 * (w.forces - w.force.norm()) / model_.blocks[k].mass;   // forces in balance with each other
-    s.quiet = std::max(quiet, rate > 0 ? rate * std::min(settings_.accuracy * length_, pressed / (rate * rate)) : 0.0);
+    const double rate = 0.5 * std::sqrt(s.rate_sq),
+                 pressed = 0.5 * (w.forces - w.force.norm()) /
+                           model_.blocks[k].mass;  // forces in balance with each other
+    s.quiet = std::max(
+        quiet, rate > 0 ? rate * std::min(settings_.accuracy * length_, pressed / (rate * rate)) : 0.0);
     return s;
   };
   for (Touch& t : touches_) {
     if (t.stiffness == 0 || t.b < 0) continue;
     const int a = body_of(t.a), b = local_[static_cast<std::size_t>(t.b)];
-    const auto alone = [&](int body, const Vec3& x) {   // rate_sq of a spring that nothing else presses on
+    const auto alone = [&](int body, const Vec3& x) {  // rate_sq of a spring that nothing else presses on
       if (body < 0) return 0.0;
       const Vec12 j = row(body, x, t.at.normal);
       return t.stiffness * j.dot(weights[static_cast<std::size_t>(body)].inverse * j);
     };
-    const Side of_a = side(a, t.at.point_a, alone(a, t.at.point_a)), of_b = side(b, t.at.point_b, alone(b, t.at.point_b));
+    const Side of_a = side(a, t.at.point_a, alone(a, t.at.point_a)),
+               of_b = side(b, t.at.point_b, alone(b, t.at.point_b));
     const bool loaded = t.at.gap < 0 || t.pulls(), a_is_slow = a >= 0 && of_a.rate_sq < of_b.rate_sq;
     t.rate_sq = of_a.rate_sq + of_b.rate_sq;
     t.quiet_speed = a >= 0 ? std::min(of_a.quiet, of_b.quiet) : of_b.quiet;
-    // Of both sides against each other at the frequency of the faster one; where that is quiet, of the slower one alone.
+    // Of both sides against each other at the frequency of the faster one; where that is quiet, of the slower
+    // one alone.
     Side both = a_is_slow || a < 0 ? of_b : of_a;
     both.acceleration = of_b.acceleration - of_a.acceleration;
     both.rate_sq = t.rate_sq;
@@ -141,18 +161,24 @@ void IslandStepper::weigh_springs() {
       t.energetic = t.swing_speed > slow.quiet;
     }
     // What crushes swings back by what it can hold, no farther.
-    if (t.normal_law.limit > 0) t.swing_speed = std::min(t.swing_speed, 0.5 * t.swing_rate * t.normal_law.limit / t.normal_law.stiffness);
+    if (t.normal_law.limit > 0)
+      t.swing_speed =
+          std::min(t.swing_speed, 0.5 * t.swing_rate * t.normal_law.limit / t.normal_law.stiffness);
   }
 }
 
 double IslandStepper::spring_limit(double h, bool lumped) const {
   double limit = h;
   for (const Touch& t : touches_) {
-    if (t.stiffness == 0 || !t.energetic || (leapfrog() && deformable_structure(t))) continue;   // there the rise of the force decides
-    // The trapezoid turns half a swing of rate w and speed V into one that is longer by pi/w (h w)^2/12, which leaves its end off by V times that. A quarter
-    // of what the accuracy allows is asked for, and 2 w = sqrt(rate_sq).
+    if (t.stiffness == 0 || !t.energetic || (leapfrog() && deformable_structure(t)))
+      continue;  // there the rise of the force decides
+    // The trapezoid turns half a swing of rate w and speed V into one that is longer by pi/w (h w)^2/12,
+    // which leaves its end off by V times that. A quarter of what the accuracy allows is asked for, and 2 w =
+    // sqrt(rate_sq).
     const double rate = t.swing_rate, allowed = 6 / std::numbers::pi * settings_.accuracy * length_;
-    const double resolved = std::min(phase_asked(settings_.accuracy) * resolved_phase, std::sqrt(allowed * rate / t.swing_speed)) / rate;
+    const double resolved = std::min(phase_asked(settings_.accuracy) * resolved_phase,
+                                     std::sqrt(allowed * rate / t.swing_speed)) /
+                            rate;
     if (t.at.gap < -1e-9 * length_ || t.pulls() || (t.at.gap <= touch_gap() && t.approach < 0)) {
       limit = std::min(limit, resolved);
     } else if (lumped && t.approach < 0) {
@@ -162,19 +188,24 @@ double IslandStepper::spring_limit(double h, bool lumped) const {
   return limit;
 }
 
-/// Gives the end rule of the one block of a hard touch that is near enough to be a row to the other; true if it had not yet.
+/// Gives the end rule of the one block of a hard touch that is near enough to be a row to the other; true if
+/// it had not yet.
 bool IslandStepper::share_end_rule(const Touch& t, double h) {
   if (t.stiffness > 0 || t.b < 0 || t.a.kind != Partner::Kind::block) return false;
-  if (t.at.gap > touch_gap() && t.at.gap + h * t.approach - h * h * model_.gravity.norm() >= row_reach()) return false;
+  if (t.at.gap > touch_gap() && t.at.gap + h * t.approach - h * h * model_.gravity.norm() >= row_reach())
+    return false;
   const int a = local_[static_cast<std::size_t>(t.a.index)], b = local_[static_cast<std::size_t>(t.b)];
   if (a < 0 || b < 0) return false;
-  bool &of_a = bodies_[static_cast<std::size_t>(a)].end_rule, &of_b = bodies_[static_cast<std::size_t>(b)].end_rule;
+  bool &of_a = bodies_[static_cast<std::size_t>(a)].end_rule,
+       &of_b = bodies_[static_cast<std::size_t>(b)].end_rule;
   if (of_a == of_b) return false;
   return of_a = of_b = true;
 }
 
 void IslandStepper::choose_springs(double h, bool lumped) {
-  for (Body& b : bodies_) b.end_rule = b.follows = b.strains_at_end = false, b.strain_lag.setZero(), b.leapfrog = leapfrog(), b.guarded = lumped && !leapfrog();
+  for (Body& b : bodies_)
+    b.end_rule = b.follows = b.strains_at_end = false, b.strain_lag.setZero(), b.leapfrog = leapfrog(),
+    b.guarded = lumped && !leapfrog();
   const auto body_of = [&](int block) -> Body* {
     const int l = local_[static_cast<std::size_t>(block)];
     return l < 0 ? nullptr : &bodies_[static_cast<std::size_t>(l)];
@@ -186,25 +217,32 @@ void IslandStepper::choose_springs(double h, bool lumped) {
     if (t.stiffness == 0) continue;
     if (leapfrog()) {
       // The step before counts, too: the leapfrog's force lies between both.
-      if (t.at.gap + h * t.approach - fall < 0 || t.at.gap <= 0 || t.at.gap - h * t.approach < 0) t.spring = Mode::spring_secant;
+      if (t.at.gap + h * t.approach - fall < 0 || t.at.gap <= 0 || t.at.gap - h * t.approach < 0)
+        t.spring = Mode::spring_secant;
       continue;
     }
-    // In event driven islands an onset fast enough to matter ends the step; the others are rows from the start. It may gain its speed on the way.
+    // In event driven islands an onset fast enough to matter ends the step; the others are rows from the
+    // start. It may gain its speed on the way.
     const double onset_sq = t.approach * t.approach + 2 * model_.gravity.norm() * std::max(0.0, t.at.gap);
-    const bool meets = t.at.gap + h * t.approach - fall < 0 && (lumped || t.at.gap <= touch_gap() || onset_sq < t.quiet_speed * t.quiet_speed);
+    const bool meets = t.at.gap + h * t.approach - fall < 0 &&
+                       (lumped || t.at.gap <= touch_gap() || onset_sq < t.quiet_speed * t.quiet_speed);
     if (t.at.gap > 0 && !meets && !t.pulls()) continue;
     t.spring = h * std::sqrt(t.rate_sq) <= resolved_phase ? Mode::spring_mean : Mode::spring_end;
-    if (t.spring == Mode::spring_mean || deformable_structure(t)) continue;   // a condensed step is the trapezoid's, whatever the spring's rule
+    if (t.spring == Mode::spring_mean || deformable_structure(t))
+      continue;  // a condensed step is the trapezoid's, whatever the spring's rule
     // Of the two the one whose own frequency the step does not resolve, both where they share it.
     any_end = true;
     Body *const b = body_of(t.b), *const a = t.a.kind == Partner::Kind::block ? body_of(t.a.index) : nullptr;
-    const double unresolved = 0.5 * resolved_phase * resolved_phase / (h * h), of_a = a != nullptr ? a->spring_rate_sq : 0.0, of_b = t.rate_sq - of_a;
+    const double unresolved = 0.5 * resolved_phase * resolved_phase / (h * h),
+                 of_a = a != nullptr ? a->spring_rate_sq : 0.0, of_b = t.rate_sq - of_a;
     if (a != nullptr && (of_a > unresolved || of_a > of_b)) a->end_rule = true;
     if (of_b > unresolved || of_b >= of_a) b->end_rule = true;
   }
-  sprung_ = island_->structures.empty() && std::any_of(touches_.begin(), touches_.end(), [](const Touch& t) { return t.spring != Mode::idle; });
+  sprung_ = island_->structures.empty() && std::any_of(touches_.begin(), touches_.end(),
+                                                       [](const Touch& t) { return t.spring != Mode::idle; });
   if (!any_end) return;
-  // Those that touch share it: held by its velocity at the end to one that goes half as far, one would part from the other by the other half.
+  // Those that touch share it: held by its velocity at the end to one that goes half as far, one would part
+  // from the other by the other half.
   for (bool changed = lumped; changed;) {
     changed = false;
     for (const Touch& t : touches_)
@@ -219,7 +257,8 @@ void IslandStepper::choose_springs(double h, bool lumped) {
 }
 
 bool IslandStepper::cut_at_release(double& h) const {
-  // A spring that lets go within the step is followed to its free length, so that it gives back what it stored.
+  // A spring that lets go within the step is followed to its free length, so that it gives back what it
+  // stored.
   double fraction = 1;
   for (const Touch& t : touches_) {
     if (t.row < 0 || t.mode != Mode::spring_mean || !(t.at.gap < 0) || t.pulls()) continue;
@@ -229,7 +268,8 @@ bool IslandStepper::cut_at_release(double& h) const {
       const contact::ContactTerm& term = problem_.terms[static_cast<std::size_t>(c.first_term + i)];
       const contact::ProblemBody& body = problem_.bodies[static_cast<std::size_t>(term.body)];
       for (int k = 0; k < body.ndof; ++k)
-        end_speed += problem_.jacobians[static_cast<std::size_t>(term.jacobian + 3 * k)] * problem_.v[static_cast<std::size_t>(body.offset + k)];
+        end_speed += problem_.jacobians[static_cast<std::size_t>(term.jacobian + 3 * k)] *
+                     problem_.v[static_cast<std::size_t>(body.offset + k)];
     }
     const double beyond = t.at.gap + 0.5 * h * (t.approach + end_speed);
     if (!(beyond > 0)) continue;

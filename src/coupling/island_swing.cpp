@@ -1,7 +1,8 @@
 // Friction of what slides through a step while its direction turns.
 //
-// Friction against the slip at the end of the step alone is of first order: a block that spins as it slides ends several per cent of its path
-// off, however small the accuracy asked for. Against the mean of the slips at both ends it is of second order, as the trapezoid of the positions.
+// Friction against the slip at the end of the step alone is of first order: a block that spins as it slides
+// ends several per cent of its path off, however small the accuracy asked for. Against the mean of the slips
+// at both ends it is of second order, as the trapezoid of the positions.
 #include <algorithm>
 #include <cmath>
 
@@ -11,7 +12,9 @@ namespace talus::coupling {
 namespace {
 
 /// Whether the positions follow this touch's impulse by the trapezoid, and its friction has no spring.
-bool by_trapezoid(const Touch& t) { return t.mode == Mode::closed || (t.mode == Mode::spring_mean && t.shear_stiffness == 0); }
+bool by_trapezoid(const Touch& t) {
+  return t.mode == Mode::closed || (t.mode == Mode::spring_mean && t.shear_stiffness == 0);
+}
 
 }  // namespace
 
@@ -23,17 +26,21 @@ void IslandStepper::begin_swing() {
 }
 
 /// Along the row's tangents by the solution [m/s].
-Eigen::Vector2d IslandStepper::slip_at_end(const Touch& t) const { return parting(t).tail<2>() - (t.swings ? t.slip_row : Eigen::Vector2d(Eigen::Vector2d::Zero())); }
+Eigen::Vector2d IslandStepper::slip_at_end(const Touch& t) const {
+  return parting(t).tail<2>() - (t.swings ? t.slip_row : Eigen::Vector2d(Eigen::Vector2d::Zero()));
+}
 
-/// Whether each touch slides on, by the solution, as its row supposed. After the first pass all those that turn by less than 60 degrees change to
-/// the mean; what that turns round, or stops, changes back.
+/// Whether each touch slides on, by the solution, as its row supposed. After the first pass all those that
+/// turn by less than 60 degrees change to the mean; what that turns round, or stops, changes back.
 bool IslandStepper::swing(bool first_pass) {
   bool as_supposed = true;
   for (Touch& t : touches_) {
-    if (t.row < 0 || !by_trapezoid(t) || !(first_pass || t.swings) || !(t.slip.norm() > 1e-6 * speed_)) continue;
+    if (t.row < 0 || !by_trapezoid(t) || !(first_pass || t.swings) || !(t.slip.norm() > 1e-6 * speed_))
+      continue;
     const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
     const Eigen::Vector2d end = slip_at_end(t);
-    const bool slides = c.impulse[0] > 0 && end.norm() > 2 * unsolved_speed_;   // more than the solution leaves
+    const bool slides =
+        c.impulse[0] > 0 && end.norm() > 2 * unsolved_speed_;  // more than the solution leaves
     const bool on = slides && end.dot(t.slip_row) > (first_pass ? 0.5 * end.norm() * t.slip_row.norm() : 0.0);
     if (on == t.swings) continue;
     t.swings = on;
@@ -42,7 +49,8 @@ bool IslandStepper::swing(bool first_pass) {
   return as_supposed;
 }
 
-/// What the turning of the slip within the step adds to the error of the path until friction has stopped it, relative to block size.
+/// What the turning of the slip within the step adds to the error of the path until friction has stopped it,
+/// relative to block size.
 double IslandStepper::swing_error(double h) const {
   double most = 0;
   for (const Touch& t : touches_) {
@@ -52,8 +60,10 @@ double IslandStepper::swing_error(double h) const {
     const Eigen::Vector2d end = slip_at_end(t);
     const double after = end.norm();
     if (!(after > 1e-6 * speed_)) continue;
-    const double across = t.slip_row.x() * end.y() - t.slip_row.y() * end.x(), angle = std::atan2(std::abs(across), t.slip_row.dot(end)), sum = before + after;
-    const double off = t.swings ? angle * angle / 24 + angle * std::abs(before - after) / (6 * sum) : angle / 4;
+    const double across = t.slip_row.x() * end.y() - t.slip_row.y() * end.x(),
+                 angle = std::atan2(std::abs(across), t.slip_row.dot(end)), sum = before + after;
+    const double off =
+        t.swings ? angle * angle / 24 + angle * std::abs(before - after) / (6 * sum) : angle / 4;
     most = std::max(most, 0.5 * h * sum * off / length_);
   }
   return most;

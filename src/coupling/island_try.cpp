@@ -1,4 +1,5 @@
-// One step until it stands: solved, then shortened while its error, its energy or something met on the way asks for it.
+// One step until it stands: solved, then shortened while its error, its energy or something met on the way
+// asks for it.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -30,23 +31,28 @@ bool IslandStepper::take(Trial& trial) {
     step_length_ = trial.h;
     for (int s : island_->structures) {
       Structure& structure = *env_.structures[static_cast<std::size_t>(s)].structure;
-      condensed_ ? structure.predict_condensed(trial.start, trial.h) : structure.predict(trial.start, trial.h);
+      condensed_ ? structure.predict_condensed(trial.start, trial.h)
+                 : structure.predict(trial.start, trial.h);
     }
     if (condensed_) {
       gather_skins();
       approach_skins();
     }
-    // Halving brings the solution nearer to the last one's; where that does not help, what can be solved is taken.
-    const int halvings = !island_->structures.empty() && !condensed_ ? 2 : 8;   // sub-steps are as near already
-    const Outcome o = smooth(trial.h, trial.lumped, trial.passes, trial.halved >= halvings || 0.5 * trial.h < settings_.min_step);
+    // Halving brings the solution nearer to the last one's; where that does not help, what can be solved is
+    // taken.
+    const int halvings =
+        !island_->structures.empty() && !condensed_ ? 2 : 8;  // sub-steps are as near already
+    const Outcome o = smooth(trial.h, trial.lumped, trial.passes,
+                             trial.halved >= halvings || 0.5 * trial.h < settings_.min_step);
     if (refused(trial, o)) {
       if (trial.h >= settings_.min_step) continue;
       fail_at_smallest_step();
       return false;
     }
     if (shortened(trial)) continue;
-    double by_ends = 0;   // error by the accelerations at both ends, over what it may be
-    if (ahead && allowed_ && (allowed_at_end = allowed_accelerations())) by_ends = error_by_ends(trial.h, *allowed_, *allowed_at_end);
+    double by_ends = 0;  // error by the accelerations at both ends, over what it may be
+    if (ahead && allowed_ && (allowed_at_end = allowed_accelerations()))
+      by_ends = error_by_ends(trial.h, *allowed_, *allowed_at_end);
     if (by_ends > 1 && may_shorten(trial)) {
       reject();
       trial.h *= std::clamp(0.9 / std::sqrt(by_ends), 0.1, 0.7);
@@ -54,12 +60,15 @@ bool IslandStepper::take(Trial& trial) {
     }
     allowed_ = std::move(allowed_at_end);
     if (trial.adaptive && trial.closed) {
-      const double error = std::max(o.error / error_limit(), by_ends), fastest_growth = ahead ? 5.0 : 2.0;   // what an event made short grows again
-      const double grow = error > 0 ? std::clamp(0.9 / std::cbrt(error), 0.3, fastest_growth) : fastest_growth;
+      const double error = std::max(o.error / error_limit(), by_ends),
+                   fastest_growth = ahead ? 5.0 : 2.0;  // what an event made short grows again
+      const double grow =
+          error > 0 ? std::clamp(0.9 / std::cbrt(error), 0.3, fastest_growth) : fastest_growth;
       // The rest of a stretch, shorter than the step would be, says nothing against the longer one.
       const bool clipped = trial.h >= trial.remaining * (1 - 1e-12) && grow >= 1;
       suggested_ = clipped ? std::max(suggested_, trial.h * grow) : trial.h * grow;
-      if (trial.breaks > 0 || settling_) suggested_ = std::max(suggested_, trial.asked);   // short for its bond's sake, or for a bounce's
+      if (trial.breaks > 0 || settling_)
+        suggested_ = std::max(suggested_, trial.asked);  // short for its bond's sake, or for a bounce's
     }
     return true;
   }
@@ -67,8 +76,9 @@ bool IslandStepper::take(Trial& trial) {
 
 /// Not solved, or with too large an error: taken back, `trial` asks for a shorter step.
 bool IslandStepper::refused(Trial& trial, const Outcome& o) {
-  if (trial.usual > 0 && !(o.ok && certified_ && stand(model_, state_, island_->blocks, still_speed(model_, trial.usual)))) {
-    reject();   // it does not go on standing: a step like any other
+  if (trial.usual > 0 &&
+      !(o.ok && certified_ && stand(model_, state_, island_->blocks, still_speed(model_, trial.usual)))) {
+    reject();  // it does not go on standing: a step like any other
     trial.h = std::exchange(trial.usual, 0.0);
     return true;
   }
@@ -77,7 +87,7 @@ bool IslandStepper::refused(Trial& trial, const Outcome& o) {
   reject();
   if (!o.ok) {
     ++report_.counters.tier_d, ++trial.halved, ++unsolved_;
-    if (!trial.lumped && jammed()) {   // goes on as large islands do
+    if (!trial.lumped && jammed()) {  // goes on as large islands do
       trial.lumped = true;
       trial.adaptive = false;
       trial.passes = 1;
@@ -97,7 +107,8 @@ bool IslandStepper::shortened(Trial& trial) {
     return true;
   }
   if (trial.lumped && may_shorten(trial) && ++trial.cuts <= 30 && met_others(trial)) return true;
-  if (island_->structures.empty() && settings_.fixed_step <= 0 && may_shorten(trial) && cut_at_break(trial)) return true;
+  if (island_->structures.empty() && settings_.fixed_step <= 0 && may_shorten(trial) && cut_at_break(trial))
+    return true;
   if (condensed_ && settings_.fixed_step <= 0) {
     const double error = condensed_error(trial.h);
     if (error > error_limit() && may_shorten(trial)) {
@@ -117,7 +128,8 @@ bool IslandStepper::shortened(Trial& trial) {
   return cut_at_stop(trial);
 }
 
-/// What a lumped step met without a row: solved again with rows for it; else it ends short, and a row is there in the next one.
+/// What a lumped step met without a row: solved again with rows for it; else it ends short, and a row is
+/// there in the next one.
 bool IslandStepper::met_others(Trial& trial) {
   const Crossing met = crossing();
   if (met.first >= 1 && !met.listed) return false;
@@ -137,34 +149,44 @@ Vec3 IslandStepper::parting(const Touch& t) const {
   for (int k = 0; k < c.terms; ++k) {
     const contact::ContactTerm& term = problem_.terms[static_cast<std::size_t>(c.first_term + k)];
     const contact::ProblemBody& body = problem_.bodies[static_cast<std::size_t>(term.body)];
-    u += Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>(problem_.jacobians.data() + term.jacobian, 3, body.ndof) * Eigen::Map<const VecX>(problem_.v.data() + body.offset, body.ndof);
+    u += Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>(problem_.jacobians.data() + term.jacobian,
+                                                                    3, body.ndof) *
+         Eigen::Map<const VecX>(problem_.v.data() + body.offset, body.ndof);
   }
   return u;
 }
 
-/// True if this touch was bonded and its bond does not hold by the solution. A hard one: it bears the most that it can, and the two move on each other by
-/// more than the solution leaves unsolved. Many that share a load may have the most that they can bear and still hold.
+/// True if this touch was bonded and its bond does not hold by the solution. A hard one: it bears the most
+/// that it can, and the two move on each other by more than the solution leaves unsolved. Many that share a
+/// load may have the most that they can bear and still hold.
 bool IslandStepper::breaks(const Touch& t) const {
   const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
-  if (t.broken || !(c.cohesion > t.ploughing || c.tension > 0)) return false;   // ploughed ground is no bond
+  if (t.broken || !(c.cohesion > t.ploughing || c.tension > 0)) return false;  // ploughed ground is no bond
   if (t.stiffness > 0) return gives_way(t);
   constexpr double nearly = 1e-3, times_unsolved = 5;
-  const double least = c.friction > 0 ? std::min(c.tension, c.cohesion / c.friction) : c.tension, most = c.friction * c.impulse[0] + c.cohesion;
-  const bool torn = c.impulse[0] <= -least + nearly * least, slid = c.cohesion > 0 && c.impulse.tail<2>().norm() >= (1 - nearly) * most;
+  const double least = c.friction > 0 ? std::min(c.tension, c.cohesion / c.friction) : c.tension,
+               most = c.friction * c.impulse[0] + c.cohesion;
+  const bool torn = c.impulse[0] <= -least + nearly * least,
+             slid = c.cohesion > 0 && c.impulse.tail<2>().norm() >= (1 - nearly) * most;
   if (!torn && !slid) return false;
-  const double shows = stalled_ > 0 ? settings_.accuracy * length_ / step_length_ : 0.0;   // where the search has stalled, what the accuracy asked for tells
+  const double shows = stalled_ > 0 ? settings_.accuracy * length_ / step_length_
+                                    : 0.0;  // where the search has stalled, what the accuracy asked for tells
   const Vec3 moves = parting(t);
-  return std::max(moves[0], moves.tail<2>().norm()) > std::max({1e-9 * speed_, times_unsolved * unsolved_speed_, shows});
+  return std::max(moves[0], moves.tail<2>().norm()) >
+         std::max({1e-9 * speed_, times_unsolved * unsolved_speed_, shows});
 }
 
-/// A bond holds over the whole of the step in which it breaks: the step is cut so that it ends there, in large islands to within the time in which
-/// something falls by the accuracy's part of its size.
+/// A bond holds over the whole of the step in which it breaks: the step is cut so that it ends there, in
+/// large islands to within the time in which something falls by the accuracy's part of its size.
 bool IslandStepper::cut_at_break(Trial& trial) {
-  const auto gives = [&](const Touch& t) { return t.row >= 0 && !t.impulse.isZero(0) && breaks(t); };   // what merely opens bears nothing
+  const auto gives = [&](const Touch& t) {
+    return t.row >= 0 && !t.impulse.isZero(0) && breaks(t);
+  };  // what merely opens bears nothing
   const bool broken = std::any_of(touches_.begin(), touches_.end(), gives);
   if (!broken && (trial.breaks == 0 || trial.h <= trial.holds)) return false;
   (broken ? trial.breaks : trial.holds) = trial.h;
-  const double sharp = std::max(10 * settings_.min_step, (trial.lumped ? 1 : 1e-3) * settings_.accuracy * length_ / speed_);   // [s]
+  const double sharp = std::max(10 * settings_.min_step,
+                                (trial.lumped ? 1 : 1e-3) * settings_.accuracy * length_ / speed_);  // [s]
   const bool found = trial.breaks - trial.holds <= sharp;
   if (found && broken) return false;
   restore();
@@ -172,13 +194,16 @@ bool IslandStepper::cut_at_break(Trial& trial) {
   return true;
 }
 
-/// What parts too slowly for a bounce, and is pressed by the solution, comes back within the step. The trapezoid would leave it open by half of its
-/// speed times the step: a step about as long as the bounce holds it where it is.
+/// What parts too slowly for a bounce, and is pressed by the solution, comes back within the step. The
+/// trapezoid would leave it open by half of its speed times the step: a step about as long as the bounce
+/// holds it where it is.
 bool IslandStepper::cut_at_settling(Trial& trial) {
   if (settling_ || !may_shorten(trial)) return false;
-  double fastest = 0;   // what was pressed before is closed again soon
+  double fastest = 0;  // what was pressed before is closed again soon
   for (const Touch& t : touches_)
-    if (t.row >= 0 && t.mode == Mode::closed && !t.persistent && t.impulse[0] > 0 && 0.5 * t.approach * trial.h > 1e-2 * touch_gap()) fastest = std::max(fastest, t.approach);
+    if (t.row >= 0 && t.mode == Mode::closed && !t.persistent && t.impulse[0] > 0 &&
+        0.5 * t.approach * trial.h > 1e-2 * touch_gap())
+      fastest = std::max(fastest, t.approach);
   if (fastest == 0) return false;
   restore();
   settling_ = true;
@@ -186,7 +211,8 @@ bool IslandStepper::cut_at_settling(Trial& trial) {
   return true;
 }
 
-/// Sliding that stops within the step: the step is cut so that it ends there, else the trapezoid would slide on to its end.
+/// Sliding that stops within the step: the step is cut so that it ends there, else the trapezoid would slide
+/// on to its end.
 bool IslandStepper::cut_at_stop(Trial& trial) {
   if (trial.stop_located || !may_shorten(trial)) return false;
   if (const int stopped = stopped_touch(trial); stopped >= 0) {
@@ -202,23 +228,29 @@ bool IslandStepper::cut_at_stop(Trial& trial) {
   const Body& b = bodies_[static_cast<std::size_t>(local_[static_cast<std::size_t>(touch.b)])];
   const Vec3 from = touch.slip;
   const Pose now = dda::pose(state_, touch.b);
-  const double left = slip(touch, now.c + now.F * (b.start.F.inverse() * (touch.at.point_b - b.start.c))).dot(from) / from.squaredNorm();
+  const double left =
+      slip(touch, now.c + now.F * (b.start.F.inverse() * (touch.at.point_b - b.start.c))).dot(from) /
+      from.squaredNorm();
   if (!(left > 0.05 && left < 1)) return false;
   restore();
-  trial.h = std::min(trial.h / (1 - left), 2 * trial.h);   // it has stopped in twice the step
+  trial.h = std::min(trial.h / (1 - left), 2 * trial.h);  // it has stopped in twice the step
   return true;
 }
 
 /// The touch that slid farthest at the start and sticks by the solution, if that matters; -1: none.
 int IslandStepper::stopped_touch(const Trial& trial) const {
   int stopped = -1;
-  double longest = std::max(1e-2 * error_limit(), std::min(error_limit(), 1e-9)) * length_;   // what sliding on would add at most; to locate a stop costs little, down to round-off
+  double longest =
+      std::max(1e-2 * error_limit(), std::min(error_limit(), 1e-9)) *
+      length_;  // what sliding on would add at most; to locate a stop costs little, down to round-off
   for (std::size_t i = 0; i < touches_.size(); ++i) {
     const Touch& touch = touches_[i];
-    const bool trapezoid = touch.mode == Mode::closed || (touch.mode == Mode::spring_mean && touch.shear_stiffness == 0);
+    const bool trapezoid =
+        touch.mode == Mode::closed || (touch.mode == Mode::spring_mean && touch.shear_stiffness == 0);
     if (touch.row < 0 || !trapezoid || !(touch.impulse[0] > 0)) continue;
     const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(touch.row)];
-    const bool sticks = touch.impulse.tail<2>().norm() < (c.friction * touch.impulse[0] + c.cohesion) * (1 - 1e-9);
+    const bool sticks =
+        touch.impulse.tail<2>().norm() < (c.friction * touch.impulse[0] + c.cohesion) * (1 - 1e-9);
     const double path = 0.5 * trial.h * touch.slip.norm();
     if (!sticks || path <= longest) continue;
     longest = path;
@@ -229,8 +261,9 @@ int IslandStepper::stopped_touch(const Trial& trial) const {
 
 bool IslandStepper::may_shorten(const Trial& trial) const { return trial.h > 10 * settings_.min_step; }
 
-/// True if the step just computed made more energy than the accuracy allows of what the island moves and stores: its error, and order 2 or better. What swings on
-/// its fixed points alone may not lose it either: it gains going down what it loses going up, and cut short there alone it would be braked swing by swing.
+/// True if the step just computed made more energy than the accuracy allows of what the island moves and
+/// stores: its error, and order 2 or better. What swings on its fixed points alone may not lose it either: it
+/// gains going down what it loses going up, and cut short there alone it would be braked swing by swing.
 bool IslandStepper::gains_energy() const {
   double scale = 0, round_off = 0;
   bool swings = false;
@@ -238,11 +271,13 @@ bool IslandStepper::gains_energy() const {
     const double mass = model_.blocks[static_cast<std::size_t>(b.block)].mass;
     swings = swings || !model_.blocks[static_cast<std::size_t>(b.block)].fixed_points.empty();
     round_off += 1e-14 * mass * (speed_ * speed_ + model_.gravity.norm() * (length_ + b.start.c.norm()));
-    scale += 0.5 * mass * b.v0.head<3>().squaredNorm() + b.internal0 + 0.1 * settings_.accuracy * mass * model_.gravity.norm() * length_;
+    scale += 0.5 * mass * b.v0.head<3>().squaredNorm() + b.internal0 +
+             0.1 * settings_.accuracy * mass * model_.gravity.norm() * length_;
   }
   for (const Touch& t : touches_)
     if (t.row >= 0) scale += t.stored, swings = false;
-  return (swings ? std::abs(pending_.algorithmic) : -pending_.algorithmic) > gain_allowed * settings_.accuracy * scale + round_off;
+  return (swings ? std::abs(pending_.algorithmic) : -pending_.algorithmic) >
+         gain_allowed * settings_.accuracy * scale + round_off;
 }
 
 }  // namespace talus::coupling

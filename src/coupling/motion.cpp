@@ -14,7 +14,9 @@ namespace {
 Vec3 turn_between(const Quat& a, const Quat& b, const Vec3& expected) {
   const Vec3 turn = dda::rotation_vector(b * a.conjugate());
   const double angle = turn.norm();
-  const Vec3 axis = angle > 1e-9 ? Vec3(turn / angle) : expected.norm() > 1 ? Vec3(expected.normalized()) : Vec3(Vec3::Zero());
+  const Vec3 axis = angle > 1e-9          ? Vec3(turn / angle)
+                    : expected.norm() > 1 ? Vec3(expected.normalized())
+                                          : Vec3(Vec3::Zero());
   const double turns = std::round((axis.dot(expected) - angle) / (2 * std::numbers::pi));
   return turn + 2 * std::numbers::pi * turns * axis;
 }
@@ -37,7 +39,8 @@ Vec3 spin_of(const dda::Model::Block& b, const dda::BlockState& s, const Vec3& m
   return m.block<3, 3>(3, 3).inverse() * (momentum - m.block<3, 6>(3, 6) * s.eps_rate);
 }
 
-dda::BlockState flown(const dda::Model::Block& b, const Vec3& gravity, const dda::BlockState& start, double s) {
+dda::BlockState flown(const dda::Model::Block& b, const Vec3& gravity, const dda::BlockState& start,
+                      double s) {
   dda::BlockState now = start;
   now.c = start.c + s * start.v + (0.5 * s * s) * gravity;
   now.v = start.v + s * gravity;
@@ -49,20 +52,24 @@ dda::BlockState flown(const dda::Model::Block& b, const Vec3& gravity, const dda
 }
 
 /// True if free flow leads from one state to the other, to round-off.
-bool flies(const dda::Model::Block& b, const Vec3& gravity, double t1, double h, const dda::BlockState& start, const dda::BlockState& end) {
+bool flies(const dda::Model::Block& b, const Vec3& gravity, double t1, double h, const dda::BlockState& start,
+           const dda::BlockState& end) {
   if (strains(b)) return false;
   constexpr double round_off = 64 * std::numeric_limits<double>::epsilon(), of_turns = 1e-11;
   const dda::BlockState free = flown(b, gravity, start, h);
   const double speed = start.v.norm() + end.v.norm();
-  return (free.v - end.v).norm() <= round_off * (speed + t1 * gravity.norm()) && (free.c - end.c).norm() <= round_off * (start.c.norm() + end.c.norm() + t1 * speed) &&
-         (free.w - end.w).norm() <= of_turns * (1 + t1) * end.w.norm() && dda::rotation_vector(free.q * end.q.conjugate()).norm() <= of_turns * (1 + t1);
+  return (free.v - end.v).norm() <= round_off * (speed + t1 * gravity.norm()) &&
+         (free.c - end.c).norm() <= round_off * (start.c.norm() + end.c.norm() + t1 * speed) &&
+         (free.w - end.w).norm() <= of_turns * (1 + t1) * end.w.norm() &&
+         dda::rotation_vector(free.q * end.q.conjugate()).norm() <= of_turns * (1 + t1);
 }
 
 double dissipated(const Ledger& l) { return l.dissipated(); }
 
 }  // namespace
 
-MotionSegment motion_segment(const dda::Model& model, int block, double t0, double t1, const dda::BlockState& start, const dda::BlockState& end, bool all_at_start) {
+MotionSegment motion_segment(const dda::Model& model, int block, double t0, double t1,
+                             const dda::BlockState& start, const dda::BlockState& end, bool all_at_start) {
   MotionSegment segment{block, MotionSegment::Path::trapezoid, t0, t1, start, end};
   const double h = t1 - t0;
   if (flies(model.blocks[static_cast<std::size_t>(block)], model.gravity, t1, h, start, end)) {
@@ -70,7 +77,8 @@ MotionSegment motion_segment(const dda::Model& model, int block, double t0, doub
     return segment;
   }
   const Vec3 way = end.c - start.c;
-  const double beside_line = (way - h * end.v).norm(), beside_trapezoid = (way - 0.5 * h * (start.v + end.v)).norm();
+  const double beside_line = (way - h * end.v).norm(),
+               beside_trapezoid = (way - 0.5 * h * (start.v + end.v)).norm();
   if (all_at_start || beside_line < 0.5 * beside_trapezoid) segment.path = MotionSegment::Path::straight;
   return segment;
 }
@@ -101,7 +109,8 @@ dda::BlockState evaluate(const MotionSegment& segment, double t, const dda::Mode
   now.q = turn.isZero(0) ? start.q : (dda::rotation_by(turn) * start.q).normalized();
   if (start.w.isZero(0) && end.w.isZero(0)) return now;
   const Vec3 before = spin_momentum(b, start), after = spin_momentum(b, end);
-  now.w = spin_of(b, now, segment.path == MotionSegment::Path::straight ? after : Vec3(before + r * (after - before)));
+  now.w = spin_of(
+      b, now, segment.path == MotionSegment::Path::straight ? after : Vec3(before + r * (after - before)));
   return now;
 }
 
@@ -110,7 +119,7 @@ Ledger evaluate(const WorkSegment& segment, double t, double energy) {
   const Ledger &before = segment.before, &after = segment.after;
   const double r = std::max(0.0, t - segment.t0) / (segment.t1 - segment.t0);
   const double work = dissipated(after) + after.contact - dissipated(before) - before.contact;
-  const double unbalanced = segment.energy_after - segment.energy_before + work;   // of the whole step
+  const double unbalanced = segment.energy_after - segment.energy_before + work;  // of the whole step
   const double done = segment.energy_before - energy + r * unbalanced;
   const double part = work != 0 ? std::clamp(done / work, 0.0, 1.0) : r;
   const auto between = [&](double a, double b) { return a + part * (b - a); };
@@ -124,7 +133,8 @@ Ledger evaluate(const WorkSegment& segment, double t, double energy) {
   now.contact = between(before.contact, after.contact);
   now.structure_contact_work = between(before.structure_contact_work, after.structure_contact_work);
   now.blocks_contact_work = between(before.blocks_contact_work, after.blocks_contact_work);
-  // What is given on the way and taken back by the end: springs that are pressed and let go store it, the rest is the error of what lies between the ends.
+  // What is given on the way and taken back by the end: springs that are pressed and let go store it, the
+  // rest is the error of what lies between the ends.
   const double on_the_way = done - part * work;
   const double stored = before.contact > 0 || after.contact > 0 ? std::max(on_the_way, -now.contact) : 0.0;
   now.contact += stored;

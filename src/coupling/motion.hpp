@@ -1,15 +1,19 @@
-/// The motion of blocks as a function of time: one piece per block and step, which rows are read off. No step ends because of a row.
+/// The motion of blocks as a function of time: one piece per block and step, which rows are read off. No step
+/// ends because of a row.
 ///
-/// Between the state after the impulses at the start of a step (index 0) and the state at its end (index 1), s = t - t0, h = t1 - t0, r = s / h:
+/// Between the state after the impulses at the start of a step (index 0) and the state at its end (index 1),
+/// s = t - t0, h = t1 - t0, r = s / h:
 ///
-///   flight      c0 + s v0 + s^2 g / 2,  v0 + s g,  torque-free rotation: the closed form of a rigid block that nothing touches
-///   trapezoid   c = c0 + s v0 + s^2 (v1 - v0) / (2 h) + r^2 (3 - 2 r) d,   d = c1 - c0 - h (v0 + v1) / 2,   v = v0 + r (v1 - v0)
-///   straight    c = c0 + r (c1 - c0),  v = v1: a step whose impulses act at its start, or all of which goes by the velocity at its end
+///   flight      c0 + s v0 + s^2 g / 2,  v0 + s g,  torque-free rotation: the closed form of a rigid block
+///   that nothing touches trapezoid   c = c0 + s v0 + s^2 (v1 - v0) / (2 h) + r^2 (3 - 2 r) d,   d = c1 - c0
+///   - h (v0 + v1) / 2,   v = v0 + r (v1 - v0) straight    c = c0 + r (c1 - c0),  v = v1: a step whose
+///   impulses act at its start, or all of which goes by the velocity at its end
 ///
-/// d is what the step moved a block beyond the trapezoidal rule (drift correction). A rotation vector about q0 takes the place of c, and of v the
-/// angular momentum about the centroid, which gives the spin at the orientation reached. Strains go straight from start to end, their rates as v: their
-/// energy lies between that of both ends also where the step does not resolve the vibration.
-/// Continuous at both ends, of second order between them; limits: decided by the states at the ends alone, not by each contact.
+/// d is what the step moved a block beyond the trapezoidal rule (drift correction). A rotation vector about
+/// q0 takes the place of c, and of v the angular momentum about the centroid, which gives the spin at the
+/// orientation reached. Strains go straight from start to end, their rates as v: their energy lies between
+/// that of both ends also where the step does not resolve the vibration. Continuous at both ends, of second
+/// order between them; limits: decided by the states at the ends alone, not by each contact.
 #pragma once
 #include <span>
 #include <vector>
@@ -23,33 +27,36 @@ struct MotionSegment {
   enum class Path : char { flight, trapezoid, straight };
   int block = 0;
   Path path = Path::trapezoid;
-  double t0 = 0, t1 = 0;         // [s]
-  dda::BlockState start, end;    // after impulses of no duration at t0; at t1
+  double t0 = 0, t1 = 0;       // [s]
+  dda::BlockState start, end;  // after impulses of no duration at t0; at t1
 };
 
-/// The path is that of flight if the end is where free flow leads from the start, straight where all impulses act at the start, else by the rule that the displacement of the
-/// centroid agrees with.
-MotionSegment motion_segment(const dda::Model& model, int block, double t0, double t1, const dda::BlockState& start, const dda::BlockState& end, bool all_at_start = false);
+/// The path is that of flight if the end is where free flow leads from the start, straight where all impulses
+/// act at the start, else by the rule that the displacement of the centroid agrees with.
+MotionSegment motion_segment(const dda::Model& model, int block, double t0, double t1,
+                             const dda::BlockState& start, const dda::BlockState& end,
+                             bool all_at_start = false);
 
 /// The block at t in [t0, t1]: at t1 and later the end, to the bit.
 dda::BlockState evaluate(const MotionSegment& segment, double t, const dda::Model& model);
 
 /// Works of an island over a step; `contact` is what its springs store then.
 struct WorkSegment {
-  double t0 = 0, t1 = 0;         // [s]
-  Ledger before, after;          // works since the start of the interval that the island is advanced over [J]
-  double energy_before = 0, energy_after = 0;   // kinetic, potential and strain of its blocks [J]
+  double t0 = 0, t1 = 0;  // [s]
+  Ledger before, after;   // works since the start of the interval that the island is advanced over [J]
+  double energy_before = 0, energy_after = 0;  // kinetic, potential and strain of its blocks [J]
 };
 
-/// Works at t, where the island's blocks have this energy: what they lack of it by then has been done, in the proportions of the whole step. What is given on the way and
-/// taken back by the end is stored in springs, if there are any; the rest, the error of what is read between the ends, is `algorithmic`.
+/// Works at t, where the island's blocks have this energy: what they lack of it by then has been done, in the
+/// proportions of the whole step. What is given on the way and taken back by the end is stored in springs, if
+/// there are any; the rest, the error of what is read between the ends, is `algorithmic`.
 Ledger evaluate(const WorkSegment& segment, double t, double energy);
 
 /// What an island did over an interval of time, as far as rows fall into it.
 struct IslandMotion {
-  std::vector<int> blocks;               // of the island
-  std::vector<MotionSegment> segments;   // in the order of time for each block
-  std::vector<WorkSegment> works;        // in the order of time
+  std::vector<int> blocks;              // of the island
+  std::vector<MotionSegment> segments;  // in the order of time for each block
+  std::vector<WorkSegment> works;       // in the order of time
 };
 
 /// True if one of the times (ascending) lies in (t0, t1]: a row falls into the step.

@@ -7,15 +7,20 @@
 namespace talus::coupling {
 
 std::vector<Vec3> keep_momenta(std::span<MovedBody> bodies, std::span<const MovedPair> pairs) {
-  const std::size_t fixed = bodies.size();   // stands for all that is
+  const std::size_t fixed = bodies.size();  // stands for all that is
   const int at_fixed = static_cast<int>(fixed);
   DisjointSets clusters(at_fixed + 1);
   for (const MovedPair& p : pairs) clusters.join(p.b, p.a < 0 ? at_fixed : p.a);
   for (int i = 0; i < at_fixed; ++i)
     if (bodies[static_cast<std::size_t>(i)].held) clusters.join(i, at_fixed);
-  const auto cluster_of = [&](std::size_t i) { return static_cast<std::size_t>(clusters.root(static_cast<int>(i))); };
+  const auto cluster_of = [&](std::size_t i) {
+    return static_cast<std::size_t>(clusters.root(static_cast<int>(i)));
+  };
 
-  struct Mean { double mass = 0; Vec3 way = Vec3::Zero(), velocity = Vec3::Zero(); };
+  struct Mean {
+    double mass = 0;
+    Vec3 way = Vec3::Zero(), velocity = Vec3::Zero();
+  };
   std::vector<Mean> means(fixed + 1);
   for (std::size_t i = 0; i < fixed; ++i) {
     Mean& m = means[cluster_of(i)];

@@ -8,7 +8,8 @@
 
 namespace talus::coupling {
 
-/// The pairs that touch with a row in the contact problem, those with the largest impulses first, three by name. Planes and structures are numbered from 1.
+/// The pairs that touch with a row in the contact problem, those with the largest impulses first, three by
+/// name. Planes and structures are numbered from 1.
 std::string name_contacts(const dda::Model& model, const std::vector<Touch>& touches);
 
 }  // namespace talus::coupling

@@ -22,10 +22,10 @@ class NodePlaces {
 
  private:
   struct Seen {
-    std::uint32_t round = 0;   // in which it was placed
+    std::uint32_t round = 0;  // in which it was placed
     int place = 0;
   };
-  std::vector<std::vector<Seen>> seen_;   // by structure and node
+  std::vector<std::vector<Seen>> seen_;  // by structure and node
   std::uint32_t round_ = 1;
   int count_ = 0;
 };

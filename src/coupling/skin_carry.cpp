@@ -8,16 +8,20 @@
 namespace talus::coupling {
 namespace {
 
-constexpr double most_skin_growth = 4;     // of an indentation or elongation
-constexpr double near_enough_on_skin = 0.5;   // cosine between the normals of what vanished and what takes over
+constexpr double most_skin_growth = 4;  // of an indentation or elongation
+constexpr double near_enough_on_skin =
+    0.5;  // cosine between the normals of what vanished and what takes over
 
 struct Heir {
   Touch* touch;
-  double deep;     // indentation at the start of the step [m]
-  double sunk;     // of which in the step before [m]
-  double energy;   // of the normal spring as a half step has it [J]
+  double deep;    // indentation at the start of the step [m]
+  double sunk;    // of which in the step before [m]
+  double energy;  // of the normal spring as a half step has it [J]
 
-  double energy_at(double s) const { return 0.5 * (touch->normal_law.stored(std::max(0.0, s * deep - sunk)) + touch->normal_law.stored(s * deep)); }
+  double energy_at(double s) const {
+    return 0.5 *
+           (touch->normal_law.stored(std::max(0.0, s * deep - sunk)) + touch->normal_law.stored(s * deep));
+  }
 };
 
 /// s in [1, most_skin_growth] by which indentations are to grow to hold `more`.
@@ -62,18 +66,24 @@ void stretch(const std::vector<Heir>& heirs, double more) {
 
 }  // namespace
 
-void leave_to_others(std::uint64_t partner, std::span<Touch> touches, const std::vector<ContactMemory>& memory, const std::function<double(const Touch&)>& before) {
+void leave_to_others(std::uint64_t partner, std::span<Touch> touches,
+                     const std::vector<ContactMemory>& memory,
+                     const std::function<double(const Touch&)>& before) {
   thread_local std::vector<const ContactMemory*> lost;
   lost.clear();
   for (const ContactMemory& m : memory)
-    if (m.partner == partner && m.feature != born_inside && !is_crater(m) && m.normal_energy + m.shear_energy > 0 &&
-        std::none_of(touches.begin(), touches.end(), [&](const Touch& t) { return t.goes_on_from == m.feature; }))
+    if (m.partner == partner && m.feature != born_inside && !is_crater(m) &&
+        m.normal_energy + m.shear_energy > 0 &&
+        std::none_of(touches.begin(), touches.end(),
+                     [&](const Touch& t) { return t.goes_on_from == m.feature; }))
       lost.push_back(&m);
   if (lost.empty()) return;
   thread_local std::vector<Heir> heirs;
   heirs.clear();
   const auto alike = [](const Touch& t) {
-    return std::any_of(lost.begin(), lost.end(), [&](const ContactMemory* m) { return m->normal.dot(t.at.normal) > near_enough_on_skin; });
+    return std::any_of(lost.begin(), lost.end(), [&](const ContactMemory* m) {
+      return m->normal.dot(t.at.normal) > near_enough_on_skin;
+    });
   };
   for (Touch& t : touches) {
     const bool springs_back = t.stiffness > 0 && t.law->kind != ContactLaw::Kind::crushing;
@@ -83,7 +93,9 @@ void leave_to_others(std::uint64_t partner, std::span<Touch> touches, const std:
   }
   double normal = 0, shear = 0;
   for (const ContactMemory* m : lost) {
-    if (std::none_of(heirs.begin(), heirs.end(), [&](const Heir& h) { return m->normal.dot(h.touch->at.normal) > near_enough_on_skin; })) continue;
+    if (std::none_of(heirs.begin(), heirs.end(),
+                     [&](const Heir& h) { return m->normal.dot(h.touch->at.normal) > near_enough_on_skin; }))
+      continue;
     normal += m->normal_energy;
     shear += m->shear_energy;
   }

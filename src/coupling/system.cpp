@@ -13,30 +13,34 @@
 
 #include <fmt/format.h>
 
+#include "contact/divided.hpp"
 #include "core/error.hpp"
 #include "core/multiples.hpp"
 #include "core/ranks.hpp"
-#include "contact/divided.hpp"
 #include "coupling/ground_laws.hpp"
 
 namespace talus::coupling {
 namespace {
 
-constexpr int few_blocks = 12;                 // in motion, up to which a stretch beside a structure is not shortened
-constexpr double on_clock = 1e-9;              // of a stretch: instants so near to each other are one
-constexpr double crowded_steps = 128;          // sub-steps of a structure in a stretch, among debris
+constexpr int few_blocks = 12;         // in motion, up to which a stretch beside a structure is not shortened
+constexpr double on_clock = 1e-9;      // of a stretch: instants so near to each other are one
+constexpr double crowded_steps = 128;  // sub-steps of a structure in a stretch, among debris
 
 /// The whole skin as it is now.
 void bring_up_to_date(StructurePart& part) {
-  if (part.followed.between >= 0) part.index->unfocus(part.structure->surface());
-  else part.index->refit(part.structure->surface());
+  if (part.followed.between >= 0)
+    part.index->unfocus(part.structure->surface());
+  else
+    part.index->refit(part.structure->surface());
   part.followed = {};
   part.lagging_index = false;
 }
 
-/// Longest next stretch after one in which structures took sub-steps [s]; 0: any. All that may come near within a stretch is one island, which shares the
-/// structure's sub-steps: among more than a few blocks in motion a short stretch leaves most of them out.
-double crowd_limit(const dda::Model& model, const Environment& env, const std::vector<char>& asleep, int few) {
+/// Longest next stretch after one in which structures took sub-steps [s]; 0: any. All that may come near
+/// within a stretch is one island, which shares the structure's sub-steps: among more than a few blocks in
+/// motion a short stretch leaves most of them out.
+double crowd_limit(const dda::Model& model, const Environment& env, const std::vector<char>& asleep,
+                   int few) {
   int awake = 0;
   for (std::size_t i = 0; i < asleep.size(); ++i) awake += asleep[i] == 0 && model.blocks[i].ndof() > 0;
   if (awake <= few) return 0;
@@ -52,8 +56,13 @@ struct CoupledSystem::Threads {
   tbb::task_arena arena;
 };
 
-CoupledSystem::CoupledSystem(dda::Model model, SystemState state, Environment environment, const SystemSettings& settings)
-    : model_(std::move(model)), state_(std::move(state)), env_(std::move(environment)), settings_(settings), threads_(new Threads{tbb::task_arena(std::max(1, settings.threads))}) {
+CoupledSystem::CoupledSystem(dda::Model model, SystemState state, Environment environment,
+                             const SystemSettings& settings)
+    : model_(std::move(model)),
+      state_(std::move(state)),
+      env_(std::move(environment)),
+      settings_(settings),
+      threads_(new Threads{tbb::task_arena(std::max(1, settings.threads))}) {
   const std::size_t n = model_.blocks.size();
   state_.contacts.resize(n);
   state_.surface_contacts.resize(env_.structures.size());
@@ -76,7 +85,9 @@ int CoupledSystem::sleeping_blocks() const {
 bool CoupledSystem::at_rest() const {
   const std::vector<int> gone = departed();
   for (std::size_t i = 0; i < model_.blocks.size(); ++i)
-    if (model_.blocks[i].ndof() > 0 && state_.asleep[i] == 0 && !std::binary_search(gone.begin(), gone.end(), static_cast<int>(i))) return false;
+    if (model_.blocks[i].ndof() > 0 && state_.asleep[i] == 0 &&
+        !std::binary_search(gone.begin(), gone.end(), static_cast<int>(i)))
+      return false;
   for (const StructurePart& s : env_.structures)
     if (s.stepped() && !s.structure->quiet()) return false;
   return true;
@@ -88,22 +99,26 @@ std::vector<int> CoupledSystem::departed() const {
   const Vec3 up = -model_.gravity.normalized();
   double lowest = std::numeric_limits<double>::infinity();
   const auto hold = [&](const Box3& box) {
-    for (int corner = 0; corner < 8; ++corner) lowest = std::min(lowest, up.dot(box.corner(static_cast<Box3::CornerType>(corner))));
+    for (int corner = 0; corner < 8; ++corner)
+      lowest = std::min(lowest, up.dot(box.corner(static_cast<Box3::CornerType>(corner))));
   };
   if (env_.terrain) hold(env_.terrain->bounds());
   for (const StructurePart& s : env_.structures) hold(s.index->bounds());
   for (std::size_t i = 0; i < model_.blocks.size(); ++i)
-    if (model_.blocks[i].ndof() == 0) lowest = std::min(lowest, up.dot(state_.blocks.c[i]) - model_.blocks[i].shape->radius);
+    if (model_.blocks[i].ndof() == 0)
+      lowest = std::min(lowest, up.dot(state_.blocks.c[i]) - model_.blocks[i].shape->radius);
   if (!std::isfinite(lowest)) return gone;
-  std::vector<char> hangs(model_.blocks.size(), 0);   // by a bond, on whatever it may be
+  std::vector<char> hangs(model_.blocks.size(), 0);  // by a bond, on whatever it may be
   for (std::size_t i = 0; i < state_.contacts.size(); ++i)
     for (const ContactMemory& m : state_.contacts[i]) {
       if (!m.glued) continue;
       hangs[i] = 1;
-      if (static_cast<Partner::Kind>(m.partner >> 32) == Partner::Kind::block) hangs[m.partner & 0xffffffff] = 1;
+      if (static_cast<Partner::Kind>(m.partner >> 32) == Partner::Kind::block)
+        hangs[m.partner & 0xffffffff] = 1;
     }
   for (std::size_t i = 0; i < model_.blocks.size(); ++i)
-    if (model_.blocks[i].ndof() > 0 && hangs[i] == 0 && model_.blocks[i].fixed_points.empty() && up.dot(state_.blocks.c[i]) + 2 * model_.blocks[i].shape->radius < lowest)
+    if (model_.blocks[i].ndof() > 0 && hangs[i] == 0 && model_.blocks[i].fixed_points.empty() &&
+        up.dot(state_.blocks.c[i]) + 2 * model_.blocks[i].shape->radius < lowest)
       gone.push_back(static_cast<int>(i));
   return gone;
 }
@@ -140,8 +155,10 @@ int CoupledSystem::add_block(const dda::Model::Block& block, const Vec3& c, cons
 
 namespace {
 
-/// What sleeping blocks press on a structure with: the forces that they fell asleep under, as rows that last over the stretch.
-std::vector<StructureContact> resting_rows(const SystemState& state, const std::vector<char>& awake, int structure, double duration) {
+/// What sleeping blocks press on a structure with: the forces that they fell asleep under, as rows that last
+/// over the stretch.
+std::vector<StructureContact> resting_rows(const SystemState& state, const std::vector<char>& awake,
+                                           int structure, double duration) {
   const std::uint64_t partner = Partner{Partner::Kind::structure, structure}.id();
   std::vector<StructureContact> rows;
   for (std::size_t b = 0; b < awake.size(); ++b) {
@@ -163,15 +180,20 @@ struct SkinBefore {
   std::vector<Vec3> vertices;
 };
 
-/// Farthest that a vertex of the skin is from where it was; of one that has lost cells since, unknown and none [m].
-/// What a step that fails goes back to: of a structure that several processes hold, this one's part.
+/// Farthest that a vertex of the skin is from where it was; of one that has lost cells since, unknown and
+/// none [m]. What a step that fails goes back to: of a structure that several processes hold, this one's
+/// part.
 void save_here(const Structure& structure, std::vector<double>& state) {
-  if (const auto* divided = dynamic_cast<const DividedStructure*>(&structure)) divided->save_here(state);
-  else structure.save(state);
+  if (const auto* divided = dynamic_cast<const DividedStructure*>(&structure))
+    divided->save_here(state);
+  else
+    structure.save(state);
 }
 void restore_here(Structure& structure, std::span<const double> state) {
-  if (auto* divided = dynamic_cast<DividedStructure*>(&structure)) divided->restore_here(state);
-  else structure.restore(state);
+  if (auto* divided = dynamic_cast<DividedStructure*>(&structure))
+    divided->restore_here(state);
+  else
+    structure.restore(state);
 }
 
 double farthest(const SkinBefore& before, const StructurePart& part) {
@@ -179,17 +201,22 @@ double farthest(const SkinBefore& before, const StructurePart& part) {
   const TriangleSurface& now = part.structure->surface();
   if (now.revision != before.revision || now.vertices.size() != before.vertices.size()) return 0;
   double way = 0;
-  for (std::size_t i = 0; i < now.vertices.size(); ++i) way = std::max(way, (now.vertices[i] - before.vertices[i]).squaredNorm());
+  for (std::size_t i = 0; i < now.vertices.size(); ++i)
+    way = std::max(way, (now.vertices[i] - before.vertices[i]).squaredNorm());
   return std::sqrt(way);
 }
 
 }  // namespace
 
-bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::span<const double> rows, std::string& failure) {
-  const bool blocks_move = std::any_of(model_.blocks.begin(), model_.blocks.end(), [](const dda::Model::Block& b) { return b.ndof() > 0; });
-  const bool searched = blocks_move || !env_.touching_structures.empty();   // a structure on its own meets nothing
+bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::span<const double> rows,
+                            std::string& failure) {
+  const bool blocks_move = std::any_of(model_.blocks.begin(), model_.blocks.end(),
+                                       [](const dda::Model::Block& b) { return b.ndof() > 0; });
+  const bool searched =
+      blocks_move || !env_.touching_structures.empty();  // a structure on its own meets nothing
   for (StructurePart& part : env_.structures)
-    if ((part.lagging_index && (searched || part.one_way)) || (blocks_move && part.followed.between >= 0)) bring_up_to_date(part);
+    if ((part.lagging_index && (searched || part.one_way)) || (blocks_move && part.followed.between >= 0))
+      bring_up_to_date(part);
   Plan p;
   plan(duration, p, wider_);
   SystemState before = state_;
@@ -206,7 +233,8 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
       return;
     }
     save_here(*part.structure, structures_before[q]);
-    if (!part.fixed_surface) skins_before[q] = {part.structure->surface().revision, part.structure->surface().vertices};
+    if (!part.fixed_surface)
+      skins_before[q] = {part.structure->surface().revision, part.structure->surface().vertices};
   };
   for (std::size_t q = 0; q < env_.structures.size(); ++q)
     if (p.structure_used[q]) start_structure(q);
@@ -217,10 +245,10 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
   const dda::State begun = p.beside.empty() ? dda::State{} : state_.blocks;
 
   std::vector<IslandReport> reports(p.islands.size());
-  std::vector<std::size_t> due(p.islands.size());   // islands that are still to be stepped
+  std::vector<std::size_t> due(p.islands.size());  // islands that are still to be stepped
   std::iota(due.begin(), due.end(), std::size_t{0});
   tbb::enumerable_thread_specific<std::unique_ptr<IslandStepper>> steppers;
-  const auto hint_of = [&](const Island& island) {   // the smallest suggestion among its blocks and structures
+  const auto hint_of = [&](const Island& island) {  // the smallest suggestion among its blocks and structures
     double hint = 0;
     const auto count = [&](double h) {
       if (h > 0) hint = hint > 0 ? std::min(hint, h) : h;
@@ -231,7 +259,9 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
   };
   const auto run = [&](std::size_t i) {
     auto& stepper = steppers.local();
-    if (!stepper) stepper = std::make_unique<IslandStepper>(model_, state_.blocks, env_, state_.contacts, state_.surface_contacts, settings_.step);
+    if (!stepper)
+      stepper = std::make_unique<IslandStepper>(model_, state_.blocks, env_, state_.contacts,
+                                                state_.surface_contacts, settings_.step);
     reports[i] = stepper->advance(p.islands[i], state_.time, duration, hint_of(p.islands[i]), stop, rows);
   };
   const auto ended = [](const IslandReport& r) { return r.stopped || !r.failure.empty(); };
@@ -255,19 +285,24 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
   for (std::size_t i = 0; i < reports.size(); ++i) {
     stopped = stopped || reports[i].stopped;
     if (!reports[i].failure.empty() && failure.empty())
-      failure = fmt::format("t = {:.6g} s, {}: {}", state_.time,
-                            p.islands[i].blocks.empty() ? std::string("structures that touch")
-                                                        : fmt::format("island of {} blocks with {}", p.islands[i].blocks.size(), model_.blocks[static_cast<std::size_t>(p.islands[i].blocks.front())].name),
-                            reports[i].failure);
+      failure = fmt::format(
+          "t = {:.6g} s, {}: {}", state_.time,
+          p.islands[i].blocks.empty()
+              ? std::string("structures that touch")
+              : fmt::format("island of {} blocks with {}", p.islands[i].blocks.size(),
+                            model_.blocks[static_cast<std::size_t>(p.islands[i].blocks.front())].name),
+          reports[i].failure);
     for (std::size_t j = 0; j < reports[i].went.size(); ++j) {
       const int b = p.islands[i].blocks[j];
       const double moved = reports[i].went[j];
-      if (moved > p.reach[static_cast<std::size_t>(b)] + 1e-12) escapes_.push_back({Partner::Kind::block, b, moved});
+      if (moved > p.reach[static_cast<std::size_t>(b)] + 1e-12)
+        escapes_.push_back({Partner::Kind::block, b, moved});
     }
   }
   for (std::size_t q = 0; q < skins_before.size(); ++q) {
     const double moved = farthest(skins_before[q], env_.structures[q]);
-    if (moved > p.structure_reach[q] + 1e-12) escapes_.push_back({Partner::Kind::structure, static_cast<int>(q), moved});
+    if (moved > p.structure_reach[q] + 1e-12)
+      escapes_.push_back({Partner::Kind::structure, static_cast<int>(q), moved});
   }
   const bool escaped = !escapes_.empty() && meets_others(duration, p, before);
   if (escaped || stopped || !failure.empty()) {
@@ -311,7 +346,8 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
   }
   std::fill(state_.structure_step.begin(), state_.structure_step.end(), 0.0);
   for (std::size_t i = 0; i < reports.size(); ++i)
-    for (int q : p.islands[i].structures) state_.structure_step[static_cast<std::size_t>(q)] = reports[i].next_step;
+    for (int q : p.islands[i].structures)
+      state_.structure_step[static_cast<std::size_t>(q)] = reports[i].next_step;
   std::vector<char> awake(model_.blocks.size(), 0);
   for (const Island& island : p.islands)
     for (int b : island.blocks) awake[static_cast<std::size_t>(b)] = 1;
@@ -323,7 +359,8 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
       for (const IslandReport& r : reports)
         for (const StructureContact& row : r.rows)
           if (row.structure == static_cast<int>(q)) mine.push_back(row);
-      const std::vector<StructureContact> resting = resting_rows(state_, awake, static_cast<int>(q), duration);
+      const std::vector<StructureContact> resting =
+          resting_rows(state_, awake, static_cast<int>(q), duration);
       mine.insert(mine.end(), resting.begin(), resting.end());
       if (!mine.empty()) {
         replay(part, duration, mine);
@@ -338,7 +375,9 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
     }
     schemes_[q] = part.structure->advance_alone(state_.time, duration);
     part.lagging_index = !part.fixed_surface;
-    const bool new_topology = part.structure->surface().revision != part.index->surface().revision;   // is never left behind: a checkpoint keeps positions alone
+    const bool new_topology =
+        part.structure->surface().revision !=
+        part.index->surface().revision;  // is never left behind: a checkpoint keeps positions alone
     if (part.lagging_index && (new_topology || part.followed.between >= 0)) bring_up_to_date(part);
   }
   state_.ledger.vegetation_work += brake_in_vegetation(model_, env_, state_.blocks, 0.5 * duration);
@@ -354,34 +393,45 @@ void CoupledSystem::advance_structures(double duration, std::span<const Structur
       StructurePart& part = env_.structures[q];
       if (!part.one_way) continue;
       std::vector<StructureContact> mine;
-      std::copy_if(rows.begin(), rows.end(), std::back_inserter(mine), [&](const StructureContact& row) { return row.structure == static_cast<int>(q); });
-      if (!mine.empty()) replay(part, duration, mine);
-      else if (!part.structure->quiet()) part.structure->advance_alone(state_.time, duration);
+      std::copy_if(rows.begin(), rows.end(), std::back_inserter(mine),
+                   [&](const StructureContact& row) { return row.structure == static_cast<int>(q); });
+      if (!mine.empty())
+        replay(part, duration, mine);
+      else if (!part.structure->quiet())
+        part.structure->advance_alone(state_.time, duration);
     }
   });
   rows_.insert(rows_.end(), rows.begin(), rows.end());
   state_.time += duration;
 }
 
-/// Puts recorded contact forces on a structure: each acts over the time it was the mean of, at its point of the undeformed skin.
+/// Puts recorded contact forces on a structure: each acts over the time it was the mean of, at its point of
+/// the undeformed skin.
 void CoupledSystem::replay(StructurePart& part, double duration, std::span<const StructureContact> rows) {
-  struct Load { const StructureContact* row; SurfaceWeights at; };
+  struct Load {
+    const StructureContact* row;
+    SurfaceWeights at;
+  };
   std::vector<Load> loads;
-  for (const StructureContact& r : rows) loads.push_back({&r, surface_weights(part.index->surface(), part.index->triangle_at(r.point), r.point)});
+  for (const StructureContact& r : rows)
+    loads.push_back({&r, surface_weights(part.index->surface(), part.index->triangle_at(r.point), r.point)});
   Structure& s = *part.structure;
   const double work_before = s.energy().contact_work;
   const long steps = std::max(1L, static_cast<long>(std::ceil(duration / s.critical_step() * (1 - 1e-12))));
   const double h = duration / static_cast<double>(steps);
   std::vector<NodeImpulse> impulses;
   for (long k = 0; k < steps; ++k) {
-    const double from = state_.time + duration * (static_cast<double>(k) / static_cast<double>(steps)), to = state_.time + duration * (static_cast<double>(k + 1) / static_cast<double>(steps));
+    const double from = state_.time + duration * (static_cast<double>(k) / static_cast<double>(steps)),
+                 to = state_.time + duration * (static_cast<double>(k + 1) / static_cast<double>(steps));
     impulses.clear();
     for (const Load& load : loads) {
       // The last step also takes what rounding left at the end.
-      const double lo = std::max(from, load.row->time - load.row->dt), hi = k + 1 == steps ? load.row->time : std::min(to, load.row->time);
+      const double lo = std::max(from, load.row->time - load.row->dt),
+                   hi = k + 1 == steps ? load.row->time : std::min(to, load.row->time);
       if (hi <= lo) continue;
       for (int i = 0; i < load.at.count; ++i)
-        impulses.push_back({load.at.node[static_cast<std::size_t>(i)], (hi - lo) * load.at.weight[static_cast<std::size_t>(i)] * load.row->force});
+        impulses.push_back({load.at.node[static_cast<std::size_t>(i)],
+                            (hi - lo) * load.at.weight[static_cast<std::size_t>(i)] * load.row->force});
     }
     s.predict(from, h);
     s.correct(from, h, impulses);
@@ -392,11 +442,15 @@ void CoupledSystem::replay(StructurePart& part, double duration, std::span<const
   sums_.audit.work_on_structure += s.energy().contact_work - work_before;
 }
 
-/// What is moved out of something that it was jammed in goes its way however short the stretch: its neighbours are looked for as far as it went.
+/// What is moved out of something that it was jammed in goes its way however short the stretch: its
+/// neighbours are looked for as far as it went.
 void CoupledSystem::widen() {
   for (const Farther& f : escapes_)
-    if (f.kind == Partner::Kind::block && !(f.way <= model_.blocks[static_cast<std::size_t>(f.index)].shape->radius))
-      throw NumericalFailure(fmt::format("t = {:.6g} s: block {} goes {:.3g} m in the smallest stretch, farther than its size", state_.time, model_.blocks[static_cast<std::size_t>(f.index)].name, f.way));
+    if (f.kind == Partner::Kind::block &&
+        !(f.way <= model_.blocks[static_cast<std::size_t>(f.index)].shape->radius))
+      throw NumericalFailure(
+          fmt::format("t = {:.6g} s: block {} goes {:.3g} m in the smallest stretch, farther than its size",
+                      state_.time, model_.blocks[static_cast<std::size_t>(f.index)].name, f.way));
   // Each of them is a new one, or went farther than twice what it did the last time: the tries end.
   for (const Farther& f : escapes_) wider_.push_back({f.kind, f.index, 2 * f.way});
 }
@@ -414,16 +468,19 @@ bool CoupledSystem::advance_to(double t, const std::atomic<int>* stop) {
 }
 
 namespace {
-/// Where a structure takes steps, rows are of its own state: whoever advances the system ends stretches at them.
+/// Where a structure takes steps, rows are of its own state: whoever advances the system ends stretches at
+/// them.
 bool rows_end_stretches(const Environment& env) {
-  return std::any_of(env.structures.begin(), env.structures.end(), [](const StructurePart& part) { return part.stepped(); });
+  return std::any_of(env.structures.begin(), env.structures.end(),
+                     [](const StructurePart& part) { return part.stepped(); });
 }
 }  // namespace
 
 double CoupledSystem::longest_stretch() const {
   const double step = settings_.step.fixed_step;
   if (!(step > 0) || rows_end_stretches(env_)) return settings_.longest_stretch;
-  return Multiples(step).at(std::max(1L, std::lround(std::floor(settings_.longest_stretch / step * (1 + on_clock)))));
+  return Multiples(step).at(
+      std::max(1L, std::lround(std::floor(settings_.longest_stretch / step * (1 + on_clock)))));
 }
 
 /// The next multiple of the longest stretch on the run's clock, or `end` if that is not later.
@@ -461,7 +518,7 @@ std::vector<dda::State> CoupledSystem::again(const SystemState& from, std::span<
   try {
     threads_->arena.execute([&] { go_on(end, nullptr, times); });
     for (const double t : times) states.push_back(at(t).blocks);
-  } catch (const NumericalFailure&) {   // the stretch itself did not fail: what is known of it are its ends
+  } catch (const NumericalFailure&) {  // the stretch itself did not fail: what is known of it are its ends
   }
   put_back();
   return states;
@@ -485,8 +542,10 @@ bool CoupledSystem::go_on(double end, const std::atomic<int>* stop, std::span<co
     if (!stretch(duration, within, rows, failure)) {
       if (!failure.empty()) throw NumericalFailure(failure);
       if (within != nullptr && within->load() != 0) return false;
-      if (0.5 * duration >= settings_.step.min_step) state_.stretch = 0.5 * duration;
-      else widen();
+      if (0.5 * duration >= settings_.step.min_step)
+        state_.stretch = 0.5 * duration;
+      else
+        widen();
       continue;
     }
     wider_.clear();
@@ -495,7 +554,8 @@ bool CoupledSystem::go_on(double end, const std::atomic<int>* stop, std::span<co
     state_.stretch = 2 * longest < longest_stretch() ? 2 * longest : 0;
     if (sums_.counters.structure_steps == sub_steps) return true;
     const double limit = crowd_limit(model_, env_, state_.asleep, few_blocks);
-    if (limit > 0 && limit < longest_stretch() && (state_.stretch == 0 || state_.stretch > limit)) state_.stretch = limit;
+    if (limit > 0 && limit < longest_stretch() && (state_.stretch == 0 || state_.stretch > limit))
+      state_.stretch = limit;
     return true;
   }
   state_.time = end;
@@ -508,14 +568,16 @@ void CoupledSystem::keep_motion(std::span<IslandReport> reports, const Ledger& s
   for (IslandReport& r : reports) {
     if (r.motion.works.empty()) continue;
     for (const int b : r.motion.blocks) moved[static_cast<std::size_t>(b)] = 1;
-    std::stable_sort(r.motion.segments.begin(), r.motion.segments.end(), [](const MotionSegment& a, const MotionSegment& b) { return a.block < b.block; });
+    std::stable_sort(r.motion.segments.begin(), r.motion.segments.end(),
+                     [](const MotionSegment& a, const MotionSegment& b) { return a.block < b.block; });
     motion_.push_back(std::move(r.motion));
   }
   works_before_ = start;
   works_before_.contact = 0;
   for (std::size_t b = 0; b < moved.size(); ++b)
     if (moved[b] == 0)
-      for (const ContactMemory& m : state_.contacts[b]) works_before_.contact += m.normal_energy + m.shear_energy;
+      for (const ContactMemory& m : state_.contacts[b])
+        works_before_.contact += m.normal_energy + m.shear_energy;
 }
 
 namespace {
@@ -524,7 +586,9 @@ MotionSegment piece_of(int block) {
   piece.block = block;
   return piece;
 }
-double whole(const dda::BlockEnergy& e) { return e.translational + e.rotational + e.straining + e.strain_energy + e.potential; }
+double whole(const dda::BlockEnergy& e) {
+  return e.translational + e.rotational + e.straining + e.strain_energy + e.potential;
+}
 }  // namespace
 
 Moment CoupledSystem::at(double t) const {
@@ -535,12 +599,16 @@ Moment CoupledSystem::at(double t) const {
   for (const IslandMotion& island : motion_) {
     double energy = 0;
     for (const int b : island.blocks) {
-      const auto of_block = std::equal_range(island.segments.begin(), island.segments.end(), piece_of(b), [](const MotionSegment& x, const MotionSegment& y) { return x.block < y.block; });
-      const auto step = std::partition_point(of_block.first, of_block.second, [&](const MotionSegment& s) { return s.t1 < t; });
+      const auto of_block =
+          std::equal_range(island.segments.begin(), island.segments.end(), piece_of(b),
+                           [](const MotionSegment& x, const MotionSegment& y) { return x.block < y.block; });
+      const auto step = std::partition_point(of_block.first, of_block.second,
+                                             [&](const MotionSegment& s) { return s.t1 < t; });
       if (step != of_block.second) dda::set_block_state(now.blocks, b, evaluate(*step, t, model_));
       energy += whole(dda::energy(model_, now.blocks, b));
     }
-    const auto step = std::partition_point(island.works.begin(), island.works.end(), [&](const WorkSegment& s) { return s.t1 < t; });
+    const auto step = std::partition_point(island.works.begin(), island.works.end(),
+                                           [&](const WorkSegment& s) { return s.t1 < t; });
     now.works += step == island.works.end() ? island.works.back().after : evaluate(*step, t, energy);
   }
   return now;

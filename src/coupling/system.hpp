@@ -1,10 +1,12 @@
-/// Blocks and structures as one system: islands, sleep, structures that nothing touches, and the synchronised stretch.
+/// Blocks and structures as one system: islands, sleep, structures that nothing touches, and the synchronised
+/// stretch.
 ///
-/// A stretch (macro step) ends at the next multiple of the longest stretch on the run's own clock, sooner where the motion asks for it, and at the end of the run; what is
-/// recorded is read off the steps within it (motion.hpp).
-/// Within a stretch every island of blocks that may meet (swept boxes overlap) advances on its own steps; a block that leaves the
-/// box it was given makes the stretch be repeated, halved. Resting islands sleep on a static certificate: the contact problem
-/// started from v = 0 answers v = 0, so nothing would change. They wake when an awake block's swept box reaches them.
+/// A stretch (macro step) ends at the next multiple of the longest stretch on the run's own clock, sooner
+/// where the motion asks for it, and at the end of the run; what is recorded is read off the steps within it
+/// (motion.hpp). Within a stretch every island of blocks that may meet (swept boxes overlap) advances on its
+/// own steps; a block that leaves the box it was given makes the stretch be repeated, halved. Resting islands
+/// sleep on a static certificate: the contact problem started from v = 0 answers v = 0, so nothing would
+/// change. They wake when an awake block's swept box reaches them.
 #pragma once
 #include <atomic>
 #include <functional>
@@ -26,12 +28,13 @@ struct SystemState {
   double time = 0;
   long stretches = 0;
   dda::State blocks;
-  ContactHistory contacts;               // per block
-  ContactHistory surface_contacts;       // between structures, per second structure of the pair
-  std::vector<char> asleep;              // per block
-  std::vector<double> step;              // suggested step of the island the block was last in [s]
-  std::vector<double> structure_step;    // the same per structure; 0: it was in none in the last stretch [s]
-  double stretch = 0;                    // longest stretch that is tried next, after one had to be repeated; 0: the settings' [s]
+  ContactHistory contacts;             // per block
+  ContactHistory surface_contacts;     // between structures, per second structure of the pair
+  std::vector<char> asleep;            // per block
+  std::vector<double> step;            // suggested step of the island the block was last in [s]
+  std::vector<double> structure_step;  // the same per structure; 0: it was in none in the last stretch [s]
+  double stretch =
+      0;  // longest stretch that is tried next, after one had to be repeated; 0: the settings' [s]
   Ledger ledger;
 };
 
@@ -39,14 +42,15 @@ struct SystemSettings {
   StepSettings step;
   bool sleeping = true;
   int threads = 1;
-  double longest_stretch = 0.05;         // [s]; with a fixed step, the whole number of steps nearest below, at least one
+  double longest_stretch =
+      0.05;  // [s]; with a fixed step, the whole number of steps nearest below, at least one
 };
 
 /// Blocks and works at one time.
 struct Moment {
   double time = 0;
   dda::State blocks;
-  Ledger works;   // `contact`: stored in springs then
+  Ledger works;  // `contact`: stored in springs then
 };
 
 /// Is told of every stretch that was made, with the state before it; the present state is the system's.
@@ -60,8 +64,9 @@ class CoupledSystem {
   CoupledSystem(dda::Model model, SystemState state, Environment environment, const SystemSettings& settings);
   ~CoupledSystem();
 
-  /// Advances by one stretch, which ends at `end` at the latest, and exactly there if it reaches it. Throws NumericalFailure naming the island if its smallest step cannot
-  /// be solved; the state is then the last committed one. False if `stop` became non-zero: the state is that of the last stretch, to go on from.
+  /// Advances by one stretch, which ends at `end` at the latest, and exactly there if it reaches it. Throws
+  /// NumericalFailure naming the island if its smallest step cannot be solved; the state is then the last
+  /// committed one. False if `stop` became non-zero: the state is that of the last stretch, to go on from.
   /// `rows`: ascending times at which at() will be asked for; no step depends on them.
   bool advance(double end, const std::atomic<int>* stop = nullptr, std::span<const double> rows = {});
   /// Advances to time t exactly, stretch by stretch.
@@ -89,15 +94,16 @@ class CoupledSystem {
   const std::vector<std::string>& structure_schemes() const { return schemes_; }
   /// True if every block with DOFs sleeps or has left, and every structure is quiet.
   bool at_rest() const;
-  /// Blocks that have left the model: below all that is held, terrain and structures among it, so that nothing can stop their fall. None where
-  /// there is no gravity, a plane, or nothing held.
+  /// Blocks that have left the model: below all that is held, terrain and structures among it, so that
+  /// nothing can stop their fall. None where there is no gravity, a plane, or nothing held.
   std::vector<int> departed() const;
-  /// Advances the structures of scheme "one-way" alone, from the state's time over `duration`, which becomes its time, under contact forces that were found elsewhere
-  /// and are told with those of take_structure_contacts(). Blocks stay where they are.
+  /// Advances the structures of scheme "one-way" alone, from the state's time over `duration`, which becomes
+  /// its time, under contact forces that were found elsewhere and are told with those of
+  /// take_structure_contacts(). Blocks stay where they are.
   void advance_structures(double duration, std::span<const StructureContact> rows);
   void watch(Watch watch) { watch_ = std::move(watch); }
-  /// The blocks at ascending times of a stretch that began at `from`, by steps made anew: the present state, its sums and its contacts stay as they
-  /// are. Only for systems that step no structure.
+  /// The blocks at ascending times of a stretch that began at `from`, by steps made anew: the present state,
+  /// its sums and its contacts stay as they are. Only for systems that step no structure.
   std::vector<dda::State> again(const SystemState& from, std::span<const double> times);
   /// Contacts on structures since the last call of take_structure_contacts().
   std::span<const StructureContact> structure_contacts() const { return rows_; }
@@ -107,22 +113,24 @@ class CoupledSystem {
   double spring_energy() const;
   /// Appends a block (a fragment); returns its index.
   int add_block(const dda::Model::Block& block, const Vec3& c, const Vec3& v, const Vec3& w);
-  /// Marks what touches now as bonded, where a law or a rock bridge holds in tension. The bonds of `known` pairs are those in the state: none is made anew.
+  /// Marks what touches now as bonded, where a law or a rock bridge holds in tension. The bonds of `known`
+  /// pairs are those in the state: none is made anew.
   void glue(const KnownPairs& known = {});
-  /// What of the pair overlaps now is where it starts: it touches, is not pushed apart, and no spring of it is loaded.
+  /// What of the pair overlaps now is where it starts: it touches, is not pushed apart, and no spring of it
+  /// is loaded.
   void start_touching(const CandidatePair& pair, std::span<const Touch> touches);
   /// Blocks from `first` on have just come off a structure: what they overlap is no contact that pushes.
   void settle_newborn(int first);
 
  private:
-  using Pairs = std::vector<std::pair<int, int>>;   // of blocks
+  using Pairs = std::vector<std::pair<int, int>>;  // of blocks
   struct Plan {
     std::vector<Island> islands;
-    std::vector<double> reach;           // per block [m]
-    std::vector<char> structure_used;    // per structure
-    std::vector<double> structure_reach; // per structure [m]
-    std::vector<SurfacePair> surfaces;   // structures that may meet
-    Pairs beside;                        // blocks of different islands that come near each other, but do not meet as they move now
+    std::vector<double> reach;            // per block [m]
+    std::vector<char> structure_used;     // per structure
+    std::vector<double> structure_reach;  // per structure [m]
+    std::vector<SurfacePair> surfaces;    // structures that may meet
+    Pairs beside;  // blocks of different islands that come near each other, but do not meet as they move now
     long skipped = 0;
   };
   /// What may come farther than its speeds say, and how far [m]: a block or the skin of a structure.
@@ -136,32 +144,36 @@ class CoupledSystem {
   double touching(int block) const;
   bool touched(int i, int j) const;
   bool will_meet(int i, int j, double stretch) const;
-  Pairs meetings(const Plan& p, std::span<const IslandReport> reports, const dda::State& begun, double stretch) const;
-  std::vector<std::size_t> join_met(const Pairs& met, double stretch, SystemState& before, const dda::State& begun, Plan& p, std::vector<IslandReport>& reports);
+  Pairs meetings(const Plan& p, std::span<const IslandReport> reports, const dda::State& begun,
+                 double stretch) const;
+  std::vector<std::size_t> join_met(const Pairs& met, double stretch, SystemState& before,
+                                    const dda::State& begun, Plan& p, std::vector<IslandReport>& reports);
   bool meets_others(double stretch, const Plan& p, SystemState& before);
   void pair_structures(double stretch, std::span<const Farther> farther, Plan& p) const;
   void group(const Pairs& pairs, std::span<const CandidatePair> fixed, DisjointSets& sets, Plan& p) const;
   bool go_on(double end, const std::atomic<int>* stop, std::span<const double> rows);
   double stretch_end(double end) const;
-  bool stretch(double duration, const std::atomic<int>* stop, std::span<const double> rows, std::string& failure);
+  bool stretch(double duration, const std::atomic<int>* stop, std::span<const double> rows,
+               std::string& failure);
   void keep_motion(std::span<IslandReport> reports, const Ledger& start);
   void widen();
   void replay(StructurePart& part, double duration, std::span<const StructureContact> rows);
 
-  std::vector<Farther> escapes_, wider_;   // what went farther than foreseen in the last try, and how far [m]; what the next tries foresee
+  std::vector<Farther> escapes_, wider_;  // what went farther than foreseen in the last try, and how far [m];
+                                          // what the next tries foresee
   dda::Model model_;
   SystemState state_;
   Environment env_;
   SystemSettings settings_;
   RunSums sums_;
   std::vector<StructureContact> rows_;
-  std::vector<IslandMotion> motion_;    // of the last stretch
-  Ledger works_before_;                 // as it began; `contact`: of the springs of blocks that were in none of its islands
-  Watch watch_;                         // empty: none
-  SystemState before_;                  // of the last stretch, if there is a watch
+  std::vector<IslandMotion> motion_;  // of the last stretch
+  Ledger works_before_;  // as it began; `contact`: of the springs of blocks that were in none of its islands
+  Watch watch_;          // empty: none
+  SystemState before_;   // of the last stretch, if there is a watch
   std::vector<std::string> schemes_;
   int islands_ = 0;
-  struct Threads;                       // whose number the loops of steps keep to: outside of them a loop takes all cores
+  struct Threads;  // whose number the loops of steps keep to: outside of them a loop takes all cores
   std::unique_ptr<Threads> threads_;
 };
 

@@ -1,5 +1,5 @@
-// Bonds: what touches at the start under a law with tension, or across a rock bridge, holds until it is torn or sheared off. What meets later
-// does not stick.
+// Bonds: what touches at the start under a law with tension, or across a rock bridge, holds until it is torn
+// or sheared off. What meets later does not stick.
 #include <algorithm>
 
 #include "coupling/system.hpp"
@@ -9,8 +9,11 @@ namespace talus::coupling {
 
 void CoupledSystem::glue(const KnownPairs& known) {
   env_.bond_stretch = 0;
-  const bool tension = std::any_of(env_.laws.law.begin(), env_.laws.law.end(), [](const ContactLaw& law) { return law.tension > 0; }) ||
-                       std::any_of(env_.joint_laws.begin(), env_.joint_laws.end(), [](const std::optional<ContactLaw>& law) { return law && law->tension > 0; });
+  const bool tension =
+      std::any_of(env_.laws.law.begin(), env_.laws.law.end(),
+                  [](const ContactLaw& law) { return law.tension > 0; }) ||
+      std::any_of(env_.joint_laws.begin(), env_.joint_laws.end(),
+                  [](const std::optional<ContactLaw>& law) { return law && law->tension > 0; });
   if (!tension && env_.bonds.empty()) return;
   Plan at_start;
   plan(0, at_start);
@@ -19,8 +22,9 @@ void CoupledSystem::glue(const KnownPairs& known) {
     for (const CandidatePair& pair : island.pairs) {
       touches.clear();
       const Polyhedron& shape = *model_.blocks[static_cast<std::size_t>(pair.b)].shape;
-      const bool at_skin = pair.a.kind == Partner::Kind::structure && !env_.structures[static_cast<std::size_t>(pair.a.index)].fixed_surface;
-      std::vector<FoundPoint> points;   // of a bed as well: bonds on a structure are hard
+      const bool at_skin = pair.a.kind == Partner::Kind::structure &&
+                           !env_.structures[static_cast<std::size_t>(pair.a.index)].fixed_surface;
+      std::vector<FoundPoint> points;  // of a bed as well: bonds on a structure are hard
       find_points(model_, state_.blocks, env_, pair, at_skin ? bond_gap(shape) : 1e-6 * shape.radius, points);
       make_touches(model_, state_.blocks, env_, pair, points, state_.contacts, touches);
       auto& list = state_.contacts[static_cast<std::size_t>(pair.b)];
@@ -30,7 +34,9 @@ void CoupledSystem::glue(const KnownPairs& known) {
         if (!(t.bond() > 0 || t.bond_cohesion > 0)) continue;
         if (t.pulls()) env_.bond_stretch = std::max(env_.bond_stretch, 2 * t.bond() / t.normal_law.stiffness);
         if (as_it_was) continue;
-        const auto remembered = std::find_if(list.begin(), list.end(), [&](const ContactMemory& m) { return m.partner == pair.a.id() && m.feature == t.at.key; });
+        const auto remembered = std::find_if(list.begin(), list.end(), [&](const ContactMemory& m) {
+          return m.partner == pair.a.id() && m.feature == t.at.key;
+        });
         if (remembered != list.end()) continue;
         ContactMemory memory;
         memory.partner = pair.a.id();
@@ -40,7 +46,9 @@ void CoupledSystem::glue(const KnownPairs& known) {
         memory.glued = true;
         list.push_back(memory);
       }
-      std::sort(list.begin(), list.end(), [](const ContactMemory& x, const ContactMemory& y) { return std::pair(x.partner, x.feature) < std::pair(y.partner, y.feature); });
+      std::sort(list.begin(), list.end(), [](const ContactMemory& x, const ContactMemory& y) {
+        return std::pair(x.partner, x.feature) < std::pair(y.partner, y.feature);
+      });
     }
 }
 

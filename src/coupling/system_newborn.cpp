@@ -1,4 +1,6 @@
-// What lies in each other without a blow: blocks where gravity's preload moved a structure's skin into them, and pieces that have just come off a structure: what they overlap does not push, and springs that pressed on the skin that they took along go on between block and piece.
+// What lies in each other without a blow: blocks where gravity's preload moved a structure's skin into them,
+// and pieces that have just come off a structure: what they overlap does not push, and springs that pressed
+// on the skin that they took along go on between block and piece.
 #include <algorithm>
 #include <cmath>
 
@@ -8,10 +10,12 @@
 namespace talus::coupling {
 namespace {
 
-constexpr double on_skin = 1e-2;   // as near as this share of a piece's radius a point lies on its surface
+constexpr double on_skin = 1e-2;  // as near as this share of a piece's radius a point lies on its surface
 
 void sort(std::vector<ContactMemory>& list) {
-  std::sort(list.begin(), list.end(), [](const ContactMemory& a, const ContactMemory& b) { return std::pair(a.partner, a.feature) < std::pair(b.partner, b.feature); });
+  std::sort(list.begin(), list.end(), [](const ContactMemory& a, const ContactMemory& b) {
+    return std::pair(a.partner, a.feature) < std::pair(b.partner, b.feature);
+  });
 }
 
 /// True if x lies on a face of the piece that looks along n.
@@ -19,27 +23,37 @@ bool on_face(const Polyhedron& shape, const Pose& pose, const Vec3& x, const Vec
   const double near = on_skin * shape.radius;
   for (std::size_t k = 0; k < shape.triangles.size(); ++k) {
     const auto& t = shape.triangles[k];
-    const Vec3 a = pose.world(shape.vertices[static_cast<std::size_t>(t[0])]), b = pose.world(shape.vertices[static_cast<std::size_t>(t[1])]), c = pose.world(shape.vertices[static_cast<std::size_t>(t[2])]);
+    const Vec3 a = pose.world(shape.vertices[static_cast<std::size_t>(t[0])]),
+               b = pose.world(shape.vertices[static_cast<std::size_t>(t[1])]),
+               c = pose.world(shape.vertices[static_cast<std::size_t>(t[2])]);
     const Vec3 twice = (b - a).cross(c - a);
     const double area = twice.norm();
     if (!(twice.dot(n) > 0.5 * area) || std::abs(twice.dot(x - a)) > near * area) continue;
     const double slack = -near * std::sqrt(area) * area;
-    if (twice.dot((b - x).cross(c - x)) >= slack && twice.dot((c - x).cross(a - x)) >= slack && twice.dot((a - x).cross(b - x)) >= slack) return true;
+    if (twice.dot((b - x).cross(c - x)) >= slack && twice.dot((c - x).cross(a - x)) >= slack &&
+        twice.dot((a - x).cross(b - x)) >= slack)
+      return true;
   }
   return false;
 }
 
-/// Springs of the pair's older block on the piece's part of the skin become the pair's own, with their energy. False if there are none.
-bool hand_over(const Environment& env, const dda::Model& model, SystemState& state, const CandidatePair& pair, int first, std::uint64_t& serial) {
+/// Springs of the pair's older block on the piece's part of the skin become the pair's own, with their
+/// energy. False if there are none.
+bool hand_over(const Environment& env, const dda::Model& model, SystemState& state, const CandidatePair& pair,
+               int first, std::uint64_t& serial) {
   if (pair.a.kind != Partner::Kind::block || pair.a.index >= first || pair.b < first) return false;
   const auto older = static_cast<std::size_t>(pair.a.index), piece = static_cast<std::size_t>(pair.b);
   const int structure = model.blocks[piece].structure;
-  if (structure < 0 || env.laws(model.blocks[older].material, model.blocks[piece].material).stiffness == ContactLaw::Stiffness::hard) return false;
+  if (structure < 0 || env.laws(model.blocks[older].material, model.blocks[piece].material).stiffness ==
+                           ContactLaw::Stiffness::hard)
+    return false;
   const std::uint64_t partner = Partner{Partner::Kind::structure, structure}.id();
   const Pose pose = dda::pose(state.blocks, pair.b);
   bool any = false;
   std::erase_if(state.contacts[older], [&](const ContactMemory& m) {
-    if (m.partner != partner || !(m.normal_energy > 0) || !on_face(*model.blocks[piece].shape, pose, m.place, m.normal)) return false;
+    if (m.partner != partner || !(m.normal_energy > 0) ||
+        !on_face(*model.blocks[piece].shape, pose, m.place, m.normal))
+      return false;
     ContactMemory own = m;
     own.partner = pair.a.id();
     own.feature = handed_over | serial++;
@@ -74,7 +88,7 @@ void CoupledSystem::start_touching(const CandidatePair& pair, std::span<const To
       deepest = std::max(deepest, t.offset - t.at.gap);
       continue;
     }
-    ContactMemory memory;   // the bed stands from there on
+    ContactMemory memory;  // the bed stands from there on
     memory.partner = pair.a.id();
     memory.feature = t.at.key;
     memory.crushed = t.offset - t.at.gap;
@@ -87,7 +101,9 @@ void CoupledSystem::start_touching(const CandidatePair& pair, std::span<const To
 void CoupledSystem::settle_newborn(int first) {
   const int n = static_cast<int>(model_.blocks.size());
   std::vector<Box3> boxes;
-  for (int i = 0; i < n; ++i) boxes.push_back(contact::bounds(*model_.blocks[static_cast<std::size_t>(i)].shape, dda::pose(state_.blocks, i), 0));
+  for (int i = 0; i < n; ++i)
+    boxes.push_back(
+        contact::bounds(*model_.blocks[static_cast<std::size_t>(i)].shape, dda::pose(state_.blocks, i), 0));
   std::vector<std::pair<int, int>> pairs;
   std::uint64_t serial = 0;
   contact::overlapping_pairs(boxes, pairs);
@@ -95,9 +111,11 @@ void CoupledSystem::settle_newborn(int first) {
   for (const auto& [i, j] : pairs)
     if (j >= first) candidates.push_back({{Partner::Kind::block, i}, j});
   for (int i = first; i < n; ++i) {
-    for (std::size_t q = 0; q < env_.planes.size(); ++q) candidates.push_back({{Partner::Kind::plane, static_cast<int>(q)}, i});
+    for (std::size_t q = 0; q < env_.planes.size(); ++q)
+      candidates.push_back({{Partner::Kind::plane, static_cast<int>(q)}, i});
     if (env_.terrain) candidates.push_back({{Partner::Kind::terrain, 0}, i});
-    for (std::size_t q = 0; q < env_.structures.size(); ++q) candidates.push_back({{Partner::Kind::structure, static_cast<int>(q)}, i});
+    for (std::size_t q = 0; q < env_.structures.size(); ++q)
+      candidates.push_back({{Partner::Kind::structure, static_cast<int>(q)}, i});
   }
   std::vector<Touch> touches;
   for (const CandidatePair& pair : candidates) {

@@ -11,17 +11,24 @@
 namespace talus::coupling {
 namespace {
 
-constexpr double woken_by = 1e-3;   // way of a structure's skin within the stretch, of the radius of a block that sleeps
+constexpr double woken_by =
+    1e-3;  // way of a structure's skin within the stretch, of the radius of a block that sleeps
 
-/// Of pairs whose boxes overlap, those that can touch: one of the two moves, and no plane between them proves that they stay apart.
-void drop_apart(const dda::Model& model, const dda::State& s, std::span<const double> near, std::vector<std::pair<int, int>>& pairs) {
+/// Of pairs whose boxes overlap, those that can touch: one of the two moves, and no plane between them proves
+/// that they stay apart.
+void drop_apart(const dda::Model& model, const dda::State& s, std::span<const double> near,
+                std::vector<std::pair<int, int>>& pairs) {
   constexpr int pairs_at_once = 256;
   std::vector<char> drop(pairs.size());
   const auto look = [&](int from, int to) {
     for (auto k = static_cast<std::size_t>(from); k < static_cast<std::size_t>(to); ++k) {
       const auto i = static_cast<std::size_t>(pairs[k].first), j = static_cast<std::size_t>(pairs[k].second);
       const bool stand = model.blocks[i].ndof() == 0 && model.blocks[j].ndof() == 0;
-      drop[k] = stand || contact::apart(*model.blocks[i].shape, dda::pose(s, pairs[k].first), *model.blocks[j].shape, dda::pose(s, pairs[k].second), near[i] + near[j]) ? 1 : 0;
+      drop[k] =
+          stand || contact::apart(*model.blocks[i].shape, dda::pose(s, pairs[k].first),
+                                  *model.blocks[j].shape, dda::pose(s, pairs[k].second), near[i] + near[j])
+              ? 1
+              : 0;
     }
   };
   contact::in_ranges(static_cast<int>(pairs.size()), pairs_at_once, look);
@@ -53,7 +60,9 @@ void CoupledSystem::pair_structures(double duration, std::span<const Farther> fa
     p.structure_reach[q] = 1.5 * duration * fastest;
   }
   for (const Farther& f : farther)
-    if (f.kind == Partner::Kind::structure) p.structure_reach[static_cast<std::size_t>(f.index)] = std::max(p.structure_reach[static_cast<std::size_t>(f.index)], f.way);
+    if (f.kind == Partner::Kind::structure)
+      p.structure_reach[static_cast<std::size_t>(f.index)] =
+          std::max(p.structure_reach[static_cast<std::size_t>(f.index)], f.way);
   for (const auto& [a, b] : env_.touching_structures) {
     const auto i = static_cast<std::size_t>(a), j = static_cast<std::size_t>(b);
     if (env_.structures[i].structure->quiet() && env_.structures[j].structure->quiet()) continue;
@@ -74,18 +83,20 @@ void CoupledSystem::plan(double duration, Plan& p, std::span<const Farther> fart
   p.reach.assign(static_cast<std::size_t>(n), 0.0);
   p.structure_used.assign(env_.structures.size(), 0);
   pair_structures(duration, farther, p);
-  std::vector<double> known(static_cast<std::size_t>(n), 0.0);   // ways of blocks
+  std::vector<double> known(static_cast<std::size_t>(n), 0.0);  // ways of blocks
   for (const Farther& f : farther)
-    if (f.kind == Partner::Kind::block) known[static_cast<std::size_t>(f.index)] = std::max(known[static_cast<std::size_t>(f.index)], f.way);
+    if (f.kind == Partner::Kind::block)
+      known[static_cast<std::size_t>(f.index)] = std::max(known[static_cast<std::size_t>(f.index)], f.way);
   std::vector<Box3> boxes(static_cast<std::size_t>(n));
-  std::vector<double> near(static_cast<std::size_t>(n));   // how far each may come, and is touched from [m]
+  std::vector<double> near(static_cast<std::size_t>(n));  // how far each may come, and is touched from [m]
   const double g = model_.gravity.norm();
   for (int i = 0; i < n; ++i) {
     const auto k = static_cast<std::size_t>(i);
     const dda::Model::Block& b = model_.blocks[k];
     const double radius = b.shape->radius;
-    if (b.ndof() > 0)   // asleep or not: what wakes may move
-      p.reach[k] = 1.5 * duration * (s.v[k].norm() + radius * s.w[k].norm()) + duration * duration * g + 1e-3 * radius;
+    if (b.ndof() > 0)  // asleep or not: what wakes may move
+      p.reach[k] =
+          1.5 * duration * (s.v[k].norm() + radius * s.w[k].norm()) + duration * duration * g + 1e-3 * radius;
     p.reach[k] = std::max(p.reach[k], known[k]);
     near[k] = p.reach[k] + 1e-5 * radius + env_.bond_stretch;
     boxes[k] = contact::bounds(*b.shape, dda::pose(s, i), near[k]);
@@ -95,7 +106,7 @@ void CoupledSystem::plan(double duration, Plan& p, std::span<const Farther> fart
 
   const auto moves = [&](int i) { return model_.blocks[static_cast<std::size_t>(i)].ndof() > 0; };
   drop_apart(model_, s, near, pairs);
-  DisjointSets sets(n + static_cast<int>(env_.structures.size()));   // blocks, then structures
+  DisjointSets sets(n + static_cast<int>(env_.structures.size()));  // blocks, then structures
   // Fixed partners, and structures as hubs: all that is near one structure shares its sub-step.
   std::vector<CandidatePair> fixed;
   for (const SurfacePair& pair : p.surfaces) sets.join(n + pair.a, n + pair.b);
@@ -105,15 +116,20 @@ void CoupledSystem::plan(double duration, Plan& p, std::span<const Farther> fart
     for (std::size_t q = 0; q < env_.planes.size(); ++q) {
       const Plane& plane = env_.planes[q];
       const Vec3 half = 0.5 * boxes[k].sizes();
-      const double lowest = plane.normal.dot(boxes[k].center() - plane.point) - plane.normal.cwiseAbs().dot(half);
+      const double lowest =
+          plane.normal.dot(boxes[k].center() - plane.point) - plane.normal.cwiseAbs().dot(half);
       if (lowest <= 0) fixed.push_back({{Partner::Kind::plane, static_cast<int>(q)}, i});
     }
-    if (env_.terrain != nullptr && env_.terrain->overlaps(boxes[k])) fixed.push_back({{Partner::Kind::terrain, 0}, i});
+    if (env_.terrain != nullptr && env_.terrain->overlaps(boxes[k]))
+      fixed.push_back({{Partner::Kind::terrain, 0}, i});
     for (std::size_t q = 0; q < env_.structures.size(); ++q) {
       Box3 box = boxes[k];
       box.min().array() -= p.structure_reach[q];
       box.max().array() += p.structure_reach[q];
-      if (!env_.structures[q].index->overlaps(box) || contact::apart(*env_.structures[q].index, *model_.blocks[k].shape, dda::pose(s, i), near[k] + p.structure_reach[q])) continue;
+      if (!env_.structures[q].index->overlaps(box) ||
+          contact::apart(*env_.structures[q].index, *model_.blocks[k].shape, dda::pose(s, i),
+                         near[k] + p.structure_reach[q]))
+        continue;
       fixed.push_back({{Partner::Kind::structure, static_cast<int>(q)}, i});
       if (!env_.structures[q].fixed_surface) sets.join(i, n + static_cast<int>(q));
     }
@@ -122,13 +138,15 @@ void CoupledSystem::plan(double duration, Plan& p, std::span<const Farther> fart
   group(pairs, fixed, sets, p);
 }
 
-/// True if what came farther than foreseen (escapes_) may have met a partner that is not in the plan of the stretch, which began at `before`.
+/// True if what came farther than foreseen (escapes_) may have met a partner that is not in the plan of the
+/// stretch, which began at `before`.
 bool CoupledSystem::meets_others(double duration, const Plan& p, SystemState& before) {
   using Pair = std::array<int, 3>;
   const auto listed = [](const Plan& of) {
     std::vector<Pair> pairs;
     for (const Island& island : of.islands)
-      for (const CandidatePair& pair : island.pairs) pairs.push_back({static_cast<int>(pair.a.kind), pair.a.index, pair.b});
+      for (const CandidatePair& pair : island.pairs)
+        pairs.push_back({static_cast<int>(pair.a.kind), pair.a.index, pair.b});
     for (const auto& [a, b] : of.beside) pairs.push_back({static_cast<int>(Partner::Kind::block), a, b});
     std::sort(pairs.begin(), pairs.end());
     return pairs;
@@ -143,21 +161,28 @@ bool CoupledSystem::meets_others(double duration, const Plan& p, SystemState& be
   return !std::includes(known.begin(), known.end(), all.begin(), all.end());
 }
 
-/// One island per set of blocks and structures (numbered after the blocks), in the order of their first blocks; islands asleep as a whole are skipped.
-void CoupledSystem::group(const Pairs& pairs, std::span<const CandidatePair> fixed, DisjointSets& sets, Plan& p) const {
+/// One island per set of blocks and structures (numbered after the blocks), in the order of their first
+/// blocks; islands asleep as a whole are skipped.
+void CoupledSystem::group(const Pairs& pairs, std::span<const CandidatePair> fixed, DisjointSets& sets,
+                          Plan& p) const {
   const int n = static_cast<int>(model_.blocks.size());
   const auto moves = [&](int i) { return model_.blocks[static_cast<std::size_t>(i)].ndof() > 0; };
   std::vector<int> island_of(static_cast<std::size_t>(n) + env_.structures.size(), -1);
   std::vector<char> awake(island_of.size(), 0);
   for (const SurfacePair& pair : p.surfaces) awake[static_cast<std::size_t>(sets.root(n + pair.a))] = 1;
   for (int i = 0; i < n; ++i)
-    if (moves(i) && state_.asleep[static_cast<std::size_t>(i)] == 0) awake[static_cast<std::size_t>(sets.root(i))] = 1;
+    if (moves(i) && state_.asleep[static_cast<std::size_t>(i)] == 0)
+      awake[static_cast<std::size_t>(sets.root(i))] = 1;
   // A structure that may come to what sleeps wakes it. What rests on it sleeps on while it rings.
   for (const CandidatePair& c : fixed) {
     const auto b = static_cast<std::size_t>(c.b);
-    if (c.a.kind != Partner::Kind::structure || p.structure_reach[static_cast<std::size_t>(c.a.index)] <= woken_by * model_.blocks[b].shape->radius) continue;
+    if (c.a.kind != Partner::Kind::structure ||
+        p.structure_reach[static_cast<std::size_t>(c.a.index)] <= woken_by * model_.blocks[b].shape->radius)
+      continue;
     const auto& known = state_.contacts[b];
-    if (std::none_of(known.begin(), known.end(), [&](const ContactMemory& m) { return m.partner == c.a.id(); })) awake[static_cast<std::size_t>(sets.root(c.b))] = 1;
+    if (std::none_of(known.begin(), known.end(),
+                     [&](const ContactMemory& m) { return m.partner == c.a.id(); }))
+      awake[static_cast<std::size_t>(sets.root(c.b))] = 1;
   }
   for (int i = 0; i < n; ++i) {
     if (!moves(i)) continue;
@@ -197,7 +222,8 @@ void CoupledSystem::group(const Pairs& pairs, std::span<const CandidatePair> fix
   const auto watch = [&](int block) {
     Island* island = island_at(block);
     if (island == nullptr) return false;
-    island->watched[static_cast<std::size_t>(std::ranges::lower_bound(island->blocks, block) - island->blocks.begin())] = 1;
+    island->watched[static_cast<std::size_t>(std::ranges::lower_bound(island->blocks, block) -
+                                             island->blocks.begin())] = 1;
     return true;
   };
   for (const auto& [i, j] : pairs) {
@@ -213,7 +239,9 @@ void CoupledSystem::group(const Pairs& pairs, std::span<const CandidatePair> fix
   for (const CandidatePair& c : fixed)
     if (Island* island = island_at(c.b)) {
       island->pairs.push_back(c);
-      if (c.a.kind == Partner::Kind::structure && !env_.structures[static_cast<std::size_t>(c.a.index)].fixed_surface) use(*island, c.a.index);
+      if (c.a.kind == Partner::Kind::structure &&
+          !env_.structures[static_cast<std::size_t>(c.a.index)].fixed_surface)
+        use(*island, c.a.index);
     }
 }
 

@@ -1,14 +1,16 @@
-/// One point where block B touches a partner A (another block, a plane, the terrain, the skin of a structure), found at
-/// the start of the step, and how the step treats it.
+/// One point where block B touches a partner A (another block, a plane, the terrain, the skin of a
+/// structure), found at the start of the step, and how the step treats it.
 ///
-///   mode            gap law over the step of length h                                    position weight theta
-///   closed          u_n^+ >= 0, tangential Coulomb on u_t^+                              1/2 (trapezoid)
-///   end             g + h u_n^+ >= 0 (onset within the step, or held at its end)         1
+///   mode            gap law over the step of length h                                    position weight
+///   theta closed          u_n^+ >= 0, tangential Coulomb on u_t^+                              1/2
+///   (trapezoid) end             g + h u_n^+ >= 0 (onset within the step, or held at its end)         1
 ///   spring_mean     p = h (mean force over the step) while h sqrt(k/m) < 0.5            1/2
-///   spring_end      p = h (force at its end; beside what the step resolves less the part  1, of blocks that the step resolves 1/2
+///   spring_end      p = h (force at its end; beside what the step resolves less the part  1, of blocks that
+///   the step resolves 1/2
 ///                   of it that is the other side's motion, island_quasistatic.cpp), its
 ///                   loss booked as algorithmic
-///   spring_secant   p = h (U(d_np) - U(d_0)) / (d_np - d_0), no loss: d = -g, at a structure, whose velocities live at half steps, d_0 of
+///   spring_secant   p = h (U(d_np) - U(d_0)) / (d_np - d_0), no loss: d = -g, at a structure, whose
+///   velocities live at half steps, d_0 of
 ///                   the step before                                                      1
 ///   bilateral       fixed point: u^+ = -drift                                            1/2
 #pragma once
@@ -28,16 +30,18 @@ struct Partner {
   Kind kind = Kind::block;
   int index = 0;
   bool operator==(const Partner&) const = default;
-  std::uint64_t id() const { return (static_cast<std::uint64_t>(kind) << 32) | static_cast<std::uint32_t>(index); }
+  std::uint64_t id() const {
+    return (static_cast<std::uint64_t>(kind) << 32) | static_cast<std::uint32_t>(index);
+  }
 };
 
 enum class Mode : std::uint8_t { idle, closed, end, spring_mean, spring_end, spring_secant };
 
 /// What a facet of a block crushed of a cell of a structure's face (craters.hpp).
 struct Crater {
-  std::uint64_t feature = 0;   // ContactMemory::feature
-  Vec3 floor = Vec3::Zero();   // plane [m, 1, 1]
-  double depth = 0;            // greatest of the cell [m]
+  std::uint64_t feature = 0;  // ContactMemory::feature
+  Vec3 floor = Vec3::Zero();  // plane [m, 1, 1]
+  double depth = 0;           // greatest of the cell [m]
 };
 
 /// Of a touch that goes on from none.
@@ -45,74 +49,92 @@ constexpr std::uint64_t no_feature = born_inside;
 
 struct Touch {
   Partner a;
-  int b = 0;                     // block, -1: a node of structure `b_structure`
+  int b = 0;  // block, -1: a node of structure `b_structure`
   int b_structure = -1, b_node = -1;
-  contact::ContactPoint at;      // gap > 0 open, normal out of A
+  contact::ContactPoint at;  // gap > 0 open, normal out of A
   const ContactLaw* law = nullptr;
   Mode mode = Mode::idle;
-  double approach = 0;           // normal relative velocity at the start, < 0 approaching [m/s]
-  double sooner = 0;             // what it was more in the half step before, where a block at a structure strains [m/s]
-  double stiffness = 0;          // k_n of this point [N/m], 0: hard; of a curved law its tangent where the contact will work
-  contact::NormalLaw normal_law; // if stiffness > 0
+  double approach = 0;  // normal relative velocity at the start, < 0 approaching [m/s]
+  double sooner = 0;  // what it was more in the half step before, where a block at a structure strains [m/s]
+  double stiffness =
+      0;  // k_n of this point [N/m], 0: hard; of a curved law its tangent where the contact will work
+  contact::NormalLaw normal_law;  // if stiffness > 0
   double shear_stiffness = 0;
-  double dashpot = 0;            // its share of 2 zeta sqrt(K m), K of the pair's closed points, m in series [N s/m]
-  double rate_sq = 0;            // bound on the square of the fastest frequency that the spring takes part in [1/s^2]
-  double swing_rate = 0;         // of the fastest of its oscillations that the accuracy asks to be resolved, as the root of rate_sq [1/s]
-  double swing_speed = 0;        // amplitude of the speed of that oscillation, by its present speed and acceleration [m/s]
-  double quiet_speed = 0;        // normal speed below which an oscillation on the spring is beneath the accuracy asked for [m/s]
-  bool energetic = false;        // it oscillates, or will, by more than that
-  Mode spring = Mode::idle;      // rule of this step if it is sprung
-  Vec3 shear = Vec3::Zero();     // shear spring at the start, world [m]
-  Vec3 shear_way = Vec3::Zero(); // by which the step before stretched it, world [m]
-  bool shears_by_half = false;   // its force is that between the half steps, without loss (IslandStepper::shear_row)
-  Vec3 warm = Vec3::Zero();      // last mean force, world [N]
-  double stored = 0;             // energy of its springs at the start, as the ledger counts it [J],
-  double sheared = 0;            // of which its shear spring's
-  double lasted = 0;             // length of the leapfrog's step before, 0: none known [s]
-  std::uint64_t goes_on_from = no_feature;   // ContactMemory::feature
-  double offset = 0;             // gap less the geometric one: springs at a structure, pieces born inside [m]
-  std::vector<Crater> craters;   // of the face it presses on, a crushing bed's
-  double crushed = 0;            // of its columns in the step before [J],
-  double crushed_ahead = 0;      // of which the ledger had so much [J]
-  double of_part = 1;            // share of its part of a bed that one of several points carries
+  double dashpot = 0;  // its share of 2 zeta sqrt(K m), K of the pair's closed points, m in series [N s/m]
+  double rate_sq = 0;  // bound on the square of the fastest frequency that the spring takes part in [1/s^2]
+  double swing_rate = 0;  // of the fastest of its oscillations that the accuracy asks to be resolved, as the
+                          // root of rate_sq [1/s]
+  double swing_speed =
+      0;  // amplitude of the speed of that oscillation, by its present speed and acceleration [m/s]
+  double quiet_speed =
+      0;  // normal speed below which an oscillation on the spring is beneath the accuracy asked for [m/s]
+  bool energetic = false;         // it oscillates, or will, by more than that
+  Mode spring = Mode::idle;       // rule of this step if it is sprung
+  Vec3 shear = Vec3::Zero();      // shear spring at the start, world [m]
+  Vec3 shear_way = Vec3::Zero();  // by which the step before stretched it, world [m]
+  bool shears_by_half =
+      false;  // its force is that between the half steps, without loss (IslandStepper::shear_row)
+  Vec3 warm = Vec3::Zero();  // last mean force, world [N]
+  double stored = 0;         // energy of its springs at the start, as the ledger counts it [J],
+  double sheared = 0;        // of which its shear spring's
+  double lasted = 0;         // length of the leapfrog's step before, 0: none known [s]
+  std::uint64_t goes_on_from = no_feature;  // ContactMemory::feature
+  double offset = 0;            // gap less the geometric one: springs at a structure, pieces born inside [m]
+  std::vector<Crater> craters;  // of the face it presses on, a crushing bed's
+  double crushed = 0;           // of its columns in the step before [J],
+  double crushed_ahead = 0;     // of which the ledger had so much [J]
+  double of_part = 1;           // share of its part of a bed that one of several points carries
   bool broken = false;
-  bool glued = false;            // closed since the start, or one of a pair that is: it holds in tension too
-  bool on_edge = false;          // face_a was looked up: the contact is with an edge or vertex of A
-  bool persistent = false;       // carried force in the last step
-  bool rolls = false;            // it resists rolling or drilling
-  Vec3 slip = Vec3::Zero();      // at the start of the step, of what presses by the trapezoid in a step of events, world [m/s]
-  Eigen::Vector2d slip_row = Eigen::Vector2d::Zero();   // the same along the row's tangents [m/s]
-  bool swings = false;           // it slides through the step: friction opposes the mean of the slips at its start and its end
-  bool met = false;              // a solution of this step met it: it is a row
-  double bond_cohesion = 0, bond_tension = 0;   // rock bridge [Pa]
-  /// Tension that the bond holds, cut off where the cone of friction and cohesion ends; 0: none, or broken [N].
+  bool glued = false;        // closed since the start, or one of a pair that is: it holds in tension too
+  bool on_edge = false;      // face_a was looked up: the contact is with an edge or vertex of A
+  bool persistent = false;   // carried force in the last step
+  bool rolls = false;        // it resists rolling or drilling
+  Vec3 slip = Vec3::Zero();  // at the start of the step, of what presses by the trapezoid in a step of
+                             // events, world [m/s]
+  Eigen::Vector2d slip_row = Eigen::Vector2d::Zero();  // the same along the row's tangents [m/s]
+  bool swings =
+      false;  // it slides through the step: friction opposes the mean of the slips at its start and its end
+  bool met = false;                            // a solution of this step met it: it is a row
+  double bond_cohesion = 0, bond_tension = 0;  // rock bridge [Pa]
+  /// Tension that the bond holds, cut off where the cone of friction and cohesion ends; 0: none, or broken
+  /// [N].
   double bond() const;
-  /// A linear spring under a bond, between blocks or at what stands fast: it pulls as it presses. On a structure a bond is hard, whatever the law.
-  bool pulls() const { return glued && stiffness > 0 && a.kind != Partner::Kind::structure && law->kind == ContactLaw::Kind::linear && bond() > 0; }
+  /// A linear spring under a bond, between blocks or at what stands fast: it pulls as it presses. On a
+  /// structure a bond is hard, whatever the law.
+  bool pulls() const {
+    return glued && stiffness > 0 && a.kind != Partner::Kind::structure &&
+           law->kind == ContactLaw::Kind::linear && bond() > 0;
+  }
   // filled by the assembly
-  Vec3 normal = Vec3::UnitZ();   // at mid-step
-  Mat3 frame = Mat3::Identity(); // columns n, t1, t2 at mid-step
-  Vec3 acts_at = Vec3::Zero();   // on a structure: where the impulse acts on both sides [m]
+  Vec3 normal = Vec3::UnitZ();    // at mid-step
+  Mat3 frame = Mat3::Identity();  // columns n, t1, t2 at mid-step
+  Vec3 acts_at = Vec3::Zero();    // on a structure: where the impulse acts on both sides [m]
   double theta = 0.5;
-  int row = -1;                  // contact index in the problem
-  double gap_ref = 0, u_ref = 0; // gap and normal velocity at the end of the linearisation [m], [m/s]
-  double indentation = 0;        // at the end of the step by the last solution, where the law is linearised [m]
-  double balanced_force = 0;     // by which a spring_end of a block that others press acts over the step, by the last solution (island_quasistatic.cpp) [N]
-  Vec3 impulse = Vec3::Zero();   // solution in the frame [N s]
-  double ploughing = 0;          // part of the row's cohesion that the ground in the way gives [N s]
-  double width = 0;              // its part of the width of the pair's contact, where the law ploughs [m]
+  int row = -1;                   // contact index in the problem
+  double gap_ref = 0, u_ref = 0;  // gap and normal velocity at the end of the linearisation [m], [m/s]
+  double indentation = 0;     // at the end of the step by the last solution, where the law is linearised [m]
+  double balanced_force = 0;  // by which a spring_end of a block that others press acts over the step, by the
+                              // last solution (island_quasistatic.cpp) [N]
+  Vec3 impulse = Vec3::Zero();  // solution in the frame [N s]
+  double ploughing = 0;         // part of the row's cohesion that the ground in the way gives [N s]
+  double width = 0;             // its part of the width of the pair's contact, where the law ploughs [m]
 };
 
 /// What a crushing bed crushes is told by its craters.
-inline bool booked_by_craters(const Touch& t) { return t.normal_law.bed && t.law->kind == ContactLaw::Kind::crushing; }
+inline bool booked_by_craters(const Touch& t) {
+  return t.normal_law.bed && t.law->kind == ContactLaw::Kind::crushing;
+}
 
 /// Energy of a spring that pulls, stretched by -depth [J].
-inline double pull_energy(const Touch& t, double depth) { return 0.5 * t.normal_law.stiffness * depth * depth; }
+inline double pull_energy(const Touch& t, double depth) {
+  return 0.5 * t.normal_law.stiffness * depth * depth;
+}
 
 /// Deterministic right-handed frame with n as first column.
 Mat3 contact_frame(const Vec3& n);
 
-/// Gap up to which a block counts as bonded to the skin of a structure from the start, and is held where it is: gravity's preload has moved the skin [m].
+/// Gap up to which a block counts as bonded to the skin of a structure from the start, and is held where it
+/// is: gravity's preload has moved the skin [m].
 inline double bond_gap(const Polyhedron& block) { return 1e-3 * block.radius; }
 
 /// A candidate pair from the broad phase.
@@ -124,23 +146,25 @@ struct CandidatePair {
 /// A point that a search has found, before its law and history are asked.
 struct FoundPoint {
   contact::ContactPoint at;
-  bool on_edge = false;          // face_a was looked up: the contact is with an edge or vertex of A
+  bool on_edge = false;  // face_a was looked up: the contact is with an edge or vertex of A
 };
 
 /// True if the pair's law is a pressure of a cushion on faces (touch_bed.hpp), whose search is its own.
 bool presses_on_bed(const dda::Model&, const Environment&, const CandidatePair&);
 
-/// Appends what a pair without a bed has within the margin; and the touches of such points at the present state.
-void find_points(const dda::Model&, const dda::State&, const Environment&, const CandidatePair&, double margin, std::vector<FoundPoint>& out);
-void make_touches(const dda::Model&, const dda::State&, const Environment&, const CandidatePair&, std::span<const FoundPoint> points,
-                  const ContactHistory&, std::vector<Touch>& out);
+/// Appends what a pair without a bed has within the margin; and the touches of such points at the present
+/// state.
+void find_points(const dda::Model&, const dda::State&, const Environment&, const CandidatePair&,
+                 double margin, std::vector<FoundPoint>& out);
+void make_touches(const dda::Model&, const dda::State&, const Environment&, const CandidatePair&,
+                  std::span<const FoundPoint> points, const ContactHistory&, std::vector<Touch>& out);
 
 /// Whether a part of a bed stands on four points (touch_bed.hpp), by the one that it would stand on.
 using Tilts = std::function<bool(const Touch&)>;
 
 /// Appends all touches of the pair with gap <= margin at the present state. `tilts`: none where empty.
-void find_touches(const dda::Model&, const dda::State&, const Environment&, const CandidatePair&, double margin,
-                  const ContactHistory&, std::vector<Touch>& out, const Tilts& tilts = {});
+void find_touches(const dda::Model&, const dda::State&, const Environment&, const CandidatePair&,
+                  double margin, const ContactHistory&, std::vector<Touch>& out, const Tilts& tilts = {});
 
 /// Two structures that may touch: the nodes of b's skin against the faces of a's.
 struct SurfacePair {
@@ -148,9 +172,11 @@ struct SurfacePair {
 };
 
 /// The same for two structures, nodes with |gap| <= reach; `history` is per structure b.
-void find_surface_touches(const Environment&, const SurfacePair&, double reach, const ContactHistory& history, std::vector<Touch>& out);
+void find_surface_touches(const Environment&, const SurfacePair&, double reach, const ContactHistory& history,
+                          std::vector<Touch>& out);
 
-/// Edge of the face that a triangle of a skin belongs to (four triangles to a face), and the longest of all [m].
+/// Edge of the face that a triangle of a skin belongs to (four triangles to a face), and the longest of all
+/// [m].
 double face_edge(const TriangleSurface&, int triangle);
 double face_edge(const TriangleSurface&);
 
@@ -169,7 +195,8 @@ SurfaceWeights surface_weights(const TriangleSurface&, int triangle, const Vec3&
 /// Gradients of these weights along the triangle, one for each entry [1/m].
 std::array<Vec3, 12> weight_gradients(const TriangleSurface&, int triangle, const SurfaceWeights&);
 
-/// The same for a touch at a skin: by the face's mean plane where it is of a bed, whose columns stand on that.
+/// The same for a touch at a skin: by the face's mean plane where it is of a bed, whose columns stand on
+/// that.
 SurfaceWeights skin_weights(const Touch&, const TriangleSurface&, const Vec3& x);
 
 }  // namespace talus::coupling

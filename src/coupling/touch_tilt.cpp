@@ -45,7 +45,8 @@ std::array<Vec3, 4> tilt_points(const contact::Footprint& part, const Vec3& p, c
       const Vec2 &a = pressed[0].at, &b = pressed[k].at, &d = pressed[k + 1].at, sum = a + b + d;
       const double part_area = 0.5 * std::abs((b - a).x() * (d - a).y() - (b - a).y() * (d - a).x());
       area += part_area;
-      spread += part_area / 12 * (a * a.transpose() + b * b.transpose() + d * d.transpose() + sum * sum.transpose());
+      spread += part_area / 12 *
+                (a * a.transpose() + b * b.transpose() + d * d.transpose() + sum * sum.transpose());
     }
   }
   std::array<Vec3, 4> points;
@@ -56,7 +57,9 @@ std::array<Vec3, 4> tilt_points(const contact::Footprint& part, const Vec3& p, c
   const double root = std::sqrt(std::max(0.0, spread.determinant())), trace = spread.trace() + 2 * root;
   if (!(trace > 0)) return points;
   const Mat2 arm = (spread + root * Mat2::Identity()) / std::sqrt(trace);
-  for (int i = 0; i < 4; ++i) points[static_cast<std::size_t>(i)] = across.transpose() * (arm * Vec2((i & 1) != 0 ? -1 : 1, (i & 2) != 0 ? -1 : 1));
+  for (int i = 0; i < 4; ++i)
+    points[static_cast<std::size_t>(i)] =
+        across.transpose() * (arm * Vec2((i & 1) != 0 ? -1 : 1, (i & 2) != 0 ? -1 : 1));
   return points;
 }
 

@@ -32,19 +32,22 @@ Mat3 strained_inertia(const Model::Block& b, const Vec6& eps) {
   return inertia_of(g * b.second_moment * g.transpose());
 }
 
-/// Coriolis force of the turning frame on the strains, per rate of strain: antisymmetric, so that it takes no energy. `spin`: in body axes.
+/// Coriolis force of the turning frame on the strains, per rate of strain: antisymmetric, so that it takes no
+/// energy. `spin`: in body axes.
 Mat6 coriolis(const Model::Block& b, const Vec3& spin) {
   Mat6 g = Mat6::Zero();
   for (int j = 0; j < 6; ++j)
     for (int k = 0; k < j; ++k) {
-      g(j, k) = 2 * spin.dot(axial(strain_basis()[static_cast<std::size_t>(j)] * b.second_moment * strain_basis()[static_cast<std::size_t>(k)]));
+      g(j, k) = 2 * spin.dot(axial(strain_basis()[static_cast<std::size_t>(j)] * b.second_moment *
+                                   strain_basis()[static_cast<std::size_t>(k)]));
       g(k, j) = -g(j, k);
     }
   return g;
 }
 
 /// Angular momentum that strains take at a constant spin by what they add to the inertia, per strain.
-Eigen::Matrix<double, 3, 6> swelling_momentum(const Model::Block& b, const Mat3& F, const Mat3& rotation, const Vec3& spin) {
+Eigen::Matrix<double, 3, 6> swelling_momentum(const Model::Block& b, const Mat3& F, const Mat3& rotation,
+                                              const Vec3& spin) {
   Eigen::Matrix<double, 3, 6> d;
   for (int k = 0; k < 6; ++k) {
     const Mat3 c = F * b.second_moment * (rotation * strain_basis()[static_cast<std::size_t>(k)]).transpose();
@@ -109,7 +112,8 @@ Quat rotate_free(const Model::Block&, const Mat3& body_inertia, const Quat& q, c
   // Principal axes; a block that is dynamically a sphere turns about a fixed axis.
   Vec3 moments = body_inertia.diagonal();
   Quat principal = Quat::Identity();
-  const double off = std::abs(body_inertia(0, 1)) + std::abs(body_inertia(0, 2)) + std::abs(body_inertia(1, 2));
+  const double off =
+      std::abs(body_inertia(0, 1)) + std::abs(body_inertia(0, 2)) + std::abs(body_inertia(1, 2));
   if (off > 1e-14 * moments.maxCoeff()) {
     Eigen::SelfAdjointEigenSolver<Mat3> eig;
     eig.computeDirect(body_inertia);
@@ -119,22 +123,23 @@ Quat rotate_free(const Model::Block&, const Mat3& body_inertia, const Quat& q, c
     moments = (axes.transpose() * body_inertia * axes).diagonal();
   }
   Quat r = q * principal;
-  Vec3 l = r.conjugate() * L;   // angular momentum in principal axes
+  Vec3 l = r.conjugate() * L;  // angular momentum in principal axes
   if (moments.maxCoeff() - moments.minCoeff() < 1e-14 * moments.maxCoeff())
     return (rotation_by(h * (L / moments[0])) * q).normalized();
 
   const double spin = l.cwiseQuotient(moments).norm();
-  // Sixth-order composition (Yoshida 1990, solution A) of the Strang product; the sub-step keeps the error near round-off of
-  // the orientation.
+  // Sixth-order composition (Yoshida 1990, solution A) of the Strang product; the sub-step keeps the error
+  // near round-off of the orientation.
   const int substeps = std::max(1, static_cast<int>(std::ceil(spin * std::abs(h) / 0.04)));
   const double dt = h / substeps;
-  constexpr double w1 = -1.17767998417887, w2 = 0.235573213359357, w3 = 0.784513610477560, w0 = 1 - 2 * (w1 + w2 + w3);
+  constexpr double w1 = -1.17767998417887, w2 = 0.235573213359357, w3 = 0.784513610477560,
+                   w0 = 1 - 2 * (w1 + w2 + w3);
   const auto turn = [&](int axis, double angle_h) {
     const double angle = angle_h * l[axis] / moments[axis];
     const double c = std::cos(angle), sn = std::sin(angle);
     const int j = (axis + 1) % 3, k = (axis + 2) % 3;
     const double lj = l[j], lk = l[k];
-    l[j] = c * lj + sn * lk;    // R_axis(angle)^T l
+    l[j] = c * lj + sn * lk;  // R_axis(angle)^T l
     l[k] = -sn * lj + c * lk;
     Vec3 e = Vec3::Zero();
     e[axis] = 1;
@@ -158,7 +163,8 @@ FreeFlow free_flow(const Model& m, const State& s, int i, double h, FlowRule rul
   const auto k = static_cast<std::size_t>(i);
   const Model::Block& b = m.blocks[k];
   FreeFlow f;
-  const bool end = rule == FlowRule::implicit_end || rule == FlowRule::strain_at_end, leapfrog = rule == FlowRule::leapfrog;   // of the strain
+  const bool end = rule == FlowRule::implicit_end || rule == FlowRule::strain_at_end,
+             leapfrog = rule == FlowRule::leapfrog;  // of the strain
   f.pose.c = s.c[k] + h * s.v[k] + ((rule == FlowRule::implicit_end ? 1.0 : 0.5) * h * h) * m.gravity;
   f.velocity.setZero();
   f.velocity.head<3>() = s.v[k] + h * m.gravity;
@@ -187,7 +193,9 @@ FreeFlow free_flow(const Model& m, const State& s, int i, double h, FlowRule rul
   const Mat3 start_rotation = s.rotation(i);
   const Mat12 mass_start = mass_matrix(b, pose(s, i), start_rotation);
   // Strain rates carry angular momentum, which the frame turns against: L = I w + C epsdot.
-  const auto recoil = [](const Mat12& m, const Vec6& rate) { return Vec3(-(m.block<3, 3>(3, 3).inverse() * (m.block<3, 6>(3, 6) * rate))); };
+  const auto recoil = [](const Mat12& m, const Vec6& rate) {
+    return Vec3(-(m.block<3, 3>(3, 3).inverse() * (m.block<3, 6>(3, 6) * rate)));
+  };
   const Vec3 recoil_start = recoil(mass_start, s.eps_rate[k]);
   f.q = (rotation_by(h * recoil_start) * rotate_free(b, strained, s.q[k], L, h)).normalized();
   f.rotation = f.q.toRotationMatrix();
@@ -196,13 +204,15 @@ FreeFlow free_flow(const Model& m, const State& s, int i, double h, FlowRule rul
   const Mat12 mass = mass_matrix(b, turned, f.rotation);
 
   const Mat6 stiffness = b.volume * elastic_matrix(b.young, b.poisson);
-  const Mat6 dynamic = (end ? h * h + h * b.strain_damping : 0.25 * h * h + 0.5 * h * b.strain_damping) * stiffness;
+  const Mat6 dynamic =
+      (end ? h * h + h * b.strain_damping : 0.25 * h * h + 0.5 * h * b.strain_damping) * stiffness;
   // Centrifugal force on the strains: the derivative of the rotational energy [J].
   Vec6 centrifugal;
-  const Vec3 & w_now = s.w[k];
+  const Vec3& w_now = s.w[k];
   const Mat3 F0 = pose(s, i).F;
   for (int j = 0; j < 6; ++j) {
-    const Mat3 c = F0 * b.second_moment * (start_rotation * strain_basis()[static_cast<std::size_t>(j)]).transpose();
+    const Mat3 c =
+        F0 * b.second_moment * (start_rotation * strain_basis()[static_cast<std::size_t>(j)]).transpose();
     centrifugal[j] = w_now.squaredNorm() * c.trace() - w_now.dot(c * w_now);
   }
   Vec12 rhs;
@@ -210,8 +220,10 @@ FreeFlow free_flow(const Model& m, const State& s, int i, double h, FlowRule rul
   rhs.segment<3>(3) = L;
   rhs.tail<6>() = mass_start.block<6, 3>(6, 3) * s.w[k] + mass_start.block<6, 6>(6, 6) * s.eps_rate[k] +
                   h * centrifugal - h * (stiffness * s.eps[k]);
-  if (leapfrog) rhs.tail<6>() += (0.25 * h * h - 0.5 * h * b.strain_damping) * (stiffness * s.eps_rate[k]);
-  else if (!end) rhs.tail<6>() -= dynamic * s.eps_rate[k];
+  if (leapfrog)
+    rhs.tail<6>() += (0.25 * h * h - 0.5 * h * b.strain_damping) * (stiffness * s.eps_rate[k]);
+  else if (!end)
+    rhs.tail<6>() -= dynamic * s.eps_rate[k];
   Mat12 effective = mass;
   effective.block<6, 6>(6, 6) += dynamic;
   if (w_now.isZero(0)) {
@@ -219,7 +231,8 @@ FreeFlow free_flow(const Model& m, const State& s, int i, double h, FlowRule rul
   } else {
     const Vec3 spin = start_rotation.transpose() * w_now;
     const Mat6 turning_frame = (end ? 1.0 : 0.5) * h * coriolis(b, spin);
-    const Eigen::Matrix<double, 3, 6> swelling = (end ? 1.0 : 0.5) * h * swelling_momentum(b, turned.F, f.rotation, f.rotation * spin);
+    const Eigen::Matrix<double, 3, 6> swelling =
+        (end ? 1.0 : 0.5) * h * swelling_momentum(b, turned.F, f.rotation, f.rotation * spin);
     effective.block<6, 6>(6, 6) -= turning_frame;
     effective.block<3, 6>(3, 6) += swelling;
     if (!end) {
@@ -228,8 +241,10 @@ FreeFlow free_flow(const Model& m, const State& s, int i, double h, FlowRule rul
     }
     f.velocity = effective.partialPivLu().solve(rhs);
   }
-  f.eps = s.eps[k] + (end || leapfrog ? Vec6(h * f.velocity.tail<6>()) : Vec6(0.5 * h * (s.eps_rate[k] + Vec6(f.velocity.tail<6>()))));
-  // The frame's recoil by the rule of the strains, now that their rates at the end are known; then the spin that keeps L there.
+  f.eps = s.eps[k] + (end || leapfrog ? Vec6(h * f.velocity.tail<6>())
+                                      : Vec6(0.5 * h * (s.eps_rate[k] + Vec6(f.velocity.tail<6>()))));
+  // The frame's recoil by the rule of the strains, now that their rates at the end are known; then the spin
+  // that keeps L there.
   const Vec3 turn = (end || leapfrog ? 1.0 : 0.5) * h * (recoil(mass, f.velocity.tail<6>()) - recoil_start);
   f.q = (rotation_by(turn) * f.q).normalized();
   f.rotation = f.q.toRotationMatrix();
@@ -240,7 +255,8 @@ FreeFlow free_flow(const Model& m, const State& s, int i, double h, FlowRule rul
   f.spin = turning * L + recoil(f.mass, s.eps_rate[k]);
   f.mass.block<6, 6>(6, 6) += dynamic;
   if (leapfrog) {
-    // An impulse turns the rates of full steps by A^-1 p, those of half steps by A^-1 S A^-1 p: then its work is their energy's change, whatever h.
+    // An impulse turns the rates of full steps by A^-1 p, those of half steps by A^-1 S A^-1 p: then its work
+    // is their energy's change, whatever h.
     const Mat6 q = 0.25 * h * h * stiffness;
     const Eigen::Matrix<double, 3, 6> couple = f.mass.block<3, 6>(3, 6);
     const Mat6 strains = f.mass.block<6, 6>(6, 6) - dynamic - couple.transpose() * turning * couple;
@@ -252,7 +268,8 @@ FreeFlow free_flow(const Model& m, const State& s, int i, double h, FlowRule rul
 
 double internal_energy(const Model::Block& b, const FreeFlow& f) {
   const Eigen::Matrix<double, 9, 1> v = f.velocity.tail<9>();
-  return 0.5 * v.dot(mass_matrix(b, f.pose, f.rotation).bottomRightCorner<9, 9>() * v) + 0.5 * b.volume * f.eps.dot(elastic_matrix(b.young, b.poisson) * f.eps);
+  return 0.5 * v.dot(mass_matrix(b, f.pose, f.rotation).bottomRightCorner<9, 9>() * v) +
+         0.5 * b.volume * f.eps.dot(elastic_matrix(b.young, b.poisson) * f.eps);
 }
 
 void impulse_mass(const Model& m, const State& s, int i, bool frozen_strain, Mat12& mass, Mat12& inverse) {

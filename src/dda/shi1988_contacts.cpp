@@ -27,9 +27,12 @@ Vec3 turned(const Vec3& v, const Vec3& n) {
 Vec3 surface_velocity(const TriangleSurface& s, int triangle, const Vec3& x) {
   if (s.velocities.empty() || triangle < 0) return Vec3::Zero();
   const auto& t = s.triangles[static_cast<std::size_t>(triangle)];
-  const auto at = [&](const std::vector<Vec3>& v, int k) { return v[static_cast<std::size_t>(t[static_cast<std::size_t>(k)])]; };
+  const auto at = [&](const std::vector<Vec3>& v, int k) {
+    return v[static_cast<std::size_t>(t[static_cast<std::size_t>(k)])];
+  };
   const Vec3 p = at(s.vertices, 0), u = at(s.vertices, 1) - p, v = at(s.vertices, 2) - p, w = x - p;
-  const double uu = u.dot(u), uv = u.dot(v), vv = v.dot(v), wu = w.dot(u), wv = w.dot(v), det = uu * vv - uv * uv;
+  const double uu = u.dot(u), uv = u.dot(v), vv = v.dot(v), wu = w.dot(u), wv = w.dot(v),
+               det = uu * vv - uv * uv;
   if (!(det > 0)) return at(s.velocities, 0);
   const double b = (vv * wu - uv * wv) / det, c = (uu * wv - uv * wu) / det;
   return (1 - b - c) * at(s.velocities, 0) + b * at(s.velocities, 1) + c * at(s.velocities, 2);
@@ -85,8 +88,8 @@ Vec3 WorkingContact::force() const {
   }
 }
 
-void ContactList::build(const Surroundings& s, const State& state, const Shi1988State& history, const Shi1988Settings& settings,
-                        double margin) {
+void ContactList::build(const Surroundings& s, const State& state, const Shi1988State& history,
+                        const Shi1988Settings& settings, double margin) {
   list.clear();
   const int n = state.size();
   const auto at = [](int i) { return static_cast<std::size_t>(i); };
@@ -182,11 +185,12 @@ void ContactList::build(const Surroundings& s, const State& state, const Shi1988
       add(Shi1988Contact::surface, static_cast<int>(p), i);
     }
   }
-  std::stable_sort(list.begin(), list.end(),
-                   [](const WorkingContact& x, const WorkingContact& y) { return full_order(x.record) < full_order(y.record); });
+  std::stable_sort(list.begin(), list.end(), [](const WorkingContact& x, const WorkingContact& y) {
+    return full_order(x.record) < full_order(y.record);
+  });
 
-  // Inheritance, pair by pair: first by features, then the nearest point left over (a vertex that slid from one triangle to
-  // the next, a face polygon whose corner passed from one block's edge to the other's).
+  // Inheritance, pair by pair: first by features, then the nearest point left over (a vertex that slid from
+  // one triangle to the next, a face polygon whose corner passed from one block's edge to the other's).
   const auto& old = history.contacts;
   std::vector<char> taken(old.size(), 0);
   std::size_t begin_old = 0;
@@ -245,7 +249,8 @@ std::vector<std::pair<int, int>> ContactList::number_pairs() {
   for (WorkingContact& c : list) {
     c.pair = -1;
     if (c.dof_a < 0 || c.dof_b < 0) continue;
-    const std::pair<int, int> p{c.dof_a, c.dof_b};  // sorted: block partners come first, in order of (a, b), a < b
+    const std::pair<int, int> p{c.dof_a,
+                                c.dof_b};  // sorted: block partners come first, in order of (a, b), a < b
     if (pairs.empty() || pairs.back() != p) pairs.push_back(p);
     c.pair = static_cast<int>(pairs.size()) - 1;
   }
@@ -282,7 +287,8 @@ void assemble(const WorkingContact& c, double h, BlockSystem& system) {
   }
 }
 
-StatusChange update_status(WorkingContact& c, const std::vector<Vec12>& D, double h, double tolerance, bool relock_loaded) {
+StatusChange update_status(WorkingContact& c, const std::vector<Vec12>& D, double h, double tolerance,
+                           bool relock_loaded) {
   const Vec3& n = c.record.normal;
   const Vec3 u = c.relative_displacement(D, h);
   c.used = {c.status, c.reference, c.slip, c.lagged_normal};

@@ -3,14 +3,16 @@
 ///   T(x) = [ I | -[x^]_x | strain columns ],  x^ = x - c                                        Eq. (3)
 ///   M = integral rho T^T T dV = m T_0^T T_0 + sum_kl S_kl T_k^T T_l,   T = T_0 + sum_k x^_k T_k
 ///   Eq. (4): x^' = (I + E(eps) + C(r)) x^,
-///     C = [cos ry + cos rz - 2, -sin rz, sin ry; sin rz, cos rx + cos rz - 2, -sin rx; -sin ry, sin rx, cos rx + cos ry - 2]
+///     C = [cos ry + cos rz - 2, -sin rz, sin ry; sin rz, cos rx + cos rz - 2, -sin rx; -sin ry, sin rx, cos
+///     rx + cos ry - 2]
 ///
 /// symbol   meaning                                        unit     shape
 /// S        second moment of mass about c, world axes      kg m^2   3 x 3
 /// r, eps   rotation and strain increments of a step       rad, 1   3, 6
 ///
-/// T is linear in x^, so M needs no more than mass and second moment, which the polyhedral (simplex) integration gives exactly
-/// [shi2001]. Eq. (3) as printed has lost its shear columns; they are half the engineering shear on each side.
+/// T is linear in x^, so M needs no more than mass and second moment, which the polyhedral (simplex)
+/// integration gives exactly [shi2001]. Eq. (3) as printed has lost its shear columns; they are half the
+/// engineering shear on each side.
 #pragma once
 #include "core/types.hpp"
 

@@ -18,7 +18,8 @@ std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
 
-SubStep::SubStep(const Surroundings& s, const Shi1988Settings& settings, State& state, Shi1988State& history, Shi1988Report& report)
+SubStep::SubStep(const Surroundings& s, const Shi1988Settings& settings, State& state, Shi1988State& history,
+                 Shi1988Report& report)
     : s_(s), settings_(settings), state_(state), history_(history), report_(report), n_(state.size()) {
   M_.resize(at(n_));
   v0_.resize(at(n_));
@@ -99,7 +100,9 @@ double SubStep::largest_displacement() const {
     const Model::Block& b = s_.model.blocks[at(i)];
     if (b.fixed) continue;
     const Vec12& D = D_[at(i)];
-    if (!D.allFinite()) throw NumericalFailure(fmt::format("dda-1988: block {}: the solution of Eq. (9) is not finite", b.name));
+    if (!D.allFinite())
+      throw NumericalFailure(
+          fmt::format("dda-1988: block {}: the solution of Eq. (9) is not finite", b.name));
     d = std::max(d, D.head<3>().norm() + b.shape->radius * (D.segment<3>(3).norm() + D.tail<6>().norm()));
   }
   return d;
@@ -218,7 +221,8 @@ void SubStep::book_contacts(double h) {
       report_.newmark_contact += c.energy0_shear - end_shear - ft.dot(c.step_shear);
     } else {
       report_.newmark_contact += c.energy0_shear;  // the shear spring was taken away
-      if (c.used.status == Contact::sliding) (ft.dot(c.step_shear) > 0 ? report_.friction_drove : report_.friction_work) -= ft.dot(c.step_shear);
+      if (c.used.status == Contact::sliding)
+        (ft.dot(c.step_shear) > 0 ? report_.friction_drove : report_.friction_work) -= ft.dot(c.step_shear);
     }
     report_.partner_work += h * f.dot(c.partner_velocity);
     end += end_normal + end_shear;
@@ -232,7 +236,15 @@ void SubStep::book_contacts(double h) {
     r.slip = c.status == Contact::open ? Vec3(Vec3::Zero()) : c.slip;
     r.force = f;
     if (c.status != Contact::locked) r.bonded = 0;
-    if (r.partner == Contact::surface && !f.isZero(0)) report_.loads.push_back({.surface = r.a, .block = r.b, .time = 0, .dt = h, .point = r.point, .force = -f, .normal = n, .area = r.area});
+    if (r.partner == Contact::surface && !f.isZero(0))
+      report_.loads.push_back({.surface = r.a,
+                               .block = r.b,
+                               .time = 0,
+                               .dt = h,
+                               .point = r.point,
+                               .force = -f,
+                               .normal = n,
+                               .area = r.area});
     history_.contacts.push_back(r);
   }
   report_.geometry += history_.contact_energy - start;

@@ -1,6 +1,8 @@
-/// One sub-step of the 1988 scheme: Eq. (9) set up at its start, the open-close iteration, and what is kept of it.
+/// One sub-step of the 1988 scheme: Eq. (9) set up at its start, the open-close iteration, and what is kept
+/// of it.
 ///
-///   (2 M / h^2 + K) D = 2 M Ddot_0 / h + F,   Ddot = 2 D / h - Ddot_0                          Eqs. (5) to (8)
+///   (2 M / h^2 + K) D = 2 M Ddot_0 / h + F,   Ddot = 2 D / h - Ddot_0                          Eqs. (5) to
+///   (8)
 ///
 /// h: length of the sub-step [s]. Tries at it change nothing of the state; commit() does.
 #pragma once
@@ -15,9 +17,11 @@ namespace talus::dda::shi1988 {
 /// Everything that is derived at the start of a sub-step and used by the tries at it.
 class SubStep {
  public:
-  SubStep(const Surroundings& s, const Shi1988Settings& settings, State& state, Shi1988State& history, Shi1988Report& report);
+  SubStep(const Surroundings& s, const Shi1988Settings& settings, State& state, Shi1988State& history,
+          Shi1988Report& report);
 
-  /// Margin of the contact search: twice the largest displacement that the velocities foretell, from where bonds have been drawn to.
+  /// Margin of the contact search: twice the largest displacement that the velocities foretell, from where
+  /// bonds have been drawn to.
   double margin(double h) const;
   /// Widest gap that a bond holds [m].
   double drawn() const;

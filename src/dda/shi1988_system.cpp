@@ -9,12 +9,13 @@
 
 namespace talus::dda::shi1988 {
 namespace {
-constexpr int dense_limit = 8;           // blocks: a dense 96 x 96 factorisation beats the sparse one's bookkeeping
+constexpr int dense_limit = 8;  // blocks: a dense 96 x 96 factorisation beats the sparse one's bookkeeping
 constexpr double pcg_tolerance = 1e-13;  // relative residual, in the norm of the preconditioner
 constexpr int pcg_cap = 400;
 
 [[noreturn]] void not_spd() {
-  throw NumericalFailure("dda-1988: the equivalent stiffness of Eq. (9) is not positive definite (flat or inverted block?)");
+  throw NumericalFailure(
+      "dda-1988: the equivalent stiffness of Eq. (9) is not positive definite (flat or inverted block?)");
 }
 }  // namespace
 
@@ -52,7 +53,8 @@ void BlockSystem::set_pattern(int blocks, std::vector<std::pair<int, int>> pairs
     island.blocks.push_back(static_cast<int>(i));
   }
   for (std::size_t p = 0; p < pairs_.size(); ++p)
-    island_[static_cast<std::size_t>(block_island_[static_cast<std::size_t>(pairs_[p].first)])].pairs.push_back(static_cast<int>(p));
+    island_[static_cast<std::size_t>(block_island_[static_cast<std::size_t>(pairs_[p].first)])]
+        .pairs.push_back(static_cast<int>(p));
 }
 
 void BlockSystem::solve(int k) {
@@ -88,7 +90,8 @@ void BlockSystem::solve_dense(Island& island) {
   const Eigen::LLT<Eigen::Ref<MatX>> llt(K);  // in place, lower triangle
   if (llt.info() != Eigen::Success) not_spd();
   const VecX d = llt.solve(f);
-  for (const int b : island.blocks) solution[static_cast<std::size_t>(b)] = d.segment<12>(12 * local_[static_cast<std::size_t>(b)]);
+  for (const int b : island.blocks)
+    solution[static_cast<std::size_t>(b)] = d.segment<12>(12 * local_[static_cast<std::size_t>(b)]);
 }
 
 void BlockSystem::solve_sparse(Island& island) {
@@ -126,18 +129,22 @@ void BlockSystem::solve_sparse(Island& island) {
     const int oi = 12 * local_[static_cast<std::size_t>(i)], oj = 12 * local_[static_cast<std::size_t>(j)];
     const Mat12 k = coupling[static_cast<std::size_t>(p)].transpose();
     for (int c = 0; c < 12; ++c) {
-      const auto begin = m.innerIndexPtr() + m.outerIndexPtr()[oi + c], end = m.innerIndexPtr() + m.outerIndexPtr()[oi + c + 1];
+      const auto begin = m.innerIndexPtr() + m.outerIndexPtr()[oi + c],
+                 end = m.innerIndexPtr() + m.outerIndexPtr()[oi + c + 1];
       double* v = m.valuePtr() + (std::lower_bound(begin, end, oj) - m.innerIndexPtr());
       for (int r = 0; r < 12; ++r) v[r] = k(r, c);
     }
   }
   island.sparse->factor.factorize(m);
-  if (island.sparse->factor.info() != Eigen::Success || (island.sparse->factor.vectorD().array() <= 0).any()) not_spd();
+  if (island.sparse->factor.info() != Eigen::Success || (island.sparse->factor.vectorD().array() <= 0).any())
+    not_spd();
   VecX f(n);
-  for (const int b : island.blocks) f.segment<12>(12 * local_[static_cast<std::size_t>(b)]) = rhs[static_cast<std::size_t>(b)];
+  for (const int b : island.blocks)
+    f.segment<12>(12 * local_[static_cast<std::size_t>(b)]) = rhs[static_cast<std::size_t>(b)];
   VecX d = island.sparse->factor.solve(f);
   d += island.sparse->factor.solve(f - m.selfadjointView<Eigen::Lower>() * d);  // one refinement
-  for (const int b : island.blocks) solution[static_cast<std::size_t>(b)] = d.segment<12>(12 * local_[static_cast<std::size_t>(b)]);
+  for (const int b : island.blocks)
+    solution[static_cast<std::size_t>(b)] = d.segment<12>(12 * local_[static_cast<std::size_t>(b)]);
 }
 
 bool BlockSystem::solve_pcg(Island& island) {
@@ -156,7 +163,8 @@ bool BlockSystem::solve_pcg(Island& island) {
   }
   const double goal = rz * pcg_tolerance * pcg_tolerance;
   for (int it = 0; it < pcg_cap && rz > goal; ++it) {
-    for (std::size_t k = 0; k < n; ++k) q[k].noalias() = diagonal[static_cast<std::size_t>(island.blocks[k])] * p[k];
+    for (std::size_t k = 0; k < n; ++k)
+      q[k].noalias() = diagonal[static_cast<std::size_t>(island.blocks[k])] * p[k];
     for (const int e : island.pairs) {
       const auto& [i, j] = pairs_[static_cast<std::size_t>(e)];
       const auto li = static_cast<std::size_t>(local_[static_cast<std::size_t>(i)]);

@@ -6,9 +6,10 @@
 /// K^_ii    diagonal sub-matrix of block i         12 x 12, SPD
 /// K^_ij    i < j, only for pairs with a contact   12 x 12
 ///
-/// Single blocks and small islands are factorised densely, larger ones by a sparse LDL^T whose pattern is analysed once a step,
-/// still larger ones by conjugate gradients with the 12 x 12 diagonal blocks as preconditioner (2 M / dt^2 dominates when dt is
-/// small), falling back on LDL^T where those do not reach 1e-13.
+/// Single blocks and small islands are factorised densely, larger ones by a sparse LDL^T whose pattern is
+/// analysed once a step, still larger ones by conjugate gradients with the 12 x 12 diagonal blocks as
+/// preconditioner (2 M / dt^2 dominates when dt is small), falling back on LDL^T where those do not reach
+/// 1e-13.
 #pragma once
 #include <memory>
 #include <utility>
@@ -30,12 +31,13 @@ class BlockSystem {
   const std::vector<int>& island_blocks(int k) const { return island_[static_cast<std::size_t>(k)].blocks; }
   const std::vector<int>& island_pairs(int k) const { return island_[static_cast<std::size_t>(k)].pairs; }
 
-  /// Solves one island: reads diagonal, coupling, rhs; writes solution. Throws NumericalFailure if the matrix is not SPD.
+  /// Solves one island: reads diagonal, coupling, rhs; writes solution. Throws NumericalFailure if the matrix
+  /// is not SPD.
   void solve(int island);
 
-  std::vector<Mat12> diagonal;      // per block
-  std::vector<Mat12> coupling;      // per pair
-  std::vector<Vec12> rhs, solution; // per block
+  std::vector<Mat12> diagonal;       // per block
+  std::vector<Mat12> coupling;       // per pair
+  std::vector<Vec12> rhs, solution;  // per block
 
  private:
   struct Sparse;

@@ -26,19 +26,19 @@ namespace talus::dda {
 struct Model {
   struct Block {
     std::string name;
-    std::shared_ptr<const Polyhedron> shape;   // body axes about the centroid
-    double mass = 0;                           // [kg]
-    double volume = 0;                         // [m^3]
-    Mat3 second_moment = Mat3::Zero();         // S
-    Mat3 inertia = Mat3::Zero();               // J = tr(S) I - S, body axes, undeformed
+    std::shared_ptr<const Polyhedron> shape;  // body axes about the centroid
+    double mass = 0;                          // [kg]
+    double volume = 0;                        // [m^3]
+    Mat3 second_moment = Mat3::Zero();        // S
+    Mat3 inertia = Mat3::Zero();              // J = tr(S) I - S, body axes, undeformed
     int material = 0;
-    bool fixed = false;                        // no DOFs
-    bool deformable = false;                   // 12 DOFs, else 6
-    double young = 0, poisson = 0;             // [Pa], used if deformable
-    double strain_damping = 0;                 // Kelvin-Voigt viscosity over stiffness [s]
-    std::vector<Vec3> fixed_points;            // body axes; held by stiff springs (dda-1988) or hard rows (talus)
-    std::vector<Vec3> fixed_points_world;      // where they are held
-    int structure = -1;                        // fragment of this structure, -1 otherwise
+    bool fixed = false;                    // no DOFs
+    bool deformable = false;               // 12 DOFs, else 6
+    double young = 0, poisson = 0;         // [Pa], used if deformable
+    double strain_damping = 0;             // Kelvin-Voigt viscosity over stiffness [s]
+    std::vector<Vec3> fixed_points;        // body axes; held by stiff springs (dda-1988) or hard rows (talus)
+    std::vector<Vec3> fixed_points_world;  // where they are held
+    int structure = -1;                    // fragment of this structure, -1 otherwise
     int ndof() const { return fixed ? 0 : deformable ? 12 : 6; }
   };
   std::vector<Block> blocks;
@@ -50,7 +50,7 @@ struct State {
   std::vector<Vec3> c, v, w;
   std::vector<Quat> q;
   std::vector<Vec6> eps, eps_rate;
-  std::vector<double> slid;   // way slid as friction remembers it [m]; empty where no law asks for it
+  std::vector<double> slid;  // way slid as friction remembers it [m]; empty where no law asks for it
   int size() const { return static_cast<int>(c.size()); }
   Mat3 rotation(int i) const { return q[static_cast<std::size_t>(i)].toRotationMatrix(); }
 };
@@ -74,9 +74,11 @@ Pose pose(const BlockState& s);
 /// 6 x 6 elastic matrix for engineering strains in the order of Eq. (1) [Pa].
 Mat6 elastic_matrix(double young, double poisson);
 
-struct BlockEnergy { double translational = 0, rotational = 0, straining = 0, strain_energy = 0, potential = 0; };
-/// Kinetic (split), strain energy and gravity potential (zero at z = 0) [J]. `rotational` holds the energy of w alone, `straining`
-/// the energy of epsdot and its coupling with w.
+struct BlockEnergy {
+  double translational = 0, rotational = 0, straining = 0, strain_energy = 0, potential = 0;
+};
+/// Kinetic (split), strain energy and gravity potential (zero at z = 0) [J]. `rotational` holds the energy of
+/// w alone, `straining` the energy of epsdot and its coupling with w.
 BlockEnergy energy(const Model& m, const State& s, int i);
 BlockEnergy energy(const Model::Block& b, const Vec3& gravity, const BlockState& s);
 

@@ -17,7 +17,7 @@ struct Brief {
   Status status = Status::failed;
   struct Largest {
     bool crosses = false;
-    std::array<double, 3> of{};   // of each quantity; height NaN if nowhere above ground
+    std::array<double, 3> of{};  // of each quantity; height NaN if nowhere above ground
   };
   std::vector<Largest> lines;
 };
@@ -39,7 +39,9 @@ using Briefs = std::map<std::int64_t, Brief>;
 inline std::vector<Sample> samples_of(const Briefs& briefs, std::size_t line, std::size_t quantity) {
   std::vector<Sample> samples;
   for (const auto& [index, brief] : briefs)
-    if (finished(brief.status)) samples.push_back({index, brief.lines[line].crosses && std::isfinite(brief.lines[line].of[quantity]), brief.lines[line].of[quantity]});
+    if (finished(brief.status))
+      samples.push_back({index, brief.lines[line].crosses && std::isfinite(brief.lines[line].of[quantity]),
+                         brief.lines[line].of[quantity]});
   return samples;
 }
 

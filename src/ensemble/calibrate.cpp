@@ -40,8 +40,10 @@ std::vector<std::string> words_of(const std::string& line) {
   std::vector<std::string> words;
   std::string word;
   for (const char c : line) {
-    if (c == ',' || c == ';' || c == '\t') words.push_back(std::exchange(word, {}));
-    else if (c != ' ' && c != '\r' && c != '"') word += c;
+    if (c == ',' || c == ';' || c == '\t')
+      words.push_back(std::exchange(word, {}));
+    else if (c != ' ' && c != '\r' && c != '"')
+      word += c;
   }
   words.push_back(word);
   return words;
@@ -69,17 +71,25 @@ Measured read_measured(const fs::path& file) {
     const std::vector<std::string> words = words_of(line);
     if (header.empty()) {
       header = words;
-      const auto column = [&](const char* name) { return static_cast<std::size_t>(std::find(header.begin(), header.end(), name) - header.begin()); };
+      const auto column = [&](const char* name) {
+        return static_cast<std::size_t>(std::find(header.begin(), header.end(), name) - header.begin());
+      };
       line_column = column("line");
       if (line_column == header.size()) {
         columns = {column("x"), column("y")};
         for (std::size_t k = 0; k < 2; ++k)
-          if (columns[k] == header.size()) throw io::bad_file(file, k == 0 ? "x" : "y", "is no column of the file", "name the columns x and y of end points in the first row, or line and some of energy, speed, height of passages");
+          if (columns[k] == header.size())
+            throw io::bad_file(file, k == 0 ? "x" : "y", "is no column of the file",
+                               "name the columns x and y of end points in the first row, or line and some of "
+                               "energy, speed, height of passages");
         continue;
       }
       for (std::size_t q = 0; q < quantities.size(); ++q)
-        if (const std::size_t k = column(quantities[q]); k < header.size()) columns.push_back(k), m.quantities.push_back(q);
-      if (columns.empty()) throw io::bad_file(file, "line", "none of energy, speed, height is a column of the file", "name what was measured at the line in the first row");
+        if (const std::size_t k = column(quantities[q]); k < header.size())
+          columns.push_back(k), m.quantities.push_back(q);
+      if (columns.empty())
+        throw io::bad_file(file, "line", "none of energy, speed, height is a column of the file",
+                           "name what was measured at the line in the first row");
       continue;
     }
     VecX row(static_cast<Eigen::Index>(columns.size()));
@@ -87,17 +97,25 @@ Measured read_measured(const fs::path& file) {
       std::string error;
       const std::size_t k = columns[c];
       const auto q = k < words.size() ? parse_quantity(words[k], error) : std::nullopt;
-      if (!q) throw io::bad_file(file, fmt::format("line {}", number), fmt::format("\"{}\" is no number", k < words.size() ? words[k] : ""), "correct the line");
+      if (!q)
+        throw io::bad_file(file, fmt::format("line {}", number),
+                           fmt::format("\"{}\" is no number", k < words.size() ? words[k] : ""),
+                           "correct the line");
       row[static_cast<Eigen::Index>(c)] = q->value;
     }
     if (line_column < header.size()) {
       const std::string name = line_column < words.size() ? words[line_column] : "";
-      if (!m.line.empty() && name != m.line) throw io::bad_file(file, fmt::format("line {}", number), fmt::format("\"{}\" is another line than \"{}\"", name, m.line), "give the passages of one line a file");
+      if (!m.line.empty() && name != m.line)
+        throw io::bad_file(file, fmt::format("line {}", number),
+                           fmt::format("\"{}\" is another line than \"{}\"", name, m.line),
+                           "give the passages of one line a file");
       m.line = name;
     }
     m.points.push_back(row);
   }
-  if (m.points.size() < 4) throw io::bad_file(file, "rows", fmt::format("{} measured points are too few", m.points.size()), "give at least 4");
+  if (m.points.size() < 4)
+    throw io::bad_file(file, "rows", fmt::format("{} measured points are too few", m.points.size()),
+                       "give at least 4");
   m.scale = VecX::Ones(m.points.front().size());
   if (m.line.empty()) return m;
   VecX mean = VecX::Zero(m.scale.size()), squares = mean;
@@ -111,9 +129,9 @@ Measured read_measured(const fs::path& file) {
 
 struct Candidate {
   std::vector<double> values;
-  double fitted = std::numeric_limits<double>::quiet_NaN(), held_out = fitted;   // energy distances [m]
+  double fitted = std::numeric_limits<double>::quiet_NaN(), held_out = fitted;  // energy distances [m]
   long members = 0, finished = 0;
-  VecX mean;                            // of what is compared, in its own units
+  VecX mean;  // of what is compared, in its own units
   std::string fault;
 };
 
@@ -122,7 +140,8 @@ class Calibration {
   explicit Calibration(const CalibrationRequest& r) : request_(r) {
     measured_ = read_measured(r.measured);
     const Points& all = measured_.points;
-    for (std::size_t i = 0; i < all.size(); ++i) (i % held_out_every == held_out_every - 1 ? held_out_ : fitted_).push_back(all[i]);
+    for (std::size_t i = 0; i < all.size(); ++i)
+      (i % held_out_every == held_out_every - 1 ? held_out_ : fitted_).push_back(all[i]);
   }
 
   std::vector<std::string> run() {
@@ -133,7 +152,10 @@ class Calibration {
     for (int k = 0; k < request_.candidates; ++k) {
       if (k == first && !shrink(box)) break;
       Candidate c;
-      for (std::size_t d = 0; d < box.size(); ++d) c.values.push_back(box[d].first + (box[d].second - box[d].first) * sobol.coordinate(static_cast<std::uint64_t>(k) * replicates, static_cast<int>(d)));
+      for (std::size_t d = 0; d < box.size(); ++d)
+        c.values.push_back(box[d].first + (box[d].second - box[d].first) *
+                                              sobol.coordinate(static_cast<std::uint64_t>(k) * replicates,
+                                                               static_cast<int>(d)));
       evaluate(c);
       if (request_.stop != nullptr && request_.stop->load() != 0) return {};
       candidates_.push_back(std::move(c));
@@ -145,13 +167,18 @@ class Calibration {
  private:
   /// The largest values of a member at the line, if it crosses it.
   void add_passage(const Ensemble& ensemble, const Member& member, Points& points) const {
-    const auto line = std::find_if(ensemble.lines().begin(), ensemble.lines().end(), [&](const PlanLine& l) { return l.name == measured_.line; });
-    if (line == ensemble.lines().end()) throw io::bad_file(request_.measured, "line " + measured_.line, "the scene has no [[line]] of this name", "name one of the scene's");
+    const auto line = std::find_if(ensemble.lines().begin(), ensemble.lines().end(),
+                                   [&](const PlanLine& l) { return l.name == measured_.line; });
+    if (line == ensemble.lines().end())
+      throw io::bad_file(request_.measured, "line " + measured_.line,
+                         "the scene has no [[line]] of this name", "name one of the scene's");
     const Brief brief = brief_of(member, ensemble.lines().size());
     const Brief::Largest& largest = brief.lines[static_cast<std::size_t>(line - ensemble.lines().begin())];
     if (!largest.crosses) return;
     VecX p(measured_.scale.size());
-    for (std::size_t k = 0; k < measured_.quantities.size(); ++k) p[static_cast<Eigen::Index>(k)] = largest.of[measured_.quantities[k]] / measured_.scale[static_cast<Eigen::Index>(k)];
+    for (std::size_t k = 0; k < measured_.quantities.size(); ++k)
+      p[static_cast<Eigen::Index>(k)] =
+          largest.of[measured_.quantities[k]] / measured_.scale[static_cast<Eigen::Index>(k)];
     if (p.allFinite()) points.push_back(p);
   }
 
@@ -177,7 +204,8 @@ class Calibration {
     scene::Overrides values = request_.overrides;
     for (std::size_t d = 0; d < c.values.size(); ++d) {
       const Parameter& p = request_.parameters[d];
-      values.emplace_back(p.key, p.unit.empty() ? exact_text(c.values[d]) : fmt::format("\"{} {}\"", exact_text(c.values[d]), p.unit));
+      values.emplace_back(p.key, p.unit.empty() ? exact_text(c.values[d])
+                                                : fmt::format("\"{} {}\"", exact_text(c.values[d]), p.unit));
     }
     std::optional<Ensemble> ensemble;
     try {
@@ -207,7 +235,8 @@ class Calibration {
       ++c.finished;
       if (measured_.line.empty())
         for (const Vec3& e : m->end) ends.emplace_back(e.head<2>());
-      else add_passage(*ensemble, *m, ends);
+      else
+        add_passage(*ensemble, *m, ends);
     }
     if (ends.empty()) {
       c.fault = c.finished == 0 ? "no member came to an end" : "no member crosses the line";
@@ -221,22 +250,40 @@ class Calibration {
 
   std::vector<std::string> report() const {
     const Candidate* found = best();
-    if (found == nullptr) throw io::bad_file(request_.scene, "calibrate", "no candidate gave a member that came to an end", "look at one by talus ensemble");
+    if (found == nullptr)
+      throw io::bad_file(request_.scene, "calibrate", "no candidate gave a member that came to an end",
+                         "look at one by talus ensemble");
     const auto json = [&](const Candidate& c) {
       Json values = Json::object();
       for (std::size_t d = 0; d < c.values.size(); ++d) values[request_.parameters[d].key] = c.values[d];
       const auto number = [](double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); };
-      Json one{{"values", values}, {"distance", number(c.fitted)}, {"held_out_distance", number(c.held_out)}, {"members", c.members}, {"finished", c.finished}, {measured_.line.empty() ? "mean_end" : "mean_passage", std::vector<double>(c.mean.begin(), c.mean.end())}};
+      Json one{{"values", values},
+               {"distance", number(c.fitted)},
+               {"held_out_distance", number(c.held_out)},
+               {"members", c.members},
+               {"finished", c.finished},
+               {measured_.line.empty() ? "mean_end" : "mean_passage",
+                std::vector<double>(c.mean.begin(), c.mean.end())}};
       if (!c.fault.empty()) one["fault"] = c.fault;
       return one;
     };
-    Json root{{"measured", {{"fitted", fitted_.size()}, {"held_out", held_out_.size()}}}, {"measure", measured_.line.empty() ? "energy distance between end points in plan [m]" : "energy distance between passages at line " + measured_.line + ", each quantity over its measured standard deviation"}, {"best", json(*found)}, {"candidates", Json::array()}};
+    Json root{
+        {"measured", {{"fitted", fitted_.size()}, {"held_out", held_out_.size()}}},
+        {"measure", measured_.line.empty() ? "energy distance between end points in plan [m]"
+                                           : "energy distance between passages at line " + measured_.line +
+                                                 ", each quantity over its measured standard deviation"},
+        {"best", json(*found)},
+        {"candidates", Json::array()}};
     for (const Candidate& c : candidates_) root["candidates"].push_back(json(c));
     io::write_file(request_.directory / "calibration.json", root.dump(2) + "\n");
     std::vector<std::string> lines;
     const char* unit = measured_.line.empty() ? " m" : "";
-    for (std::size_t d = 0; d < found->values.size(); ++d) lines.push_back(fmt::format("{} = {:.4g}{}", request_.parameters[d].key, found->values[d], request_.parameters[d].unit.empty() ? "" : " " + request_.parameters[d].unit));
-    lines.push_back(fmt::format("distance {:.4g}{} to the rows that were fitted, {:.4g}{} to those held out", found->fitted, unit, found->held_out, unit));
+    for (std::size_t d = 0; d < found->values.size(); ++d)
+      lines.push_back(
+          fmt::format("{} = {:.4g}{}", request_.parameters[d].key, found->values[d],
+                      request_.parameters[d].unit.empty() ? "" : " " + request_.parameters[d].unit));
+    lines.push_back(fmt::format("distance {:.4g}{} to the rows that were fitted, {:.4g}{} to those held out",
+                                found->fitted, unit, found->held_out, unit));
     return lines;
   }
 
@@ -250,19 +297,31 @@ class Calibration {
 
 Parameter parse_parameter(const std::string& text) {
   const auto fail = [&](std::string rule) {
-    return InputError(Problem{.severity = Problem::Severity::error, .file = "--vary", .line = 0, .column = 0, .key = text, .value = {}, .rule = std::move(rule), .remedy = "write for example --vary interface.rock/slope.friction=0.4:0.8"});
+    return InputError(Problem{.severity = Problem::Severity::error,
+                              .file = "--vary",
+                              .line = 0,
+                              .column = 0,
+                              .key = text,
+                              .value = {},
+                              .rule = std::move(rule),
+                              .remedy = "write for example --vary interface.rock/slope.friction=0.4:0.8"});
   };
   const auto equals = text.find('='), colon = text.find(':', equals == std::string::npos ? 0 : equals);
-  if (equals == std::string::npos || equals == 0 || colon == std::string::npos) throw fail("must be KEY=LOW:HIGH");
+  if (equals == std::string::npos || equals == 0 || colon == std::string::npos)
+    throw fail("must be KEY=LOW:HIGH");
   std::string error;
-  const auto low = parse_quantity(text.substr(equals + 1, colon - equals - 1), error), high = parse_quantity(text.substr(colon + 1), error);
+  const auto low = parse_quantity(text.substr(equals + 1, colon - equals - 1), error),
+             high = parse_quantity(text.substr(colon + 1), error);
   if (!low || !high) throw fail(error);
   if (low->dimension != high->dimension) throw fail("low and high are of different units");
   if (!(low->value < high->value)) throw fail("low must be less than high");
-  return {text.substr(0, equals), low->value, high->value, low->dimension.none() ? "" : unit_name(low->dimension)};
+  return {text.substr(0, equals), low->value, high->value,
+          low->dimension.none() ? "" : unit_name(low->dimension)};
 }
 
-double energy_distance(const Points& a, const Points& b) { return std::sqrt(std::max(0.0, 2 * mean_distance(a, b) - mean_distance(a, a) - mean_distance(b, b))); }
+double energy_distance(const Points& a, const Points& b) {
+  return std::sqrt(std::max(0.0, 2 * mean_distance(a, b) - mean_distance(a, a) - mean_distance(b, b)));
+}
 
 std::vector<std::string> calibrate(const CalibrationRequest& request) { return Calibration(request).run(); }
 

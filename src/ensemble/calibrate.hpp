@@ -1,13 +1,15 @@
 /// Ground parameters against measured end points or passages at a line.
 ///
-/// Candidates are points of a Sobol' sequence in the box of the parameters; each runs all members of the scene's ensemble with the same draws. What is
-/// compared are distributions: the energy distance of Szekely & Rizzo between end points in plan, or between what passes at a line, x computed, y measured,
+/// Candidates are points of a Sobol' sequence in the box of the parameters; each runs all members of the
+/// scene's ensemble with the same draws. What is compared are distributions: the energy distance of Szekely &
+/// Rizzo between end points in plan, or between what passes at a line, x computed, y measured,
 ///
 ///   D^2 = 2 E|x - y| - E|x - x'| - E|y - y'|
 ///
-/// Half of the candidates cover the box, the rest a box about the best of them, a third as wide. Every fourth measured row is held out: its distance is reported
-/// beside that of the rows that were fitted, and plays no part in the choice. Of passages each member's largest values at the line count, over the measured
-/// standard deviations.
+/// Half of the candidates cover the box, the rest a box about the best of them, a third as wide. Every fourth
+/// measured row is held out: its distance is reported beside that of the rows that were fitted, and plays no
+/// part in the choice. Of passages each member's largest values at the line count, over the measured standard
+/// deviations.
 #pragma once
 #include <atomic>
 #include <filesystem>
@@ -22,7 +24,7 @@ namespace talus::ensemble {
 struct Parameter {
   std::string key;
   double low = 0, high = 0;
-  std::string unit;   // SI unit that values are written with; empty: bare
+  std::string unit;  // SI unit that values are written with; empty: bare
 };
 
 /// "KEY=LOW:HIGH", numbers with or without units. Throws InputError.
@@ -31,7 +33,8 @@ Parameter parse_parameter(const std::string& text);
 struct CalibrationRequest {
   std::string scene;
   scene::Overrides overrides;
-  std::filesystem::path measured;   // CSV with columns x, y in scene coordinates; or line and some of energy [J], speed [m/s], height [m]
+  std::filesystem::path measured;  // CSV with columns x, y in scene coordinates; or line and some of energy
+                                   // [J], speed [m/s], height [m]
   std::filesystem::path directory;
   std::vector<Parameter> parameters;
   int candidates = 32;

@@ -28,13 +28,16 @@ struct Figure {
 std::optional<Figure> figure_of(const Json& e) {
   if (!e.is_object() || !e.contains("value") || !e["value"].is_number()) return {};
   const double value = e["value"].get<double>();
-  const auto bound = [&](const char* key) { return e.contains(key) && e[key].is_number() ? e[key].get<double>() : value; };
+  const auto bound = [&](const char* key) {
+    return e.contains(key) && e[key].is_number() ? e[key].get<double>() : value;
+  };
   return Figure{value, bound("low"), bound("high")};
 }
 
 Figure difference(const Figure& from, const Figure& to) {
   const double d = to.value - from.value;
-  return {d, d - std::hypot(to.value - to.low, from.high - from.value), d + std::hypot(to.high - to.value, from.value - from.low)};
+  return {d, d - std::hypot(to.value - to.low, from.high - from.value),
+          d + std::hypot(to.high - to.value, from.value - from.low)};
 }
 
 /// All figures of a directory by their names, in order.
@@ -43,38 +46,56 @@ std::vector<std::pair<std::string, Figure>> figures_of(const fs::path& directory
   const auto add = [&](const std::string& name, const Json& e) {
     if (const auto f = figure_of(e)) all.emplace_back(name, *f);
   };
-  const Json summary = io::read_json(directory / "summary.json", "name the output directory of talus ensemble");
-  if (!summary.contains("lines")) throw io::bad_file(directory / "summary.json", "lines", "is missing", "name the output directory of talus ensemble");
+  const Json summary =
+      io::read_json(directory / "summary.json", "name the output directory of talus ensemble");
+  if (!summary.contains("lines"))
+    throw io::bad_file(directory / "summary.json", "lines", "is missing",
+                       "name the output directory of talus ensemble");
   for (const Json& line : summary["lines"]) {
     const std::string name = line.value("name", "");
     add(name + ": probability of crossing", line.value("probability", Json()));
     for (const char* quantity : {"energy", "speed", "height"})
       for (const char* p : {"p50", "p95", "p99"})
-        if (line.contains(quantity) && line[quantity].contains(p)) add(fmt::format("{}: {} {}", name, quantity, p), line[quantity][p]);
+        if (line.contains(quantity) && line[quantity].contains(p))
+          add(fmt::format("{}: {} {}", name, quantity, p), line[quantity][p]);
   }
   if (!fs::exists(directory / "fragility.json")) return all;
   const Json fragility = io::read_json(directory / "fragility.json", "run talus fragility again");
   const std::string structure = fragility.value("structure", "");
   const auto plain = [&](const std::string& name, const Json& value) {
-    if (value.is_number()) all.emplace_back(name, Figure{value.get<double>(), value.get<double>(), value.get<double>()});
+    if (value.is_number())
+      all.emplace_back(name, Figure{value.get<double>(), value.get<double>(), value.get<double>()});
   };
   const Json& events = fragility["events"];
   if (events.contains("probability_of_hit_interval"))
-    add(structure + ": probability of a hit", {{"value", events.value("probability_of_hit", Json())}, {"low", events["probability_of_hit_interval"][0]}, {"high", events["probability_of_hit_interval"][1]}});
-  add(structure + ": transmitted force, mean of the peaks over hits", fragility["peak_force"].value("mean", Json()));
+    add(structure + ": probability of a hit", {{"value", events.value("probability_of_hit", Json())},
+                                               {"low", events["probability_of_hit_interval"][0]},
+                                               {"high", events["probability_of_hit_interval"][1]}});
+  add(structure + ": transmitted force, mean of the peaks over hits",
+      fragility["peak_force"].value("mean", Json()));
   plain(structure + ": transmitted force, largest peak", fragility["peak_force"].value("largest", Json()));
-  if (fragility.contains("capacity")) add(structure + ": capacity over that as built, least member, mean over hits", fragility["capacity"].value("least_ratio", Json()));
-  for (const Json& p : fragility.value("per_event", Json::array())) add(fmt::format("{}: P(class >= {}) per event", structure, p.value("class", 0)), p);
-  for (const Json& p : fragility.value("per_year", Json::array())) add(fmt::format("{}: P(class >= {}) per year", structure, p.value("class", 0)), p);
+  if (fragility.contains("capacity"))
+    add(structure + ": capacity over that as built, least member, mean over hits",
+        fragility["capacity"].value("least_ratio", Json()));
+  for (const Json& p : fragility.value("per_event", Json::array()))
+    add(fmt::format("{}: P(class >= {}) per event", structure, p.value("class", 0)), p);
+  for (const Json& p : fragility.value("per_year", Json::array()))
+    add(fmt::format("{}: P(class >= {}) per year", structure, p.value("class", 0)), p);
   for (const Json& m : fragility.value("members", Json::array()))
-    for (const Json& p : m.value("per_event", Json::array())) add(fmt::format("{} {}: P(class >= {}) per event", structure, m.value("name", ""), p.value("class", 0)), p);
-  plain(structure + ": expected closure per event, days", fragility["expected_closure"].value("days_per_event", Json()));
+    for (const Json& p : m.value("per_event", Json::array()))
+      add(fmt::format("{} {}: P(class >= {}) per event", structure, m.value("name", ""), p.value("class", 0)),
+          p);
+  plain(structure + ": expected closure per event, days",
+        fragility["expected_closure"].value("days_per_event", Json()));
   return all;
 }
 
 Json json_of(const Figure& f) { return {{"value", f.value}, {"low", f.low}, {"high", f.high}}; }
 
-std::string cell(const Figure& f) { return f.low == f.high ? fmt::format("{:.4g}", f.value) : fmt::format("{:.4g}<br><small>{:.3g} to {:.3g}</small>", f.value, f.low, f.high); }
+std::string cell(const Figure& f) {
+  return f.low == f.high ? fmt::format("{:.4g}", f.value)
+                         : fmt::format("{:.4g}<br><small>{:.3g} to {:.3g}</small>", f.value, f.low, f.high);
+}
 
 }  // namespace
 
@@ -92,9 +113,11 @@ std::vector<std::string> write_comparison(const std::vector<fs::path>& directori
     }
   }
   Json root{{"options", Json::array()}, {"figures", Json::array()}};
-  for (std::size_t k = 0; k < names.size(); ++k) root["options"].push_back({{"name", names[k]}, {"directory", fs::absolute(directories[k]).string()}});
+  for (std::size_t k = 0; k < names.size(); ++k)
+    root["options"].push_back({{"name", names[k]}, {"directory", fs::absolute(directories[k]).string()}});
   std::string head = "<th>figure</th>", body;
-  for (std::size_t k = 0; k < names.size(); ++k) head += fmt::format("<th>{}</th>", io::xml_text(names[k])) + (k > 0 ? "<th>difference</th>" : "");
+  for (std::size_t k = 0; k < names.size(); ++k)
+    head += fmt::format("<th>{}</th>", io::xml_text(names[k])) + (k > 0 ? "<th>difference</th>" : "");
   std::vector<std::string> lines;
   for (const std::string& name : order) {
     Json row{{"name", name}, {"options", Json::array()}, {"differences", Json::array()}};
@@ -116,19 +139,29 @@ std::vector<std::string> write_comparison(const std::vector<fs::path>& directori
       const bool sure = d.low > 0 || d.high < 0;
       body += fmt::format("<td{}>{}</td>", sure ? " class=\"sure\"" : "", cell(d));
       if (name.ends_with("p95") || name.find("P(class >= 3) per event") != std::string::npos)
-        lines.push_back(fmt::format("{}: {} against {}: {:.4g} ({:.3g} to {:.3g}){}", name, names[k], names[0], d.value, d.low, d.high, sure ? "" : ", within the intervals"));
+        lines.push_back(fmt::format("{}: {} against {}: {:.4g} ({:.3g} to {:.3g}){}", name, names[k],
+                                    names[0], d.value, d.low, d.high, sure ? "" : ", within the intervals"));
     }
     body += "</tr>\n";
     root["figures"].push_back(std::move(row));
   }
   fs::create_directories(output);
   io::write_file(output / "compare.json", root.dump(2) + "\n");
-  io::write_file(output / "compare.html",
-                 "<!DOCTYPE html><html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\"><title>Options side by side</title><style>:root{color-scheme:light dark;--ink:#1d2733;--soft:#5b6672;--line:#d9dee4;--ground:#fff}@media(prefers-color-scheme:dark){:root{--ink:#e7ebf0;--soft:#a8b3bf;--line:#3a4552;--ground:#14191f}}"
-                 "body{font:15px/1.5 system-ui,sans-serif;margin:2em auto;max-width:1080px;padding:0 1em;color:var(--ink);background:var(--ground)}table{border-collapse:collapse;display:block;overflow-x:auto;max-width:100%}"
-                 "td,th{padding:.35em .9em;border-bottom:1px solid var(--line);text-align:right;vertical-align:top}td:first-child,th:first-child{text-align:left}small{color:var(--soft);white-space:nowrap}.sure{font-weight:600}</style></head><body>"
-                 "<h1>Options side by side</h1><p>SI units. Small figures are 95 % intervals; a difference in bold has an interval that leaves zero out. Blocks do not break on impact.</p><table><thead><tr>" +
-                     head + "</tr></thead><tbody>" + body + "</tbody></table></body></html>\n");
+  io::write_file(
+      output / "compare.html",
+      "<!DOCTYPE html><html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
+      "content=\"width=device-width\"><title>Options side by side</title><style>:root{color-scheme:light "
+      "dark;--ink:#1d2733;--soft:#5b6672;--line:#d9dee4;--ground:#fff}@media(prefers-color-scheme:dark){:"
+      "root{--ink:#e7ebf0;--soft:#a8b3bf;--line:#3a4552;--ground:#14191f}}"
+      "body{font:15px/1.5 system-ui,sans-serif;margin:2em auto;max-width:1080px;padding:0 "
+      "1em;color:var(--ink);background:var(--ground)}table{border-collapse:collapse;display:block;overflow-x:"
+      "auto;max-width:100%}"
+      "td,th{padding:.35em .9em;border-bottom:1px solid "
+      "var(--line);text-align:right;vertical-align:top}td:first-child,th:first-child{text-align:left}small{"
+      "color:var(--soft);white-space:nowrap}.sure{font-weight:600}</style></head><body>"
+      "<h1>Options side by side</h1><p>SI units. Small figures are 95 % intervals; a difference in bold has "
+      "an interval that leaves zero out. Blocks do not break on impact.</p><table><thead><tr>" +
+          head + "</tr></thead><tbody>" + body + "</tbody></table></body></html>\n");
   return lines;
 }
 

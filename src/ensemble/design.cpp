@@ -17,16 +17,24 @@ namespace {
 
 using Kind = scene::Vary::Kind;
 
-constexpr long default_most = 100000;      // members of an ensemble that stops by its precision
-constexpr std::uint32_t most_tries = 100000;   // for a place within the polygons and over ground
+constexpr long default_most = 100000;         // members of an ensemble that stops by its precision
+constexpr std::uint32_t most_tries = 100000;  // for a place within the polygons and over ground
 
 InputError fault(const std::string& file, const scene::Vary& v, std::string rule, std::string remedy) {
-  return InputError(Problem{.severity = Problem::Severity::error, .file = file, .line = 0, .column = 0, .key = "ensemble.vary", .value = v.key, .rule = std::move(rule), .remedy = std::move(remedy)});
+  return InputError(Problem{.severity = Problem::Severity::error,
+                            .file = file,
+                            .line = 0,
+                            .column = 0,
+                            .key = "ensemble.vary",
+                            .value = v.key,
+                            .rule = std::move(rule),
+                            .remedy = std::move(remedy)});
 }
 
 /// Uniform over all orientations [Shoemake 1992]: w, x, y, z.
 std::array<double, 4> rotation_of(double u, double v, double w) {
-  const double a = 2 * std::numbers::pi * v, b = 2 * std::numbers::pi * w, p = std::sqrt(1 - u), q = std::sqrt(u);
+  const double a = 2 * std::numbers::pi * v, b = 2 * std::numbers::pi * w, p = std::sqrt(1 - u),
+               q = std::sqrt(u);
   return {q * std::cos(b), p * std::sin(a), p * std::cos(a), q * std::sin(b)};
 }
 
@@ -50,17 +58,17 @@ std::optional<double> number_of(const std::string& toml) {
 
 struct Design::Variable {
   scene::Vary vary;
-  const scene::Key* key = nullptr;      // null: none such, which the scene will say
+  const scene::Key* key = nullptr;  // null: none such, which the scene will say
   std::optional<Distribution> distribution;
-  int dimension = 0;                    // of the first coordinate
+  int dimension = 0;  // of the first coordinate
   int column = 0;
-  long stride = 1;                      // factorial: combinations that pass before the list goes on
-  std::vector<double> numbers;          // of the list, if all are
-  std::string block;                    // release
+  long stride = 1;              // factorial: combinations that pass before the list goes on
+  std::vector<double> numbers;  // of the list, if all are
+  std::string block;            // release
   geometry::Area area;
   Eigen::AlignedBox2d limits;
   bool turns = false;
-  bool whole = false;                   // the key takes whole numbers
+  bool whole = false;  // the key takes whole numbers
 };
 
 Design::Design(Design&&) noexcept = default;
@@ -76,9 +84,12 @@ Design::Design(const scene::Ensemble& ensemble, const scene::Template& scene) : 
     const bool single = vary.kind != Kind::rotation && vary.kind != Kind::release;
     if (vary.like >= 0) {
       const Variable& other = variables_[static_cast<std::size_t>(vary.like)];
-      if (!single || other.vary.kind == Kind::rotation || other.vary.kind == Kind::release) throw fault(scene.file(), vary, "like joins variables of one number each", "leave like out");
-      if (ensemble.design == scene::Ensemble::Design::factorial && vary.kind == Kind::list && other.vary.kind == Kind::list && vary.list.size() != other.vary.list.size())
-        throw fault(scene.file(), vary, "lists that go together need the same length", "give both as many values");
+      if (!single || other.vary.kind == Kind::rotation || other.vary.kind == Kind::release)
+        throw fault(scene.file(), vary, "like joins variables of one number each", "leave like out");
+      if (ensemble.design == scene::Ensemble::Design::factorial && vary.kind == Kind::list &&
+          other.vary.kind == Kind::list && vary.list.size() != other.vary.list.size())
+        throw fault(scene.file(), vary, "lists that go together need the same length",
+                    "give both as many values");
       v.dimension = other.dimension;
       v.stride = other.stride;
     } else {
@@ -89,10 +100,19 @@ Design::Design(const scene::Ensemble& ensemble, const scene::Template& scene) : 
         combinations_ *= static_cast<long>(vary.list.size());
       }
     }
-    Column column{.name = vary.key, .width = vary.kind == Kind::rotation ? 4 : vary.kind == Kind::release ? 2 : 1, .text = false, .unit = vary.unit.empty() ? "1" : vary.unit, .description = {}};
-    if (vary.kind == Kind::rotation) column.unit = "1", column.description = "quaternion w, x, y, z, body to world";
-    if (vary.kind == Kind::release) column.unit = "m", column.description = "x, y of the centroid at the start, scene coordinates";
-    if (v.key && column.unit == "1" && single && v.key->type == scene::Type::quantity) column.unit = unit_name(v.key->dimension);
+    Column column{.name = vary.key,
+                  .width = vary.kind == Kind::rotation  ? 4
+                           : vary.kind == Kind::release ? 2
+                                                        : 1,
+                  .text = false,
+                  .unit = vary.unit.empty() ? "1" : vary.unit,
+                  .description = {}};
+    if (vary.kind == Kind::rotation)
+      column.unit = "1", column.description = "quaternion w, x, y, z, body to world";
+    if (vary.kind == Kind::release)
+      column.unit = "m", column.description = "x, y of the centroid at the start, scene coordinates";
+    if (v.key && column.unit == "1" && single && v.key->type == scene::Type::quantity)
+      column.unit = unit_name(v.key->dimension);
     if (vary.kind == Kind::list) {
       for (const std::string& text : vary.list)
         if (const auto number = number_of(text)) v.numbers.push_back(*number);
@@ -106,20 +126,32 @@ Design::Design(const scene::Ensemble& ensemble, const scene::Template& scene) : 
     if (vary.kind == Kind::release) v.block = vary.key.substr(0, vary.key.rfind('.'));
     variables_.push_back(std::move(v));
   }
-  if (ensemble.design == scene::Ensemble::Design::sobol) sobol_ = std::make_unique<Sobol>(dimension, ensemble.seed);
-  members_ = ensemble.members > 0 ? ensemble.members : ensemble.design == scene::Ensemble::Design::factorial ? combinations_ : default_most;
+  if (ensemble.design == scene::Ensemble::Design::sobol)
+    sobol_ = std::make_unique<Sobol>(dimension, ensemble.seed);
+  members_ = ensemble.members > 0                                    ? ensemble.members
+             : ensemble.design == scene::Ensemble::Design::factorial ? combinations_
+                                                                     : default_most;
   if (ensemble.design == scene::Ensemble::Design::factorial && members_ % combinations_ != 0)
-    throw InputError(Problem{.severity = Problem::Severity::error, .file = scene.file(), .line = 0, .column = 0, .key = "ensemble.members", .value = fmt::format("{}", members_),
-                             .rule = fmt::format("is no multiple of the {} combinations", combinations_), .remedy = "leave members out, or give a multiple"});
+    throw InputError(Problem{.severity = Problem::Severity::error,
+                             .file = scene.file(),
+                             .line = 0,
+                             .column = 0,
+                             .key = "ensemble.members",
+                             .value = fmt::format("{}", members_),
+                             .rule = fmt::format("is no multiple of the {} combinations", combinations_),
+                             .remedy = "leave members out, or give a multiple"});
 }
 
 const Design::Variable* Design::find(const std::string& key) const {
-  const auto found = std::find_if(variables_.begin(), variables_.end(), [&](const Variable& v) { return v.vary.key == key; });
+  const auto found = std::find_if(variables_.begin(), variables_.end(),
+                                  [&](const Variable& v) { return v.vary.key == key; });
   return found == variables_.end() ? nullptr : &*found;
 }
 
 bool Design::varies(const std::string& table) const {
-  return std::any_of(variables_.begin(), variables_.end(), [&](const Variable& v) { return v.vary.key.starts_with(table + ".") || v.vary.key == table; });
+  return std::any_of(variables_.begin(), variables_.end(), [&](const Variable& v) {
+    return v.vary.key.starts_with(table + ".") || v.vary.key == table;
+  });
 }
 
 scene::Overrides Design::provisional() const {
@@ -127,8 +159,11 @@ scene::Overrides Design::provisional() const {
   draw.numbers.resize(columns_.size());
   draw.texts.resize(columns_.size());
   for (const Variable& v : variables_) {
-    if (v.vary.kind == Kind::release) draw.set.emplace_back(v.vary.key + ".at", "[0.0, 0.0]"), draw.set.emplace_back(v.vary.key + ".count", "1");
-    else draw_number(v, 0, draw);
+    if (v.vary.kind == Kind::release)
+      draw.set.emplace_back(v.vary.key + ".at", "[0.0, 0.0]"),
+          draw.set.emplace_back(v.vary.key + ".count", "1");
+    else
+      draw_number(v, 0, draw);
   }
   return draw.set;
 }
@@ -138,32 +173,46 @@ void Design::place(const scene::Scene& provisional, OverGround ground) {
   if (provisional.site) origin_ = provisional.site->origin;
   for (Variable& v : variables_) {
     if (v.vary.kind != Kind::release) continue;
-    const auto block = std::find_if(provisional.blocks.begin(), provisional.blocks.end(), [&](const scene::Block& b) { return "block." + b.name == v.block; });
-    if (block == provisional.blocks.end() || !block->release) throw fault(provisional.file, v.vary, "there is no block of this name with a release area", "give the block release = { polygon = \"source.geojson\" }");
+    const auto block = std::find_if(provisional.blocks.begin(), provisional.blocks.end(),
+                                    [&](const scene::Block& b) { return "block." + b.name == v.block; });
+    if (block == provisional.blocks.end() || !block->release)
+      throw fault(provisional.file, v.vary, "there is no block of this name with a release area",
+                  "give the block release = { polygon = \"source.geojson\" }");
     v.area = geometry::read_area(block->release->polygon);
-    if (provisional.site) geometry::expect_same_crs(provisional.site->crs, v.area.crs, block->release->polygon, v.vary.key + ".polygon");
+    if (provisional.site)
+      geometry::expect_same_crs(provisional.site->crs, v.area.crs, block->release->polygon,
+                                v.vary.key + ".polygon");
     for (const auto& ring : v.area.rings)
       for (const auto& p : ring) v.limits.extend(Eigen::Vector2d(p - origin_.head<2>()));
     v.turns = block->release->turn && !find(v.block + ".orientation");
-    if (v.turns) columns_.push_back({.name = v.block + ".orientation", .width = 4, .text = false, .unit = "1", .description = "quaternion w, x, y, z, body to world"});
+    if (v.turns)
+      columns_.push_back({.name = v.block + ".orientation",
+                          .width = 4,
+                          .text = false,
+                          .unit = "1",
+                          .description = "quaternion w, x, y, z, body to world"});
     Draw trial;
     trial.numbers.resize(columns_.size());
-    draw_release(v, 0, trial);   // throws for an area without ground
+    draw_release(v, 0, trial);  // throws for an area without ground
   }
 }
 
 double Design::coordinate(long index, int dimension) const {
   if (sobol_) return sobol_->coordinate(static_cast<std::uint64_t>(index), dimension);
-  return uniform_of(bits(ensemble_.seed, for_draws, static_cast<std::uint64_t>(index), static_cast<std::uint32_t>(dimension), 0));
+  return uniform_of(bits(ensemble_.seed, for_draws, static_cast<std::uint64_t>(index),
+                         static_cast<std::uint32_t>(dimension), 0));
 }
 
-std::uint64_t Design::seed_of(long index) const { return bits(ensemble_.seed, for_seeds, static_cast<std::uint64_t>(index), 0, 0) >> 1; }
+std::uint64_t Design::seed_of(long index) const {
+  return bits(ensemble_.seed, for_seeds, static_cast<std::uint64_t>(index), 0, 0) >> 1;
+}
 
 void Design::draw_number(const Variable& v, long index, Draw& draw) const {
   const scene::Vary& vary = v.vary;
   const auto column = static_cast<std::size_t>(v.column);
   if (vary.kind == Kind::rotation) {
-    const auto q = rotation_of(coordinate(index, v.dimension), coordinate(index, v.dimension + 1), coordinate(index, v.dimension + 2));
+    const auto q = rotation_of(coordinate(index, v.dimension), coordinate(index, v.dimension + 1),
+                               coordinate(index, v.dimension + 2));
     draw.set.emplace_back(vary.key, "{ quaternion = " + list_text(q) + " }");
     draw.numbers[column].assign(q.begin(), q.end());
     return;
@@ -171,39 +220,57 @@ void Design::draw_number(const Variable& v, long index, Draw& draw) const {
   if (vary.kind == Kind::list) {
     const std::size_t n = vary.list.size();
     const bool combined = ensemble_.design == scene::Ensemble::Design::factorial;
-    const std::size_t at = combined ? static_cast<std::size_t>(index / v.stride) % n : std::min(n - 1, static_cast<std::size_t>(coordinate(index, v.dimension) * static_cast<double>(n)));
+    const std::size_t at = combined
+                               ? static_cast<std::size_t>(index / v.stride) % n
+                               : std::min(n - 1, static_cast<std::size_t>(coordinate(index, v.dimension) *
+                                                                          static_cast<double>(n)));
     draw.set.emplace_back(vary.key, vary.list[at]);
-    if (v.numbers.empty()) draw.texts[column] = vary.list[at];
-    else draw.numbers[column] = {v.numbers[at]};
+    if (v.numbers.empty())
+      draw.texts[column] = vary.list[at];
+    else
+      draw.numbers[column] = {v.numbers[at]};
     return;
   }
   double x = 0;
   const double u = coordinate(index, v.dimension);
-  if (v.whole && vary.kind == Kind::uniform && !vary.min && !vary.max) x = std::floor(vary.parameters[0] + u * (vary.parameters[1] - vary.parameters[0] + 1));
-  else x = v.distribution->quantile(u);
+  if (v.whole && vary.kind == Kind::uniform && !vary.min && !vary.max)
+    x = std::floor(vary.parameters[0] + u * (vary.parameters[1] - vary.parameters[0] + 1));
+  else
+    x = v.distribution->quantile(u);
   if (v.whole) x = std::round(x);
   draw.numbers[column] = {x};
-  draw.set.emplace_back(vary.key, v.whole ? fmt::format("{:.0f}", x) : vary.unit.empty() ? exact_text(x) : fmt::format("\"{} {}\"", exact_text(x), vary.unit));
+  draw.set.emplace_back(vary.key, v.whole             ? fmt::format("{:.0f}", x)
+                                  : vary.unit.empty() ? exact_text(x)
+                                                      : fmt::format("\"{} {}\"", exact_text(x), vary.unit));
 }
 
 void Design::draw_release(const Variable& v, long index, Draw& draw) const {
   const auto i = static_cast<std::uint64_t>(index);
   for (std::uint32_t attempt = 0; attempt < most_tries; ++attempt) {
     // Places that fall beside the area are drawn again, at random whatever the design.
-    const auto along = [&](int k) { return attempt == 0 ? coordinate(index, v.dimension + k) : uniform_of(bits(ensemble_.seed, for_places, i, static_cast<std::uint32_t>(v.dimension + k), attempt)); };
-    const double x = v.limits.min().x() + along(0) * v.limits.sizes().x(), y = v.limits.min().y() + along(1) * v.limits.sizes().y();
+    const auto along = [&](int k) {
+      return attempt == 0 ? coordinate(index, v.dimension + k)
+                          : uniform_of(bits(ensemble_.seed, for_places, i,
+                                            static_cast<std::uint32_t>(v.dimension + k), attempt));
+    };
+    const double x = v.limits.min().x() + along(0) * v.limits.sizes().x(),
+                 y = v.limits.min().y() + along(1) * v.limits.sizes().y();
     if (!v.area.contains(x + origin_.x(), y + origin_.y()) || !ground_(x, y)) continue;
     draw.set.emplace_back(v.vary.key + ".at", list_text(std::array{x, y}));
     draw.set.emplace_back(v.vary.key + ".count", "1");
     draw.numbers[static_cast<std::size_t>(v.column)] = {x, y};
     if (!v.turns) return;
-    const auto q = rotation_of(coordinate(index, v.dimension + 2), coordinate(index, v.dimension + 3), coordinate(index, v.dimension + 4));
+    const auto q = rotation_of(coordinate(index, v.dimension + 2), coordinate(index, v.dimension + 3),
+                               coordinate(index, v.dimension + 4));
     draw.set.emplace_back(v.block + ".orientation", "{ quaternion = " + list_text(q) + " }");
     for (std::size_t c = 0; c < columns_.size(); ++c)
       if (columns_[c].name == v.block + ".orientation") draw.numbers[c].assign(q.begin(), q.end());
     return;
   }
-  throw fault({}, v.vary, fmt::format("no place of the area lies over ground; it spans x {:.6g} to {:.6g}, y {:.6g} to {:.6g} in scene coordinates", v.limits.min().x(), v.limits.max().x(), v.limits.min().y(), v.limits.max().y()),
+  throw fault({}, v.vary,
+              fmt::format("no place of the area lies over ground; it spans x {:.6g} to {:.6g}, y {:.6g} to "
+                          "{:.6g} in scene coordinates",
+                          v.limits.min().x(), v.limits.max().x(), v.limits.min().y(), v.limits.max().y()),
               "give the polygon in the terrain's coordinate system, and site.origin as well");
 }
 
@@ -212,8 +279,10 @@ Draw Design::draw(long index) const {
   draw.numbers.resize(columns_.size());
   draw.texts.resize(columns_.size());
   for (const Variable& v : variables_) {
-    if (v.vary.kind == Kind::release) draw_release(v, index, draw);
-    else draw_number(v, index, draw);
+    if (v.vary.kind == Kind::release)
+      draw_release(v, index, draw);
+    else
+      draw_number(v, index, draw);
   }
   return draw;
 }
@@ -235,8 +304,16 @@ std::vector<Problem> Design::forbidden(long members, const std::string& file) co
       if (count++ == 0) rule = fault, value = draw.set.front().second;
     }
     if (count == 0) continue;
-    found.push_back({.severity = Problem::Severity::error, .file = file, .line = 0, .column = 0, .key = "ensemble.vary", .value = v.vary.key,
-                     .rule = fmt::format("{} of the first {} members draw a value that the key does not take, {} for one: {}", count, members, value, rule), .remedy = "cut the distribution off by min and max, or take another"});
+    found.push_back({.severity = Problem::Severity::error,
+                     .file = file,
+                     .line = 0,
+                     .column = 0,
+                     .key = "ensemble.vary",
+                     .value = v.vary.key,
+                     .rule = fmt::format(
+                         "{} of the first {} members draw a value that the key does not take, {} for one: {}",
+                         count, members, value, rule),
+                     .remedy = "cut the distribution off by min and max, or take another"});
   }
   return found;
 }

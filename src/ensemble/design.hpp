@@ -19,17 +19,17 @@ namespace talus::ensemble {
 
 /// A column of results: numbers, or texts.
 struct Column {
-  std::string name;        // the key
-  int width = 1;           // numbers a member
+  std::string name;  // the key
+  int width = 1;     // numbers a member
   bool text = false;
   std::string unit, description;
 };
 
 /// The values of one member.
 struct Draw {
-  scene::Overrides set;                    // what makes the member's scene of the common one
-  std::vector<std::vector<double>> numbers;   // per column; empty for a text
-  std::vector<std::string> texts;          // per column; empty for numbers
+  scene::Overrides set;                      // what makes the member's scene of the common one
+  std::vector<std::vector<double>> numbers;  // per column; empty for a text
+  std::vector<std::string> texts;            // per column; empty for numbers
 };
 
 /// Whether there is ground below a place in plan, scene coordinates.
@@ -51,7 +51,8 @@ class Design {
   void place(const scene::Scene& provisional, OverGround ground);
   Draw draw(long index) const;
   std::uint64_t seed_of(long index) const;
-  /// One sentence for each variable that gave values that its key forbids among the first members, with how many.
+  /// One sentence for each variable that gave values that its key forbids among the first members, with how
+  /// many.
   std::vector<Problem> forbidden(long members, const std::string& file) const;
   /// True if some variable changes what lies below the first part of a key, e.g. "site".
   bool varies(const std::string& table) const;

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include <boost/math/special_functions/erf.hpp>
 #include <fmt/format.h>
+#include <boost/math/special_functions/erf.hpp>
 
 #include "core/error.hpp"
 
@@ -38,7 +38,14 @@ Distribution::Distribution(const scene::Vary& vary) : kind_(vary.kind), min_(var
     empty = !(low_ < high_);
   }
   if (!empty) return;
-  throw InputError(Problem{.severity = Problem::Severity::error, .file = {}, .line = 0, .column = 0, .key = "ensemble.vary", .value = vary.key, .rule = "nothing of the distribution lies between min and max", .remedy = "widen them"});
+  throw InputError(Problem{.severity = Problem::Severity::error,
+                           .file = {},
+                           .line = 0,
+                           .column = 0,
+                           .key = "ensemble.vary",
+                           .value = vary.key,
+                           .rule = "nothing of the distribution lies between min and max",
+                           .remedy = "widen them"});
 }
 
 double Distribution::below(double x) const {
@@ -53,7 +60,9 @@ double Distribution::below(double x) const {
       const double e = 1 - a_, from = std::pow(b_, e);
       return (std::pow(x, e) - from) / (std::pow(c_, e) - from);
     }
-    case Kind::table: return static_cast<double>(std::upper_bound(table_.begin(), table_.end(), x) - table_.begin()) / static_cast<double>(table_.size());
+    case Kind::table:
+      return static_cast<double>(std::upper_bound(table_.begin(), table_.end(), x) - table_.begin()) /
+             static_cast<double>(table_.size());
     default: return 0;
   }
 }
@@ -68,14 +77,16 @@ double Distribution::whole(double u) const {
       const double e = 1 - a_, from = std::pow(b_, e);
       return std::clamp(std::pow(from + u * (std::pow(c_, e) - from), 1 / e), b_, c_);
     }
-    case Kind::table: return table_[std::min(table_.size() - 1, static_cast<std::size_t>(u * static_cast<double>(table_.size())))];
+    case Kind::table:
+      return table_[std::min(table_.size() - 1,
+                             static_cast<std::size_t>(u * static_cast<double>(table_.size())))];
     default: return 0;
   }
 }
 
 double Distribution::quantile(double u) const {
   double x = whole(kind_ == Kind::table ? u : low_ + u * (high_ - low_));
-  if (min_) x = std::max(x, *min_);   // rounding of the inverse
+  if (min_) x = std::max(x, *min_);  // rounding of the inverse
   if (max_) x = std::min(x, *max_);
   return x;
 }

@@ -16,15 +16,22 @@
 namespace talus::ensemble {
 namespace {
 
-
-
-constexpr long tried = 16;             // members whose worlds are built before the first one runs: if none can be, all fail for one reason
+constexpr long tried =
+    16;  // members whose worlds are built before the first one runs: if none can be, all fail for one reason
 constexpr long looked_at = 10000;      // members whose draws are held against the rules of their keys
 constexpr double suspect_gain = 0.01;  // numerical energy gain over the largest kinetic energy
 
 scene::Template& with_ensemble(scene::Template& scene) {
   if (scene.ensemble()) return scene;
-  throw InputError(Problem{.severity = Problem::Severity::error, .file = scene.file(), .line = 0, .column = 0, .key = "ensemble", .value = {}, .rule = "is missing", .remedy = "add [ensemble] with members, and [[ensemble.vary]] for what is drawn; see talus explain ensemble"});
+  throw InputError(Problem{.severity = Problem::Severity::error,
+                           .file = scene.file(),
+                           .line = 0,
+                           .column = 0,
+                           .key = "ensemble",
+                           .value = {},
+                           .rule = "is missing",
+                           .remedy = "add [ensemble] with members, and [[ensemble.vary]] for what is drawn; "
+                                     "see talus explain ensemble"});
 }
 
 /// Overrides of a member name their keys as --set does: their mistakes are the ensemble's.
@@ -58,30 +65,41 @@ std::vector<Vec3> centroids(sim::Simulation& simulation) {
 double reach_angle(const Member& m) {
   double least = std::numeric_limits<double>::quiet_NaN();
   for (std::size_t b = 0; b < m.end.size(); ++b)
-    if (const double way = m.runout(b); way > 1e-6) least = std::fmin(least, std::atan2(m.start[b].z() - m.end[b].z(), way));
+    if (const double way = m.runout(b); way > 1e-6)
+      least = std::fmin(least, std::atan2(m.start[b].z() - m.end[b].z(), way));
   return least;
 }
 
 }  // namespace
 
 Ensemble::Ensemble(const std::string& file, const scene::Overrides& overrides)
-    : template_(std::make_unique<scene::Template>(file, overrides)), settings_(*with_ensemble(*template_).ensemble()), design_(settings_, *template_), file_(file) {
+    : template_(std::make_unique<scene::Template>(file, overrides)),
+      settings_(*with_ensemble(*template_).ensemble()),
+      design_(settings_, *template_),
+      file_(file) {
   const auto read = [&] {
     scene::Overrides values = design_.provisional();
     values.insert(values.end(), forced_.begin(), forced_.end());
     try {
       return template_->scene(values);
-    } catch (const InputError& error) {
-      throw as_of_ensemble(error, file_);
-    }
+    } catch (const InputError& error) { throw as_of_ensemble(error, file_); }
   };
-  if (const std::vector<Problem> forbidden = design_.forbidden(std::min(looked_at, design_.members()), file_); !forbidden.empty()) throw InputError(forbidden);
+  if (const std::vector<Problem> forbidden = design_.forbidden(std::min(looked_at, design_.members()), file_);
+      !forbidden.empty())
+    throw InputError(forbidden);
   forced_ = {{"simulation.threads", "1"}};
   scene::Scene provisional = read();
   if (!provisional.structures.empty()) {
     was_rigid_ = provisional.coupling.scheme == scene::Coupling::Scheme::rigid;
     if (!was_rigid_)
-      warnings_.push_back({.severity = Problem::Severity::warning, .file = file_, .line = 0, .column = 0, .key = "coupling.scheme", .value = {}, .rule = "members strike structures as rigid surfaces", .remedy = "talus fragility computes what their hits do"});
+      warnings_.push_back({.severity = Problem::Severity::warning,
+                           .file = file_,
+                           .line = 0,
+                           .column = 0,
+                           .key = "coupling.scheme",
+                           .value = {},
+                           .rule = "members strike structures as rigid surfaces",
+                           .remedy = "talus fragility computes what their hits do"});
     forced_.emplace_back("coupling.scheme", "\"rigid\"");
     forced_.emplace_back("coupling.audit", "\"report\"");
     provisional = read();
@@ -95,27 +113,48 @@ Ensemble::Ensemble(const std::string& file, const scene::Overrides& overrides)
   shares_structures_ = !design_.varies("structure");
   auto read_ground = std::make_unique<sim::Shared>(provisional.site);
   ground_ = read_ground->ground();
-  crs_ = provisional.site ? (provisional.site->crs.empty() && ground_ ? ground_->crs : provisional.site->crs) : "";
+  crs_ = provisional.site ? (provisional.site->crs.empty() && ground_ ? ground_->crs : provisional.site->crs)
+                          : "";
   if (provisional.site && crs_.empty())
-    warnings_.push_back({.severity = Problem::Severity::warning, .file = file_, .line = 0, .column = 0, .key = "site.crs", .value = {}, .rule = "is not known: maps and lines will carry no coordinate reference system", .remedy = "add for example crs = \"EPSG:31254\" to [site]"});
+    warnings_.push_back({.severity = Problem::Severity::warning,
+                         .file = file_,
+                         .line = 0,
+                         .column = 0,
+                         .key = "site.crs",
+                         .value = {},
+                         .rule = "is not known: maps and lines will carry no coordinate reference system",
+                         .remedy = "add for example crs = \"EPSG:31254\" to [site]"});
   std::shared_ptr<const contact::SurfaceIndex> index;
   if (ground_) {
     double low = std::numeric_limits<double>::infinity();
     for (const Vec3& v : ground_->surface.vertices) low = std::min(low, v.z());
     index = std::make_shared<const contact::SurfaceIndex>(ground_->surface);
   }
-  height_ = [index, planes = planes_](double x, double y) { return sim::uppermost_ground(index.get(), planes, x, y); };
+  height_ = [index, planes = planes_](double x, double y) {
+    return sim::uppermost_ground(index.get(), planes, x, y);
+  };
   shared_ = shares_ground_ ? std::move(read_ground) : std::make_unique<sim::Shared>();
   shared_->keeps_structures = shares_structures_;
   for (const StructureSpec& s : provisional.structures) structures_.push_back(s.name);
   lines_ = plan_lines(provisional, crs_);
   check_lines();
-  design_.place(provisional, [this](double x, double y) { return std::isfinite(height_(x, y)) && !(ground_ && ground_->over_hole(x, y)); });
+  design_.place(provisional, [this](double x, double y) {
+    return std::isfinite(height_(x, y)) && !(ground_ && ground_->over_hole(x, y));
+  });
   try_members();
   std::string all = TALUS_VERSION;
-  all += template_->toml(forced_) + fmt::format("\n{} {} {} {} {} {} {}", settings_.seed, settings_.step_limit, static_cast<int>(settings_.design), settings_.members, settings_.map_cell, settings_.vary.size(), settings_.precision ? fmt::format("{} {} {} {}", settings_.precision->line, settings_.precision->quantity, settings_.precision->percentile, settings_.precision->within) : "");
+  all += template_->toml(forced_) +
+         fmt::format(
+             "\n{} {} {} {} {} {} {}", settings_.seed, settings_.step_limit,
+             static_cast<int>(settings_.design), settings_.members, settings_.map_cell, settings_.vary.size(),
+             settings_.precision
+                 ? fmt::format("{} {} {} {}", settings_.precision->line, settings_.precision->quantity,
+                               settings_.precision->percentile, settings_.precision->within)
+                 : "");
   for (const scene::Vary& v : settings_.vary) {
-    all += fmt::format("\n{} {} {} {} {} {} {} {} {}", v.key, static_cast<int>(v.kind), v.parameters[0], v.parameters[1], v.parameters[2], v.unit, v.min.value_or(-1e300), v.max.value_or(1e300), v.like);
+    all += fmt::format("\n{} {} {} {} {} {} {} {} {}", v.key, static_cast<int>(v.kind), v.parameters[0],
+                       v.parameters[1], v.parameters[2], v.unit, v.min.value_or(-1e300),
+                       v.max.value_or(1e300), v.like);
     for (const std::string& text : v.list) all += " " + text;
     for (const double x : v.table) all += fmt::format(" {}", x);
   }
@@ -132,8 +171,10 @@ std::vector<std::filesystem::path> Ensemble::inputs() const {
 void Ensemble::check_lines() {
   const std::vector<Problem> problems = line_problems(lines_, height_, file_);
   for (const Problem& p : problems)
-    if (p.severity == Problem::Severity::error) throw InputError(problems);
-    else warnings_.push_back(p);
+    if (p.severity == Problem::Severity::error)
+      throw InputError(problems);
+    else
+      warnings_.push_back(p);
 }
 
 /// Worlds of the first members, until one stands: what is wrong with all of them is wrong with the scene.
@@ -175,7 +216,9 @@ scene::Scene Ensemble::coupled_scene(long index) const {
   return template_->scene(values);
 }
 
-std::unique_ptr<sim::Simulation> Ensemble::simulation(long index) { return std::make_unique<sim::Simulation>(template_->scene(overrides(index)), *shared_); }
+std::unique_ptr<sim::Simulation> Ensemble::simulation(long index) {
+  return std::make_unique<sim::Simulation>(template_->scene(overrides(index)), *shared_);
+}
 
 std::optional<Member> Ensemble::run(long index, const std::atomic<int>* stop) {
   const double began = thread_seconds();
@@ -190,15 +233,19 @@ std::optional<Member> Ensemble::run(long index, const std::atomic<int>* stop) {
   std::unique_ptr<sim::Simulation> simulation;
   try {
     simulation = this->simulation(index);
-  } catch (const InputError& error) {
-    return fail(error.what());
-  } catch (const NumericalFailure& error) {
+  } catch (const InputError& error) { return fail(error.what()); } catch (const NumericalFailure& error) {
     return fail(error.what());
   }
   sim::World& world = simulation->world();
   m.start = centroids(*simulation);
-  world.ledger(world.now());   // energies are counted from here
-  Path path(*simulation, lines_, [&world](double x, double y) { return sim::uppermost_ground(world.system->environment().terrain.get(), world.system->environment().planes, x, y); }, origin_, settings_.map_cell);
+  world.ledger(world.now());  // energies are counted from here
+  Path path(
+      *simulation, lines_,
+      [&world](double x, double y) {
+        return sim::uppermost_ground(world.system->environment().terrain.get(),
+                                     world.system->environment().planes, x, y);
+      },
+      origin_, settings_.map_cell);
   std::atomic<int> halt{0};
   bool over = false;
   path.after = [&] {
@@ -213,13 +260,15 @@ std::optional<Member> Ensemble::run(long index, const std::atomic<int>* stop) {
   m.end = centroids(*simulation);
   m.message = result.message;
   const sim::LedgerRow ledger = world.ledger(world.now());
-  const double largest = std::max(path.largest_kinetic(), world.energy_peak), scale = largest > 0 ? 1 / largest : 0;
+  const double largest = std::max(path.largest_kinetic(), world.energy_peak),
+               scale = largest > 0 ? 1 / largest : 0;
   m.energy_residual = scale * ledger.residual;
   m.numerical_gain = scale * std::max(0.0, -ledger.by_the_scheme());
   m.reach_angle = reach_angle(m);
   path.finish(m);
   const auto& blocks = world.system->model().blocks;
-  const auto moving = static_cast<std::size_t>(std::count_if(blocks.begin(), blocks.end(), [](const dda::Model::Block& b) { return b.ndof() > 0; }));
+  const auto moving = static_cast<std::size_t>(
+      std::count_if(blocks.begin(), blocks.end(), [](const dda::Model::Block& b) { return b.ndof() > 0; }));
   const bool left = !world.paper && moving > 0 && world.system->departed().size() == moving;
   const bool rest = result.status == "at rest" || (!world.paper && !left && world.system->at_rest());
   if (result.status == "failed") {
@@ -229,7 +278,8 @@ std::optional<Member> Ensemble::run(long index, const std::atomic<int>* stop) {
     m.message = fmt::format("{} steps by t = {:.6g} s", m.steps, simulation->time());
   } else if (m.numerical_gain > suspect_gain) {
     m.status = Status::suspect;
-    m.message = fmt::format("numerical energy gain of {:.3g} of the largest kinetic energy", m.numerical_gain);
+    m.message =
+        fmt::format("numerical energy gain of {:.3g} of the largest kinetic energy", m.numerical_gain);
   } else if (world.scene.simulation.until_rest && !rest && !left) {
     m.status = Status::suspect;
     m.message = fmt::format("still moving at the end of its duration, t = {:.6g} s", simulation->time());

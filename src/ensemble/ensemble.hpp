@@ -25,7 +25,9 @@ class Ensemble {
   const scene::Ensemble& settings() const { return settings_; }
   const Design& design() const { return design_; }
   const std::vector<PlanLine>& lines() const { return lines_; }
-  const std::vector<std::string>& blocks() const { return blocks_; }        // of the first member, as results list them
+  const std::vector<std::string>& blocks() const {
+    return blocks_;
+  }  // of the first member, as results list them
   const std::vector<std::string>& structures() const { return structures_; }
   const std::vector<Problem>& warnings() const { return warnings_; }
   const std::string& identity() const { return identity_; }
@@ -42,7 +44,8 @@ class Ensemble {
   std::string scene_file(long index, const std::string& comment) const;
   /// The whole scene with absolute paths.
   std::string whole_scene() const { return template_->whole_toml(); }
-  /// The member's scene with the coupling that the file asks for, not that of the ensemble. Throws InputError.
+  /// The member's scene with the coupling that the file asks for, not that of the ensemble. Throws
+  /// InputError.
   scene::Scene coupled_scene(long index) const;
   /// The member's world, not yet started. Throws InputError.
   std::unique_ptr<sim::Simulation> simulation(long index);
@@ -55,9 +58,9 @@ class Ensemble {
   std::unique_ptr<scene::Template> template_;
   scene::Ensemble settings_;
   Design design_;
-  bool was_rigid_ = false;             // so the file says
-  scene::Overrides forced_;            // what every member's scene takes
-  std::unique_ptr<sim::Shared> shared_;      // between members
+  bool was_rigid_ = false;               // so the file says
+  scene::Overrides forced_;              // what every member's scene takes
+  std::unique_ptr<sim::Shared> shared_;  // between members
   std::vector<PlanLine> lines_;
   std::vector<std::string> blocks_, structures_;
   std::vector<Problem> warnings_;
@@ -65,7 +68,7 @@ class Ensemble {
   Vec3 origin_ = Vec3::Zero();
   std::vector<std::pair<std::string, std::string>> files_;
   std::vector<Plane> planes_;
-  std::shared_ptr<const geometry::Terrain> ground_;   // for places and lines
+  std::shared_ptr<const geometry::Terrain> ground_;  // for places and lines
   GroundHeight height_;
   bool shares_ground_ = true, shares_structures_ = true;
 };
@@ -83,7 +86,8 @@ struct Run {
   const std::atomic<int>* stop = nullptr;
 };
 
-/// Runs the members that the directory's journals do not hold yet. Returns the number of members that there are then, 0 if it was stopped.
+/// Runs the members that the directory's journals do not hold yet. Returns the number of members that there
+/// are then, 0 if it was stopped.
 long run_members(Ensemble& ensemble, const Run& run);
 
 }  // namespace talus::ensemble

@@ -13,7 +13,8 @@ double expit(double z) { return 1 / (1 + std::exp(-z)); }
 
 double deviance_of(std::span<const double> p, std::span<const int> y) {
   double sum = 0;
-  for (std::size_t i = 0; i < y.size(); ++i) sum -= 2 * std::log(std::max(1e-300, y[i] != 0 ? p[i] : 1 - p[i]));
+  for (std::size_t i = 0; i < y.size(); ++i)
+    sum -= 2 * std::log(std::max(1e-300, y[i] != 0 ? p[i] : 1 - p[i]));
   return sum;
 }
 
@@ -46,10 +47,10 @@ Logistic fit_logistic(std::span<const double> x, std::span<const int> y) {
     }
     const double det = i00 * i11 - i01 * i01;
     if (!(det > 1e-300)) return f;
-    double s0 = 0, s1 = 0;   // modified score
+    double s0 = 0, s1 = 0;  // modified score
     for (std::size_t i = 0; i < n; ++i) {
       const double u = (x[i] - mean) / scale, w = p[i] * (1 - p[i]);
-      const double h = w * (i11 - 2 * u * i01 + u * u * i00) / det;   // leverage
+      const double h = w * (i11 - 2 * u * i01 + u * u * i00) / det;  // leverage
       const double r = y[i] - p[i] + h * (0.5 - p[i]);
       s0 += r, s1 += r * u;
     }
@@ -67,7 +68,9 @@ Logistic fit_logistic(std::span<const double> x, std::span<const int> y) {
     f.cov = (v01 - m * v11) / scale;
     f.deviance = deviance_of(p, y);
     double share = 0;
-    for (std::size_t i = 0; i < n; ++i) share += static_cast<double>(y[i]) / static_cast<double>(n), f.brier += (p[i] - y[i]) * (p[i] - y[i]) / static_cast<double>(n);
+    for (std::size_t i = 0; i < n; ++i)
+      share += static_cast<double>(y[i]) / static_cast<double>(n),
+          f.brier += (p[i] - y[i]) * (p[i] - y[i]) / static_cast<double>(n);
     f.null_deviance = deviance_of(std::vector<double>(n, share), y);
     return f;
   }

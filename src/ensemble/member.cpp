@@ -12,17 +12,20 @@ namespace {
 
 template <class Io, class M>
 void each(Io& io, M& m) {
-  io(m.index), io(m.steps), io(m.status), io(m.message), io(m.cpu), io(m.energy_residual), io(m.numerical_gain), io(m.reach_angle), io(m.start), io(m.end);
+  io(m.index), io(m.steps), io(m.status), io(m.message), io(m.cpu), io(m.energy_residual),
+      io(m.numerical_gain), io(m.reach_angle), io(m.start), io(m.end);
 }
 
 template <class Io, class C>
 void crossing(Io& io, C& c) {
-  io(c.line), io(c.block), io(c.time), io(c.position), io(c.velocity), io(c.spin), io(c.translational), io(c.rotational), io(c.height);
+  io(c.line), io(c.block), io(c.time), io(c.position), io(c.velocity), io(c.spin), io(c.translational),
+      io(c.rotational), io(c.height);
 }
 
 template <class Io, class H>
 void hit(Io& io, H& h) {
-  io(h.structure), io(h.block), io(h.time), io(h.mass), io(h.point), io(h.centre), io(h.velocity), io(h.spin), io(h.orientation);
+  io(h.structure), io(h.block), io(h.time), io(h.mass), io(h.point), io(h.centre), io(h.velocity), io(h.spin),
+      io(h.orientation);
 }
 
 }  // namespace
@@ -65,7 +68,14 @@ Member Member::decode(std::string_view text) {
     if (m.status > Status::suspect) throw std::out_of_range("status");
     return m;
   } catch (const std::out_of_range& error) {
-    throw InputError(Problem{.severity = Problem::Severity::error, .file = {}, .line = 0, .column = 0, .key = "members.bin", .value = {}, .rule = fmt::format("holds a member that cannot be read: {}", error.what()), .remedy = "run without --resume"});
+    throw InputError(Problem{.severity = Problem::Severity::error,
+                             .file = {},
+                             .line = 0,
+                             .column = 0,
+                             .key = "members.bin",
+                             .value = {},
+                             .rule = fmt::format("holds a member that cannot be read: {}", error.what()),
+                             .remedy = "run without --resume"});
   }
 }
 

@@ -15,8 +15,9 @@
 namespace talus::ensemble {
 namespace {
 
-constexpr double piece = 1e-3;        // longest part of a stretch with contact within which the path is one cubic [s]
-constexpr double apart = 0.1;         // a block that has not touched a structure for so long hits it anew [s]
+constexpr double piece =
+    1e-3;  // longest part of a stretch with contact within which the path is one cubic [s]
+constexpr double apart = 0.1;  // a block that has not touched a structure for so long hits it anew [s]
 
 /// A block at an instant.
 struct Moment {
@@ -35,7 +36,8 @@ Moment moment(const dda::Model& model, const dda::State& s, int block, double ti
 bool in_flight(const Moment& a, const Moment& b, const Vec3& g) {
   const double h = b.time - a.time;
   const Vec3 fall = a.c + h * a.v + 0.5 * h * h * g;
-  return (b.c - fall).norm() <= 1e-9 * (1 + (b.c - a.c).norm()) && (b.v - a.v - h * g).norm() <= 1e-9 * (1 + b.v.norm());
+  return (b.c - fall).norm() <= 1e-9 * (1 + (b.c - a.c).norm()) &&
+         (b.v - a.v - h * g).norm() <= 1e-9 * (1 + b.v.norm());
 }
 
 double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
@@ -43,7 +45,7 @@ double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) { return a.x() 
 struct Segment {
   int line = 0;
   Eigen::Vector2d p, d;
-  bool last = false;   // its end belongs to it
+  bool last = false;  // its end belongs to it
   double side(const Vec3& c) const { return cross(d, c.head<2>() - p); }
   bool holds(const Vec3& c) const {
     const double u = d.dot(c.head<2>() - p) / d.squaredNorm();
@@ -53,7 +55,8 @@ struct Segment {
 
 /// Times in (a, b] at which the parabola through a changes sides, ascending.
 std::vector<double> parabola_times(const Moment& a, const Moment& b, const Segment& s, const Vec3& g) {
-  const double q = 0.5 * cross(s.d, g.head<2>()), l = cross(s.d, a.v.head<2>()), k = s.side(a.c), h = b.time - a.time;
+  const double q = 0.5 * cross(s.d, g.head<2>()), l = cross(s.d, a.v.head<2>()), k = s.side(a.c),
+               h = b.time - a.time;
   std::vector<double> times;
   const auto add = [&](double t) {
     if (t > 0 && t <= h) times.push_back(t);
@@ -81,17 +84,30 @@ Vec3 hermite(const Moment& a, const Moment& b, double s) {
 
 class Path::Watcher {
  public:
-  Watcher(sim::Simulation& simulation, const std::vector<PlanLine>& lines, GroundHeight ground, const Vec3& origin, double cell, std::function<void()>& after)
-      : world_(simulation.world()), system_(*world_.system), ground_(std::move(ground)), origin_(origin), cell_(cell), after_(after) {
+  Watcher(sim::Simulation& simulation, const std::vector<PlanLine>& lines, GroundHeight ground,
+          const Vec3& origin, double cell, std::function<void()>& after)
+      : world_(simulation.world()),
+        system_(*world_.system),
+        ground_(std::move(ground)),
+        origin_(origin),
+        cell_(cell),
+        after_(after) {
     for (std::size_t l = 0; l < lines.size(); ++l)
       for (const auto& part : lines[l].parts)
-        for (std::size_t k = 0; k + 1 < part.size(); ++k) segments_.push_back({static_cast<int>(l), part[k], part[k + 1] - part[k], k + 2 == part.size()});
-    const bool stepped = std::any_of(system_.environment().structures.begin(), system_.environment().structures.end(), [](const coupling::StructurePart& p) { return p.stepped(); });
+        for (std::size_t k = 0; k + 1 < part.size(); ++k)
+          segments_.push_back({static_cast<int>(l), part[k], part[k + 1] - part[k], k + 2 == part.size()});
+    const bool stepped =
+        std::any_of(system_.environment().structures.begin(), system_.environment().structures.end(),
+                    [](const coupling::StructurePart& p) { return p.stepped(); });
     made_again_ = !stepped && !world_.paper;
     if (world_.paper)
-      world_.watch_paper = [this](double from, const dda::State& before) { see(from, before, world_.paper->time, nullptr); };
+      world_.watch_paper = [this](double from, const dda::State& before) {
+        see(from, before, world_.paper->time, nullptr);
+      };
     else
-      system_.watch([this](const coupling::SystemState& before) { see(before.time, before.blocks, system_.state().time, &before); });
+      system_.watch([this](const coupling::SystemState& before) {
+        see(before.time, before.blocks, system_.state().time, &before);
+      });
     largest_ = kinetic(system_.state().blocks);
     const int n = system_.model().blocks.empty() ? 0 : static_cast<int>(system_.model().blocks.size());
     for (int b = 0; b < n; ++b)
@@ -105,15 +121,18 @@ class Path::Watcher {
   double largest_kinetic() const { return largest_; }
 
   std::vector<Crossing> take_crossings() {
-    std::stable_sort(crossings_.begin(), crossings_.end(), [](const Crossing& a, const Crossing& b) { return a.time < b.time; });
+    std::stable_sort(crossings_.begin(), crossings_.end(),
+                     [](const Crossing& a, const Crossing& b) { return a.time < b.time; });
     return std::exchange(crossings_, {});
   }
 
   void finish(Member& m) {
-    std::stable_sort(crossings_.begin(), crossings_.end(), [](const Crossing& a, const Crossing& b) { return a.time < b.time; });
+    std::stable_sort(crossings_.begin(), crossings_.end(),
+                     [](const Crossing& a, const Crossing& b) { return a.time < b.time; });
     m.crossings = std::move(crossings_);
     m.hits = std::move(hits_);
-    for (const auto& [at, largest] : cells_) m.passages.push_back({at.second, at.first, largest.first, largest.second});
+    for (const auto& [at, largest] : cells_)
+      m.passages.push_back({at.second, at.first, largest.first, largest.second});
   }
 
  private:
@@ -147,7 +166,8 @@ class Path::Watcher {
   // Lines
 
   bool may_meet(const Segment& s, const Moment& p, const Moment& q) const {
-    const double h = q.time - p.time, reach = (std::max(p.v.norm(), q.v.norm()) + model().gravity.norm() * h) * h;
+    const double h = q.time - p.time,
+                 reach = (std::max(p.v.norm(), q.v.norm()) + model().gravity.norm() * h) * h;
     const double u = std::clamp(s.d.dot(p.c.head<2>() - s.p) / s.d.squaredNorm(), 0.0, 1.0);
     return (s.p + u * s.d - p.c.head<2>()).norm() <= 1.1 * reach + (q.c - p.c).norm();
   }
@@ -170,7 +190,8 @@ class Path::Watcher {
       for (const Segment* s : near) cross_segment(b, way[k], way[k + 1], *s, start);
   }
 
-  void cross_segment(int b, const Moment& p, const Moment& q, const Segment& s, const coupling::SystemState* start) {
+  void cross_segment(int b, const Moment& p, const Moment& q, const Segment& s,
+                     const coupling::SystemState* start) {
     if (in_flight(p, q, model().gravity)) {
       for (const double t : parabola_times(p, q, s, model().gravity)) {
         Moment at = p;
@@ -179,7 +200,7 @@ class Path::Watcher {
         at.v += t * model().gravity;
         if (!s.holds(at.c)) continue;
         at.translational = 0.5 * model().blocks[static_cast<std::size_t>(b)].mass * at.v.squaredNorm();
-        at.rotational = p.rotational;   // no couple acts in flight
+        at.rotational = p.rotational;  // no couple acts in flight
         add(b, s, at);
       }
       return;
@@ -198,7 +219,8 @@ class Path::Watcher {
       if (const std::vector<dda::State> states = system_.again(*start, {&time, 1}); !states.empty()) {
         Moment exact = moment(model(), states.front(), b, time);
         // The cubic is not quite the path: the rest of the way to the line at the speed there.
-        const double speed = cross(s.d, exact.v.head<2>()), rest = speed != 0 ? -s.side(exact.c) / speed : std::numeric_limits<double>::infinity();
+        const double speed = cross(s.d, exact.v.head<2>()),
+                     rest = speed != 0 ? -s.side(exact.c) / speed : std::numeric_limits<double>::infinity();
         if (std::abs(rest) <= q.time - p.time) {
           exact.time += rest;
           exact.c += rest * exact.v;
@@ -221,7 +243,14 @@ class Path::Watcher {
   }
 
   void add(int b, const Segment& s, const Moment& at) {
-    crossings_.push_back({.line = s.line, .block = world_.listed(b), .time = at.time, .position = at.c, .velocity = at.v, .spin = at.w, .translational = at.translational, .rotational = at.rotational,
+    crossings_.push_back({.line = s.line,
+                          .block = world_.listed(b),
+                          .time = at.time,
+                          .position = at.c,
+                          .velocity = at.v,
+                          .spin = at.w,
+                          .translational = at.translational,
+                          .rotational = at.rotational,
                           .height = at.c.z() - ground_(at.c.x(), at.c.y())});
   }
 
@@ -230,7 +259,8 @@ class Path::Watcher {
   void see_hits(double from, const dda::State& before, double to, const coupling::SystemState* start) {
     for (const coupling::StructureContact& row : system_.structure_contacts()) {
       if (row.time <= from || row.time > to || row.force.isZero(0)) continue;
-      auto [last, first] = touched_.try_emplace({row.block, row.structure}, -std::numeric_limits<double>::infinity());
+      auto [last, first] =
+          touched_.try_emplace({row.block, row.structure}, -std::numeric_limits<double>::infinity());
       const bool anew = row.time - row.dt - last->second > apart;
       last->second = std::max(last->second, row.time);
       if (!anew) continue;
@@ -245,7 +275,8 @@ class Path::Watcher {
       double at = from;
       // Just before the blow: the rest of the way is flight or goes on as it is.
       std::vector<dda::State> states;
-      if (const double wanted = from + (hit.time - from) * (1 - 1e-6); start && made_again_ && wanted > from) {
+      if (const double wanted = from + (hit.time - from) * (1 - 1e-6);
+          start && made_again_ && wanted > from) {
         states = system_.again(*start, {&wanted, 1});
         if (!states.empty()) state = &states.front(), at = wanted;
       }
@@ -260,9 +291,10 @@ class Path::Watcher {
 
   void mark(const Moment& m) {
     if (!(cell_ > 0)) return;
-    const auto i = static_cast<std::int32_t>(std::floor((m.c.x() + origin_.x()) / cell_)), j = static_cast<std::int32_t>(std::floor((m.c.y() + origin_.y()) / cell_));
+    const auto i = static_cast<std::int32_t>(std::floor((m.c.x() + origin_.x()) / cell_)),
+               j = static_cast<std::int32_t>(std::floor((m.c.y() + origin_.y()) / cell_));
     const double height = m.c.z() - ground_(m.c.x(), m.c.y());
-    if (!std::isfinite(height)) return;   // what has left the model falls beside the map
+    if (!std::isfinite(height)) return;  // what has left the model falls beside the map
     auto [at, first] = cells_.try_emplace({j, i}, 0.0f, std::numeric_limits<float>::lowest());
     at->second.first = std::max(at->second.first, static_cast<float>(m.translational + m.rotational));
     at->second.second = std::max(at->second.second, static_cast<float>(height));
@@ -282,12 +314,12 @@ class Path::Watcher {
   double cell_;
   std::function<void()>& after_;
   std::vector<Segment> segments_;
-  bool made_again_ = false;   // stretches can be
+  bool made_again_ = false;  // stretches can be
   double largest_ = 0;
   std::vector<Crossing> crossings_;
   std::vector<Hit> hits_;
-  std::map<std::pair<int, int>, double> touched_;   // block, structure: until when
-  std::map<std::pair<std::int32_t, std::int32_t>, std::pair<float, float>> cells_;   // north, east
+  std::map<std::pair<int, int>, double> touched_;  // block, structure: until when
+  std::map<std::pair<std::int32_t, std::int32_t>, std::pair<float, float>> cells_;  // north, east
 };
 
 std::vector<PlanLine> plan_lines(const scene::Scene& scene, const std::string& crs) {
@@ -306,24 +338,37 @@ std::vector<PlanLine> plan_lines(const scene::Scene& scene, const std::string& c
   return lines;
 }
 
-std::vector<Problem> line_problems(const std::vector<PlanLine>& lines, const GroundHeight& height, const std::string& file) {
+std::vector<Problem> line_problems(const std::vector<PlanLine>& lines, const GroundHeight& height,
+                                   const std::string& file) {
   std::vector<Problem> problems;
   for (const PlanLine& line : lines) {
     long over = 0, all = 0;
     for (const auto& part : line.parts)
       for (std::size_t k = 0; k + 1 < part.size(); ++k)
         for (int q = 0; q <= 16; ++q, ++all)
-          if (const Eigen::Vector2d p = part[k] + q / 16.0 * (part[k + 1] - part[k]); std::isfinite(height(p.x(), p.y()))) ++over;
+          if (const Eigen::Vector2d p = part[k] + q / 16.0 * (part[k + 1] - part[k]);
+              std::isfinite(height(p.x(), p.y())))
+            ++over;
     if (over == all) continue;
     const bool off = over == 0;
-    problems.push_back({.severity = off ? Problem::Severity::error : Problem::Severity::warning, .file = file, .line = 0, .column = 0, .key = "line." + line.name, .value = {},
-                        .rule = off ? std::string("lies off the terrain") : fmt::format("lies off the terrain by {:.0f} % of its points; nothing crosses it there with a height", 100.0 * static_cast<double>(all - over) / static_cast<double>(all)),
-                        .remedy = "points are scene coordinates, those of a file map coordinates: check site.origin"});
+    problems.push_back(
+        {.severity = off ? Problem::Severity::error : Problem::Severity::warning,
+         .file = file,
+         .line = 0,
+         .column = 0,
+         .key = "line." + line.name,
+         .value = {},
+         .rule = off ? std::string("lies off the terrain")
+                     : fmt::format("lies off the terrain by {:.0f} % of its points; nothing crosses it there "
+                                   "with a height",
+                                   100.0 * static_cast<double>(all - over) / static_cast<double>(all)),
+         .remedy = "points are scene coordinates, those of a file map coordinates: check site.origin"});
   }
   return problems;
 }
 
-Path::Path(sim::Simulation& simulation, const std::vector<PlanLine>& lines, GroundHeight ground, const Vec3& origin, double cell)
+Path::Path(sim::Simulation& simulation, const std::vector<PlanLine>& lines, GroundHeight ground,
+           const Vec3& origin, double cell)
     : watcher_(std::make_unique<Watcher>(simulation, lines, std::move(ground), origin, cell, after)) {}
 Path::~Path() = default;
 std::vector<Crossing> Path::take_crossings() { return watcher_->take_crossings(); }

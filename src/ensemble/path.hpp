@@ -1,9 +1,11 @@
-/// What a member's blocks pass and strike on their way, from their states at the ends of the stretches of its run and, where that is not enough,
-/// from states within: no step of the run ends because of a line, and no output interval matters.
+/// What a member's blocks pass and strike on their way, from their states at the ends of the stretches of its
+/// run and, where that is not enough, from states within: no step of the run ends because of a line, and no
+/// output interval matters.
 ///
-/// Within a stretch in free flight the path is the parabola through both states, and the time at a line follows in closed form. Else the stretch is
-/// made again in pieces of at most 1 ms; within a piece the path is the cubic through both states (Hermite), its place on the line is found by bisection,
-/// and the state there is computed by steps to that very time.
+/// Within a stretch in free flight the path is the parabola through both states, and the time at a line
+/// follows in closed form. Else the stretch is made again in pieces of at most 1 ms; within a piece the path
+/// is the cubic through both states (Hermite), its place on the line is found by bisection, and the state
+/// there is computed by steps to that very time.
 #pragma once
 #include <functional>
 #include <map>
@@ -18,26 +20,29 @@ namespace talus::ensemble {
 /// A line as segments in plan.
 struct PlanLine {
   std::string name;
-  std::vector<std::vector<Eigen::Vector2d>> parts;   // scene coordinates
+  std::vector<std::vector<Eigen::Vector2d>> parts;  // scene coordinates
 };
 
 /// Height of the ground; NaN where there is none.
 using GroundHeight = std::function<double(double x, double y)>;
 
-/// The scene's lines; those of files in scene coordinates. Throws InputError for a file that cannot be read, or of another coordinate system than `crs`.
+/// The scene's lines; those of files in scene coordinates. Throws InputError for a file that cannot be read,
+/// or of another coordinate system than `crs`.
 std::vector<PlanLine> plan_lines(const scene::Scene& scene, const std::string& crs);
 /// Errors for lines that lie off the ground, warnings for those that do in part.
-std::vector<Problem> line_problems(const std::vector<PlanLine>& lines, const GroundHeight& height, const std::string& file);
+std::vector<Problem> line_problems(const std::vector<PlanLine>& lines, const GroundHeight& height,
+                                   const std::string& file);
 
 class Path {
  public:
   /// `origin`: map coordinates of the scene's origin. `cell` 0: no maps.
-  Path(sim::Simulation& simulation, const std::vector<PlanLine>& lines, GroundHeight ground, const Vec3& origin, double cell);
+  Path(sim::Simulation& simulation, const std::vector<PlanLine>& lines, GroundHeight ground,
+       const Vec3& origin, double cell);
   ~Path();
   Path(const Path&) = delete;
   Path& operator=(const Path&) = delete;
 
-  double largest_kinetic() const;   // of all blocks together, at ends of stretches [J]
+  double largest_kinetic() const;  // of all blocks together, at ends of stretches [J]
   /// The crossings since the last call, in order of time.
   std::vector<Crossing> take_crossings();
   /// Crossings, hits and cells so far go into the member.

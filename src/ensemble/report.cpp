@@ -24,15 +24,16 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Colour = std::array<double, 3>;
 
-constexpr int picture_side = 420;       // cells of the picture of the ground, along the longer side
-constexpr std::size_t most_points = 3000;   // end points drawn
+constexpr int picture_side = 420;          // cells of the picture of the ground, along the longer side
+constexpr std::size_t most_points = 3000;  // end points drawn
 
 std::string base64(const std::string& bytes) {
   constexpr char letters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   std::string out;
   for (std::size_t i = 0; i < bytes.size(); i += 3) {
     std::uint32_t v = 0;
-    for (std::size_t k = 0; k < 3; ++k) v = (v << 8) | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0u);
+    for (std::size_t k = 0; k < 3; ++k)
+      v = (v << 8) | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0u);
     for (std::size_t k = 0; k < 4; ++k) out += i + k > bytes.size() ? '=' : letters[(v >> (18 - 6 * k)) & 63];
   }
   return out;
@@ -46,11 +47,15 @@ std::string bitmap(int columns, int rows, const std::vector<Colour>& points) {
     for (int k = 0; k < bytes; ++k) file += static_cast<char>((value >> (8 * k)) & 255);
   };
   put(static_cast<std::uint32_t>(54 + line * rows), 4), put(0, 4), put(54, 4);
-  put(40, 4), put(static_cast<std::uint32_t>(columns), 4), put(static_cast<std::uint32_t>(rows), 4), put(1, 2), put(24, 2), put(0, 4), put(static_cast<std::uint32_t>(line * rows), 4), put(2835, 4), put(2835, 4), put(0, 4), put(0, 4);
+  put(40, 4), put(static_cast<std::uint32_t>(columns), 4), put(static_cast<std::uint32_t>(rows), 4),
+      put(1, 2), put(24, 2), put(0, 4), put(static_cast<std::uint32_t>(line * rows), 4), put(2835, 4),
+      put(2835, 4), put(0, 4), put(0, 4);
   for (int i = 0; i < rows; ++i) {
     for (int j = 0; j < columns; ++j) {
       const Colour& c = points[static_cast<std::size_t>(i * columns + j)];
-      for (const int k : {2, 1, 0}) file += static_cast<char>(static_cast<unsigned char>(std::clamp(c[static_cast<std::size_t>(k)], 0.0, 255.0)));
+      for (const int k : {2, 1, 0})
+        file += static_cast<char>(
+            static_cast<unsigned char>(std::clamp(c[static_cast<std::size_t>(k)], 0.0, 255.0)));
     }
     for (int k = 3 * columns; k < line; ++k) file += '\0';
   }
@@ -59,21 +64,27 @@ std::string bitmap(int columns, int rows, const std::vector<Colour>& points) {
 
 /// Of a part from 0 to 1: yellow over orange to a dark red.
 Colour heat(double s) {
-  constexpr std::array<Colour, 4> stops{Colour{255, 243, 178}, Colour{253, 174, 77}, Colour{227, 74, 51}, Colour{127, 0, 31}};
+  constexpr std::array<Colour, 4> stops{Colour{255, 243, 178}, Colour{253, 174, 77}, Colour{227, 74, 51},
+                                        Colour{127, 0, 31}};
   const double at = std::clamp(s, 0.0, 1.0) * 3;
   const auto k = std::min<std::size_t>(2, static_cast<std::size_t>(at));
   Colour c{};
-  for (std::size_t q = 0; q < 3; ++q) c[q] = stops[k][q] + (at - static_cast<double>(k)) * (stops[k + 1][q] - stops[k][q]);
+  for (std::size_t q = 0; q < 3; ++q)
+    c[q] = stops[k][q] + (at - static_cast<double>(k)) * (stops[k + 1][q] - stops[k][q]);
   return c;
 }
 
 std::string number(const Json& x, double scale = 1) {
   if (!x.is_number()) return "–";
   const double value = scale * x.get<double>();
-  return std::abs(value) >= 1000 && std::abs(value) < 1e7 ? fmt::format("{:.0f}", value) : fmt::format("{:.3g}", value);
+  return std::abs(value) >= 1000 && std::abs(value) < 1e7 ? fmt::format("{:.0f}", value)
+                                                          : fmt::format("{:.3g}", value);
 }
 
-std::string estimate(const Json& e, double scale = 1) { return number(e.value("value", Json()), scale) + "<br><small>" + number(e.value("low", Json()), scale) + " to " + number(e.value("high", Json()), scale) + "</small>"; }
+std::string estimate(const Json& e, double scale = 1) {
+  return number(e.value("value", Json()), scale) + "<br><small>" + number(e.value("low", Json()), scale) +
+         " to " + number(e.value("high", Json()), scale) + "</small>";
+}
 
 /// 1, 2 or 5 times a power of ten, at least a fifth of the range.
 double tick_of(double range) {
@@ -84,30 +95,52 @@ double tick_of(double range) {
 /// A diagram of curves over a common axis.
 class Chart {
  public:
-  Chart(std::string x_label, std::string y_label, double x0, double x1, double y0, double y1) : x_label_(std::move(x_label)), y_label_(std::move(y_label)), x0_(x0), x1_(x1 > x0 ? x1 : x0 + 1), y0_(y0), y1_(y1) {}
+  Chart(std::string x_label, std::string y_label, double x0, double x1, double y0, double y1)
+      : x_label_(std::move(x_label)),
+        y_label_(std::move(y_label)),
+        x0_(x0),
+        x1_(x1 > x0 ? x1 : x0 + 1),
+        y0_(y0),
+        y1_(y1) {}
   void curve(const std::vector<std::pair<double, double>>& points, const std::string& colour) {
     std::string path;
-    for (const auto& [x, y] : points) path += fmt::format("{}{:.1f},{:.1f}", path.empty() ? "" : " ", at_x(x), at_y(y));
-    body_ += fmt::format("<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"2\"/>", path, colour);
+    for (const auto& [x, y] : points)
+      path += fmt::format("{}{:.1f},{:.1f}", path.empty() ? "" : " ", at_x(x), at_y(y));
+    body_ +=
+        fmt::format("<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"2\"/>", path, colour);
   }
-  void band(const std::vector<std::pair<double, double>>& low, const std::vector<std::pair<double, double>>& high, const std::string& colour) {
+  void band(const std::vector<std::pair<double, double>>& low,
+            const std::vector<std::pair<double, double>>& high, const std::string& colour) {
     std::string path;
     for (const auto& [x, y] : low) path += fmt::format("{:.1f},{:.1f} ", at_x(x), at_y(y));
-    for (auto p = high.rbegin(); p != high.rend(); ++p) path += fmt::format("{:.1f},{:.1f} ", at_x(p->first), at_y(p->second));
+    for (auto p = high.rbegin(); p != high.rend(); ++p)
+      path += fmt::format("{:.1f},{:.1f} ", at_x(p->first), at_y(p->second));
     body_ += fmt::format("<polygon points=\"{}\" fill=\"{}\" opacity=\"0.15\"/>", path, colour);
   }
   void mark(double x, const std::string& text) {
-    body_ += fmt::format("<line x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1}\" y2=\"{2}\" stroke=\"#888\" stroke-dasharray=\"4 3\"/><text x=\"{3:.1f}\" y=\"{4}\" class=\"t\">{5}</text>", at_x(x), top, bottom, at_x(x) + 3, top + 10, text);
+    body_ += fmt::format(
+        "<line x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1}\" y2=\"{2}\" stroke=\"#888\" stroke-dasharray=\"4 "
+        "3\"/><text x=\"{3:.1f}\" y=\"{4}\" class=\"t\">{5}</text>",
+        at_x(x), top, bottom, at_x(x) + 3, top + 10, text);
   }
   std::string svg() const {
     std::string axes;
     const double dx = tick_of(x1_ - x0_), dy = tick_of(y1_ - y0_);
     for (double x = std::ceil(x0_ / dx) * dx; x <= x1_ * (1 + 1e-9); x += dx)
-      axes += fmt::format("<line x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1}\" y2=\"{2}\" class=\"g\"/><text x=\"{0:.1f}\" y=\"{3}\" class=\"t\" text-anchor=\"middle\">{4:g}</text>", at_x(x), top, bottom, bottom + 15, x);
+      axes += fmt::format(
+          "<line x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1}\" y2=\"{2}\" class=\"g\"/><text x=\"{0:.1f}\" "
+          "y=\"{3}\" class=\"t\" text-anchor=\"middle\">{4:g}</text>",
+          at_x(x), top, bottom, bottom + 15, x);
     for (double y = std::ceil(y0_ / dy) * dy; y <= y1_ * (1 + 1e-9); y += dy)
-      axes += fmt::format("<line x1=\"{0}\" x2=\"{1}\" y1=\"{2:.1f}\" y2=\"{2:.1f}\" class=\"g\"/><text x=\"{3}\" y=\"{4:.1f}\" class=\"t\" text-anchor=\"end\">{5:g}</text>", left, right, at_y(y), left - 6, at_y(y) + 4, y);
-    return fmt::format("<svg viewBox=\"0 0 480 280\" class=\"chart\" role=\"img\" aria-label=\"{0} over {1}\">{2}{3}<text x=\"{4}\" y=\"274\" class=\"l\" text-anchor=\"middle\">{1}</text><text x=\"14\" y=\"{5}\" class=\"l\" text-anchor=\"middle\" transform=\"rotate(-90 14 {5})\">{0}</text></svg>",
-                       io::xml_text(y_label_), io::xml_text(x_label_), axes, body_, (left + right) / 2, (top + bottom) / 2);
+      axes += fmt::format(
+          "<line x1=\"{0}\" x2=\"{1}\" y1=\"{2:.1f}\" y2=\"{2:.1f}\" class=\"g\"/><text x=\"{3}\" "
+          "y=\"{4:.1f}\" class=\"t\" text-anchor=\"end\">{5:g}</text>",
+          left, right, at_y(y), left - 6, at_y(y) + 4, y);
+    return fmt::format(
+        "<svg viewBox=\"0 0 480 280\" class=\"chart\" role=\"img\" aria-label=\"{0} over {1}\">{2}{3}<text "
+        "x=\"{4}\" y=\"274\" class=\"l\" text-anchor=\"middle\">{1}</text><text x=\"14\" y=\"{5}\" "
+        "class=\"l\" text-anchor=\"middle\" transform=\"rotate(-90 14 {5})\">{0}</text></svg>",
+        io::xml_text(y_label_), io::xml_text(x_label_), axes, body_, (left + right) / 2, (top + bottom) / 2);
   }
 
  private:
@@ -121,66 +154,102 @@ class Chart {
 class Page {
  public:
   Page(const Ensemble& ensemble, const fs::path& directory)
-      : ensemble_(ensemble), directory_(directory), file_(io::Hdf5File::open(directory / "ensemble.h5")), summary_(io::read_json(directory / "summary.json", "run talus ensemble again")),
+      : ensemble_(ensemble),
+        directory_(directory),
+        file_(io::Hdf5File::open(directory / "ensemble.h5")),
+        summary_(io::read_json(directory / "summary.json", "run talus ensemble again")),
         details_(io::read_json(directory / "details.json", "run talus ensemble again")) {}
 
   std::string text() {
     std::string body = head();
-    body += "<div class=\"row\">" + map("reach", "Reach", "Share of members through a cell", 100, " %") + map("energy_p95", "Energy, 95th percentile", "Kinetic energy of the members through a cell", 1e-3, " kJ") + "</div>";
+    body += "<div class=\"row\">" + map("reach", "Reach", "Share of members through a cell", 100, " %") +
+            map("energy_p95", "Energy, 95th percentile", "Kinetic energy of the members through a cell", 1e-3,
+                " kJ") +
+            "</div>";
     for (std::size_t l = 0; l < summary_["lines"].size(); ++l) body += line(l);
     for (const std::string& s : ensemble_.structures()) body += hits(s);
     body += fragility();
     body += notes();
-    return "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\"><title>Ensemble</title><style>"
-           ":root{color-scheme:light dark;--ink:#1d2733;--soft:#5b6672;--line:#d9dee4;--faint:#e4e8ec;--ground:#fff;--curve:#0b5fa5}"
-           "@media(prefers-color-scheme:dark){:root{--ink:#e7ebf0;--soft:#a8b3bf;--line:#3a4552;--faint:#2b343f;--ground:#14191f;--curve:#6db3f2}}"
-           "body{font:15px/1.55 system-ui,sans-serif;color:var(--ink);background:var(--ground);max-width:1080px;margin:0 auto;padding:1.5em}h1{font-size:1.5em}h2{margin-top:2em;border-bottom:1px solid var(--line)}"
-           ".cards{display:flex;flex-wrap:wrap;gap:.8em}.card{border:1px solid var(--line);border-radius:6px;padding:.5em 1em;min-width:7em}.card b{display:block;font-size:1.35em}"
-           "table{border-collapse:collapse;margin:.8em 0;display:block;overflow-x:auto;max-width:100%}td,th{padding:.3em .8em;border-bottom:1px solid var(--faint);text-align:right;vertical-align:top;font-variant-numeric:tabular-nums}"
-           "td:first-child,th:first-child{text-align:left}small{color:var(--soft);white-space:nowrap}.row{display:flex;flex-wrap:wrap;gap:1em}.row>section{flex:1 1 400px;min-width:0}.chart{width:min(480px,100%);height:auto}"
-           ".g{stroke:var(--faint)}.t{font-size:11px;fill:var(--soft)}.l{font-size:12px;fill:var(--ink)}.map{width:100%;height:auto;border:1px solid var(--line)}.key span{display:inline-block;width:1.6em;height:.8em;margin:0 .3em 0 .9em}"
+    return "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
+           "content=\"width=device-width\"><title>Ensemble</title><style>"
+           ":root{color-scheme:light "
+           "dark;--ink:#1d2733;--soft:#5b6672;--line:#d9dee4;--faint:#e4e8ec;--ground:#fff;--curve:#0b5fa5}"
+           "@media(prefers-color-scheme:dark){:root{--ink:#e7ebf0;--soft:#a8b3bf;--line:#3a4552;--faint:#"
+           "2b343f;--ground:#14191f;--curve:#6db3f2}}"
+           "body{font:15px/1.55 "
+           "system-ui,sans-serif;color:var(--ink);background:var(--ground);max-width:1080px;margin:0 "
+           "auto;padding:1.5em}h1{font-size:1.5em}h2{margin-top:2em;border-bottom:1px solid var(--line)}"
+           ".cards{display:flex;flex-wrap:wrap;gap:.8em}.card{border:1px solid "
+           "var(--line);border-radius:6px;padding:.5em 1em;min-width:7em}.card "
+           "b{display:block;font-size:1.35em}"
+           "table{border-collapse:collapse;margin:.8em "
+           "0;display:block;overflow-x:auto;max-width:100%}td,th{padding:.3em .8em;border-bottom:1px solid "
+           "var(--faint);text-align:right;vertical-align:top;font-variant-numeric:tabular-nums}"
+           "td:first-child,th:first-child{text-align:left}small{color:var(--soft);white-space:nowrap}.row{"
+           "display:flex;flex-wrap:wrap;gap:1em}.row>section{flex:1 1 "
+           "400px;min-width:0}.chart{width:min(480px,100%);height:auto}"
+           ".g{stroke:var(--faint)}.t{font-size:11px;fill:var(--soft)}.l{font-size:12px;fill:var(--ink)}.map{"
+           "width:100%;height:auto;border:1px solid var(--line)}.key "
+           "span{display:inline-block;width:1.6em;height:.8em;margin:0 .3em 0 .9em}"
            "@media(max-width:600px){body{padding:.8em}td,th{padding:.3em .45em}}</style></head><body>" +
            body + "</body></html>\n";
   }
 
  private:
-  static std::string card(const std::string& name, const std::string& value) { return "<div class=\"card\"><b>" + value + "</b>" + name + "</div>"; }
+  static std::string card(const std::string& name, const std::string& value) {
+    return "<div class=\"card\"><b>" + value + "</b>" + name + "</div>";
+  }
 
   /// P(severe or worse) of the structure and of its members that can be.
   std::string damage_cards() const {
     if (!fs::exists(directory_ / "fragility.json")) return "";
     const Json f = io::read_json(directory_ / "fragility.json", "run talus fragility again");
-    constexpr std::size_t severe = 2;   // place of class 3 in the lists
+    constexpr std::size_t severe = 2;  // place of class 3 in the lists
     const auto of = [](const std::string& name, const Json& p) {
       if (p.size() <= severe || !p[severe]["value"].is_number()) return std::string();
       const auto percent = [&](const char* key) { return number(p[severe][key], 100); };
-      return card(io::xml_text(name) + " severe or worse, per event<br><small>" + percent("low") + " to " + percent("high") + " %</small>", percent("value") + " %");
+      return card(io::xml_text(name) + " severe or worse, per event<br><small>" + percent("low") + " to " +
+                      percent("high") + " %</small>",
+                  percent("value") + " %");
     };
     std::string text = of(f.value("structure", ""), f.value("per_event", Json::array()));
     for (const Json& m : f.value("members", Json::array()))
-      if (const Json& p = m["per_event"]; p.size() > severe && p[severe]["value"].is_number() && p[severe]["value"].get<double>() > 0) text += of(m.value("name", ""), p);
+      if (const Json& p = m["per_event"];
+          p.size() > severe && p[severe]["value"].is_number() && p[severe]["value"].get<double>() > 0)
+        text += of(m.value("name", ""), p);
     return text;
   }
 
   std::string head() const {
     const Json& m = summary_["members"];
-    std::string text = "<h1>" + io::xml_text(ensemble_.title().empty() ? "Ensemble" : ensemble_.title()) + "</h1><div class=\"cards\">" + damage_cards();
-    for (const auto& [key, name] : {std::pair{"asked", "members"}, std::pair{"done", "done"}, std::pair{"suspect", "suspect"}, std::pair{"over_limit", "over the limit"}, std::pair{"failed", "failed"}})
+    std::string text = "<h1>" + io::xml_text(ensemble_.title().empty() ? "Ensemble" : ensemble_.title()) +
+                       "</h1><div class=\"cards\">" + damage_cards();
+    for (const auto& [key, name] :
+         {std::pair{"asked", "members"}, std::pair{"done", "done"}, std::pair{"suspect", "suspect"},
+          std::pair{"over_limit", "over the limit"}, std::pair{"failed", "failed"}})
       text += card(name, fmt::format("{}", m.value(key, 0L)));
-    for (const Json& l : summary_["lines"]) text += card("cross " + io::xml_text(l.value("name", "")), l["probability"]["value"].is_number() ? fmt::format("{:.3g} %", 100 * l["probability"]["value"].get<double>()) : "–");
+    for (const Json& l : summary_["lines"])
+      text += card("cross " + io::xml_text(l.value("name", "")),
+                   l["probability"]["value"].is_number()
+                       ? fmt::format("{:.3g} %", 100 * l["probability"]["value"].get<double>())
+                       : "–");
     return text + "</div>";
   }
 
   /// Ground in relief, coloured by a map of the directory, with lines, hits and end points.
-  std::string map(const std::string& name, const std::string& title, const std::string& what, double scale, const std::string& unit) {
+  std::string map(const std::string& name, const std::string& title, const std::string& what, double scale,
+                  const std::string& unit) {
     const fs::path raster = directory_ / "maps" / (name + ".tif");
     if (!fs::exists(raster)) return "";
     const geometry::Raster reach = geometry::read_raster(raster.string());
     const Vec3& origin = ensemble_.origin();
     const double cell = reach.transform[1], margin = 0.08 * cell * std::max(reach.columns, reach.rows);
-    const double west = reach.transform[0] - origin.x() - margin, north = reach.transform[3] - origin.y() + margin, width = reach.columns * cell + 2 * margin, height = reach.rows * cell + 2 * margin;
+    const double west = reach.transform[0] - origin.x() - margin,
+                 north = reach.transform[3] - origin.y() + margin, width = reach.columns * cell + 2 * margin,
+                 height = reach.rows * cell + 2 * margin;
     const double step = std::max(width, height) / picture_side;
-    const int columns = std::max(2, static_cast<int>(width / step)), rows = std::max(2, static_cast<int>(height / step));
+    const int columns = std::max(2, static_cast<int>(width / step)),
+              rows = std::max(2, static_cast<int>(height / step));
     double most = 0;
     for (const double r : reach.values)
       if (std::isfinite(r)) most = std::max(most, r);
@@ -188,16 +257,23 @@ class Page {
     for (int i = 0; i < rows; ++i)
       for (int j = 0; j < columns; ++j) {
         const double x = west + (j + 0.5) * step, y = north - height + (i + 0.5) * step;
-        const double z = ensemble_.height(x, y), zx = ensemble_.height(x + step, y), zy = ensemble_.height(x, y + step);
+        const double z = ensemble_.height(x, y), zx = ensemble_.height(x + step, y),
+                     zy = ensemble_.height(x, y + step);
         Colour c{250, 250, 250};
         if (std::isfinite(z)) {
-          const Vec3 n = Vec3(-(std::isfinite(zx) ? zx - z : 0) / step, -(std::isfinite(zy) ? zy - z : 0) / step, 1).normalized();
+          const Vec3 n =
+              Vec3(-(std::isfinite(zx) ? zx - z : 0) / step, -(std::isfinite(zy) ? zy - z : 0) / step, 1)
+                  .normalized();
           const double light = 150 + 95 * std::clamp(n.dot(Vec3(-1, 1, 1.4).normalized()), 0.0, 1.0);
           c = {light, light, light};
         }
-        const int u = static_cast<int>(std::floor((x + origin.x() - reach.transform[0]) / cell)), v = static_cast<int>(std::floor((reach.transform[3] - y - origin.y()) / cell));
+        const int u = static_cast<int>(std::floor((x + origin.x() - reach.transform[0]) / cell)),
+                  v = static_cast<int>(std::floor((reach.transform[3] - y - origin.y()) / cell));
         if (u >= 0 && v >= 0 && u < reach.columns && v < reach.rows)
-          if (const double r = reach.values[static_cast<std::size_t>(v) * static_cast<std::size_t>(reach.columns) + static_cast<std::size_t>(u)]; std::isfinite(r)) {
+          if (const double r =
+                  reach.values[static_cast<std::size_t>(v) * static_cast<std::size_t>(reach.columns) +
+                               static_cast<std::size_t>(u)];
+              std::isfinite(r)) {
             const Colour h = heat(std::sqrt(std::max(0.0, r) / std::max(most, 1e-300)));
             for (std::size_t k = 0; k < 3; ++k) c[k] = c[k] / 255 * h[k];
           }
@@ -209,7 +285,8 @@ class Page {
     const auto ends = file_.read<double>("/members/end_position");
     const std::size_t count = ends.values.size() / 3, every = std::max<std::size_t>(1, count / most_points);
     for (std::size_t k = 0; k < count; k += every)
-      if (const double x = ends.values[3 * k], y = ends.values[3 * k + 1]; std::isfinite(x) && x > west && x < west + width && y < north && y > north - height)
+      if (const double x = ends.values[3 * k], y = ends.values[3 * k + 1];
+          std::isfinite(x) && x > west && x < west + width && y < north && y > north - height)
         drawn += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"2.4\"/>", px(x), py(y));
     std::string lines;
     for (const PlanLine& l : ensemble_.lines())
@@ -217,31 +294,47 @@ class Page {
         std::string path;
         for (const auto& p : part) path += fmt::format("{:.1f},{:.1f} ", px(p.x()), py(p.y()));
         const auto& middle = part[part.size() / 2];
-        lines += fmt::format("<polyline points=\"{}\"/><text x=\"{:.1f}\" y=\"{:.1f}\" stroke=\"none\" fill=\"#0b3c8c\" font-size=\"28\">{}</text>", path, std::clamp(px(middle.x()) + 6, 0.0, 900.0), py(middle.y()) - 8, io::xml_text(l.name));
+        lines += fmt::format(
+            "<polyline points=\"{}\"/><text x=\"{:.1f}\" y=\"{:.1f}\" stroke=\"none\" fill=\"#0b3c8c\" "
+            "font-size=\"28\">{}</text>",
+            path, std::clamp(px(middle.x()) + 6, 0.0, 900.0), py(middle.y()) - 8, io::xml_text(l.name));
       }
     std::string struck;
     for (const std::string& structure : ensemble_.structures()) {
       const auto at = file_.read<double>("/hits/" + structure + "/point").values;
-      for (std::size_t k = 0; k + 2 < at.size() && k < 3 * most_points; k += 3) struck += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"9\" height=\"9\"/>", px(at[k]) - 4.5, py(at[k + 1]) - 4.5);
+      for (std::size_t k = 0; k + 2 < at.size() && k < 3 * most_points; k += 3)
+        struck += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"9\" height=\"9\"/>", px(at[k]) - 4.5,
+                              py(at[k + 1]) - 4.5);
     }
     const double tall = height / width * 1000, bar = tick_of(width);
-    return fmt::format("<section><h2>{11}</h2><svg viewBox=\"0 0 1000 {0:.0f}\" class=\"map\" role=\"img\" aria-label=\"map: {11}\"><image href=\"data:image/bmp;base64,{1}\" width=\"1000\" height=\"{0:.0f}\" preserveAspectRatio=\"none\"/>"
-                       "<g fill=\"#14304f\" opacity=\"0.55\">{2}</g><g fill=\"#00a0b0\" stroke=\"#fff\" stroke-width=\"1.5\">{12}</g><g fill=\"none\" stroke=\"#0b3c8c\" stroke-width=\"4\">{3}</g>"
-                       "<line x1=\"20\" x2=\"{4:.0f}\" y1=\"{5:.0f}\" y2=\"{5:.0f}\" stroke=\"#000\" stroke-width=\"4\"/><text x=\"20\" y=\"{6:.0f}\" font-size=\"28\">{7:g} m</text></svg>"
-                       "<p class=\"key\">{13} of {8:g} m: <span style=\"background:#fff3b2\"></span>little <span style=\"background:#7f001f\"></span>{9}{14}. Dots: end points{15}. North is up.{10}</p></section>",
-                       tall, base64(bitmap(columns, rows, points)), drawn, lines, 20 + bar / width * 1000, tall - 20, tall - 30, bar, cell, number(Json(scale * most)), ensemble_.crs().empty() ? "" : " " + io::xml_text(ensemble_.crs().substr(0, 40)) + ".", title, struck,
-                       what, unit, struck.empty() ? "" : "; squares: hits");
+    return fmt::format(
+        "<section><h2>{11}</h2><svg viewBox=\"0 0 1000 {0:.0f}\" class=\"map\" role=\"img\" "
+        "aria-label=\"map: {11}\"><image href=\"data:image/bmp;base64,{1}\" width=\"1000\" "
+        "height=\"{0:.0f}\" preserveAspectRatio=\"none\"/>"
+        "<g fill=\"#14304f\" opacity=\"0.55\">{2}</g><g fill=\"#00a0b0\" stroke=\"#fff\" "
+        "stroke-width=\"1.5\">{12}</g><g fill=\"none\" stroke=\"#0b3c8c\" stroke-width=\"4\">{3}</g>"
+        "<line x1=\"20\" x2=\"{4:.0f}\" y1=\"{5:.0f}\" y2=\"{5:.0f}\" stroke=\"#000\" "
+        "stroke-width=\"4\"/><text x=\"20\" y=\"{6:.0f}\" font-size=\"28\">{7:g} m</text></svg>"
+        "<p class=\"key\">{13} of {8:g} m: <span style=\"background:#fff3b2\"></span>little <span "
+        "style=\"background:#7f001f\"></span>{9}{14}. Dots: end points{15}. North is up.{10}</p></section>",
+        tall, base64(bitmap(columns, rows, points)), drawn, lines, 20 + bar / width * 1000, tall - 20,
+        tall - 30, bar, cell, number(Json(scale * most)),
+        ensemble_.crs().empty() ? "" : " " + io::xml_text(ensemble_.crs().substr(0, 40)) + ".", title, struck,
+        what, unit, struck.empty() ? "" : "; squares: hits");
   }
 
   /// Share of members that exceed a value, over the value.
-  std::string exceedance(const std::string& label, std::vector<double> values, double members, const Json& percentiles, double scale) const {
+  std::string exceedance(const std::string& label, std::vector<double> values, double members,
+                         const Json& percentiles, double scale) const {
     std::sort(values.begin(), values.end());
     std::vector<std::pair<double, double>> curve;
     const double n = static_cast<double>(values.size());
     const std::size_t every = std::max<std::size_t>(1, values.size() / 400);
-    for (std::size_t k = 0; k < values.size(); k += every) curve.emplace_back(values[k] * scale, (n - static_cast<double>(k)) / members);
+    for (std::size_t k = 0; k < values.size(); k += every)
+      curve.emplace_back(values[k] * scale, (n - static_cast<double>(k)) / members);
     curve.emplace_back(values.back() * scale, 1 / members);
-    Chart chart(label, "share of members above", 0, values.back() * scale * 1.05, 0, std::max(1e-6, n / members) * 1.05);
+    Chart chart(label, "share of members above", 0, values.back() * scale * 1.05, 0,
+                std::max(1e-6, n / members) * 1.05);
     chart.curve(curve, "var(--curve)");
     for (const char* p : {"p50", "p95"})
       if (percentiles[p]["value"].is_number()) chart.mark(percentiles[p]["value"].get<double>() * scale, p);
@@ -251,19 +344,27 @@ class Page {
   std::string line(std::size_t l) {
     const Json& s = summary_["lines"][l];
     const std::string name = s.value("name", "");
-    std::string text = "<h2>" + io::xml_text(name) + "</h2><p>" + fmt::format("{} crossings. ", s.value("crossings", 0L)) + "A member crosses with probability " + number(s["probability"]["value"]) + " (" + number(s["probability"]["low"]) + " to " + number(s["probability"]["high"]) + ").</p>";
+    std::string text = "<h2>" + io::xml_text(name) + "</h2><p>" +
+                       fmt::format("{} crossings. ", s.value("crossings", 0L)) +
+                       "A member crosses with probability " + number(s["probability"]["value"]) + " (" +
+                       number(s["probability"]["low"]) + " to " + number(s["probability"]["high"]) + ").</p>";
     if (s.value("crossings", 0L) == 0) return text;
     text += "<table><tr><th></th><th>p50</th><th>p90</th><th>p95</th><th>p99</th></tr>";
-    const std::array<std::pair<const char*, double>, 3> units{std::pair{"kinetic energy, kJ", 1e-3}, std::pair{"speed, m/s", 1.0}, std::pair{"height of the centroid, m", 1.0}};
+    const std::array<std::pair<const char*, double>, 3> units{std::pair{"kinetic energy, kJ", 1e-3},
+                                                              std::pair{"speed, m/s", 1.0},
+                                                              std::pair{"height of the centroid, m", 1.0}};
     for (std::size_t q = 0; q < quantities.size(); ++q) {
       text += fmt::format("<tr><td>{}</td>", units[q].first);
-      for (const char* p : {"p50", "p90", "p95", "p99"}) text += "<td>" + estimate(s[quantities[q]][p], units[q].second) + "</td>";
+      for (const char* p : {"p50", "p90", "p95", "p99"})
+        text += "<td>" + estimate(s[quantities[q]][p], units[q].second) + "</td>";
       text += "</tr>";
     }
     text += "</table>";
     const std::string at = "/lines/" + name + "/";
     const auto member = file_.read<std::int64_t>(at + "member").values;
-    const auto translational = file_.read<double>(at + "kinetic_translational").values, rotational = file_.read<double>(at + "kinetic_rotational").values, height = file_.read<double>(at + "height").values;
+    const auto translational = file_.read<double>(at + "kinetic_translational").values,
+               rotational = file_.read<double>(at + "kinetic_rotational").values,
+               height = file_.read<double>(at + "height").values;
     std::map<std::int64_t, std::pair<double, double>> largest;
     for (std::size_t k = 0; k < member.size(); ++k) {
       auto [m, first] = largest.try_emplace(member[k], 0.0, -std::numeric_limits<double>::infinity());
@@ -281,11 +382,15 @@ class Page {
     text += "</div>";
     for (const Json& b : details_.value("barriers", Json::array())) {
       if (b.value("line", "") != name) continue;
-      text += "<h3>Barrier</h3><table><tr><th>rule</th><th>energy, kJ</th><th>height, m</th><th>factors</th></tr>";
+      text +=
+          "<h3>Barrier</h3><table><tr><th>rule</th><th>energy, kJ</th><th>height, "
+          "m</th><th>factors</th></tr>";
       for (const Json& v : b["values"]) {
         std::string factors;
-        for (const auto& [key, value] : v["factors"].items()) factors += (factors.empty() ? "" : ", ") + key + " " + number(value);
-        text += "<tr><td>" + io::xml_text(v.value("standard", "")) + "</td><td>" + number(v["energy"], 1e-3) + "</td><td>" + number(v["height"]) + "</td><td>" + io::xml_text(factors) + "</td></tr>";
+        for (const auto& [key, value] : v["factors"].items())
+          factors += (factors.empty() ? "" : ", ") + key + " " + number(value);
+        text += "<tr><td>" + io::xml_text(v.value("standard", "")) + "</td><td>" + number(v["energy"], 1e-3) +
+                "</td><td>" + number(v["height"]) + "</td><td>" + io::xml_text(factors) + "</td></tr>";
       }
       text += "</table><p><small>" + io::xml_text(b.value("note", "")) + "</small></p>";
     }
@@ -297,17 +402,28 @@ class Page {
     const auto member = file_.read<std::int64_t>(at + "member").values;
     std::string text = "<h2>Hits on " + io::xml_text(structure) + "</h2>";
     if (member.empty()) return text + "<p>None.</p>";
-    const auto time = file_.read<double>(at + "time").values, mass = file_.read<double>(at + "mass").values, velocity = file_.read<double>(at + "velocity").values, point = file_.read<double>(at + "point").values;
+    const auto time = file_.read<double>(at + "time").values, mass = file_.read<double>(at + "mass").values,
+               velocity = file_.read<double>(at + "velocity").values,
+               point = file_.read<double>(at + "point").values;
     std::vector<std::pair<double, std::size_t>> order;
-    for (std::size_t k = 0; k < member.size(); ++k) order.emplace_back(-0.5 * mass[k] * Vec3(velocity[3 * k], velocity[3 * k + 1], velocity[3 * k + 2]).squaredNorm(), k);
+    for (std::size_t k = 0; k < member.size(); ++k)
+      order.emplace_back(
+          -0.5 * mass[k] * Vec3(velocity[3 * k], velocity[3 * k + 1], velocity[3 * k + 2]).squaredNorm(), k);
     std::sort(order.begin(), order.end());
     std::vector<std::int64_t> distinct = member;
     std::sort(distinct.begin(), distinct.end());
     distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
-    text += fmt::format("<p>{} hits by {} of {} members. The strongest:</p><table><tr><th>member</th><th>time, s</th><th>mass, t</th><th>speed, m/s</th><th>energy, kJ</th><th>at, m</th></tr>", member.size(), distinct.size(), file_.dims("/members/index")[0]);
+    text += fmt::format(
+        "<p>{} hits by {} of {} members. The strongest:</p><table><tr><th>member</th><th>time, "
+        "s</th><th>mass, t</th><th>speed, m/s</th><th>energy, kJ</th><th>at, m</th></tr>",
+        member.size(), distinct.size(), file_.dims("/members/index")[0]);
     for (std::size_t q = 0; q < std::min<std::size_t>(12, order.size()); ++q) {
       const std::size_t k = order[q].second;
-      text += fmt::format("<tr><td>{}</td><td>{:.2f}</td><td>{:.3g}</td><td>{:.3g}</td><td>{:.0f}</td><td>{:.1f}, {:.1f}, {:.1f}</td></tr>", member[k], time[k], mass[k] / 1e3, std::sqrt(-2 * order[q].first / mass[k]), -order[q].first / 1e3, point[3 * k], point[3 * k + 1], point[3 * k + 2]);
+      text += fmt::format(
+          "<tr><td>{}</td><td>{:.2f}</td><td>{:.3g}</td><td>{:.3g}</td><td>{:.0f}</td><td>{:.1f}, {:.1f}, "
+          "{:.1f}</td></tr>",
+          member[k], time[k], mass[k] / 1e3, std::sqrt(-2 * order[q].first / mass[k]), -order[q].first / 1e3,
+          point[3 * k], point[3 * k + 1], point[3 * k + 2]);
     }
     return text + "</table>";
   }
@@ -315,11 +431,16 @@ class Page {
   std::string fragility() const {
     if (!fs::exists(directory_ / "fragility.json")) return "";
     const Json f = io::read_json(directory_ / "fragility.json", "run talus fragility again");
-    std::string text = "<h2>Damage of " + io::xml_text(f.value("structure", "")) + "</h2><p>" + fmt::format("{} coupled runs. ", f["runs"].value("done", 0)) + "</p><table><tr><th>class of the worst member</th><th>P per event</th>" + (f.contains("per_year") ? "<th>P per year</th>" : "") + "</tr>";
+    std::string text = "<h2>Damage of " + io::xml_text(f.value("structure", "")) + "</h2><p>" +
+                       fmt::format("{} coupled runs. ", f["runs"].value("done", 0)) +
+                       "</p><table><tr><th>class of the worst member</th><th>P per event</th>" +
+                       (f.contains("per_year") ? "<th>P per year</th>" : "") + "</tr>";
     constexpr std::array names{"none", "slight", "moderate", "severe", "lost"};
     for (std::size_t k = 0; k < f["per_event"].size(); ++k) {
-      text += fmt::format("<tr><td>{} or worse</td><td>{}</td>", names[std::min<std::size_t>(4, k + 1)], estimate(f["per_event"][k]));
-      if (f.contains("per_year") && k < f["per_year"].size()) text += "<td>" + estimate(f["per_year"][k]) + "</td>";
+      text += fmt::format("<tr><td>{} or worse</td><td>{}</td>", names[std::min<std::size_t>(4, k + 1)],
+                          estimate(f["per_event"][k]));
+      if (f.contains("per_year") && k < f["per_year"].size())
+        text += "<td>" + estimate(f["per_year"][k]) + "</td>";
       text += "</tr>";
     }
     text += "</table><div class=\"row\">";
@@ -327,16 +448,21 @@ class Page {
     for (const Json& m : f.value("members", Json::array())) {
       double low = std::numeric_limits<double>::infinity(), high = 0;
       for (const Json& c : m["curves"])
-        if (c.value("fitted", false) && c.value("reached", 0) > 0) low = std::min(low, c["energy"].front().get<double>()), high = std::max(high, c["energy"].back().get<double>());
+        if (c.value("fitted", false) && c.value("reached", 0) > 0)
+          low = std::min(low, c["energy"].front().get<double>()),
+          high = std::max(high, c["energy"].back().get<double>());
       if (!(high > 0)) continue;
-      Chart chart("energy of the hit, kJ", "P(class or worse), " + m.value("name", ""), low / 1e3, high / 1e3, 0, 1);
+      Chart chart("energy of the hit, kJ", "P(class or worse), " + m.value("name", ""), low / 1e3, high / 1e3,
+                  0, 1);
       for (const Json& c : m["curves"]) {
         if (!c.value("fitted", false) || c.value("reached", 0) == 0) continue;
         const auto k = static_cast<std::size_t>(c.value("class", 1) - 1);
         std::vector<std::pair<double, double>> value, lower, upper;
         for (std::size_t q = 0; q < c["energy"].size(); ++q) {
           const double e = c["energy"][q].get<double>() / 1e3;
-          value.emplace_back(e, c["probability"][q].get<double>()), lower.emplace_back(e, c["low"][q].get<double>()), upper.emplace_back(e, c["high"][q].get<double>());
+          value.emplace_back(e, c["probability"][q].get<double>()),
+              lower.emplace_back(e, c["low"][q].get<double>()),
+              upper.emplace_back(e, c["high"][q].get<double>());
         }
         chart.band(lower, upper, colours[std::min<std::size_t>(3, k)]);
         chart.curve(value, colours[std::min<std::size_t>(3, k)]);
@@ -344,14 +470,17 @@ class Page {
       text += chart.svg();
     }
     text += "</div>";
-    if (f.contains("next_run") && f["next_run"].is_object()) text += "<p>One more run narrows most: " + io::xml_text(f["next_run"].value("text", "")) + ".</p>";
+    if (f.contains("next_run") && f["next_run"].is_object())
+      text += "<p>One more run narrows most: " + io::xml_text(f["next_run"].value("text", "")) + ".</p>";
     return text;
   }
 
   std::string notes() const {
     std::string text = "<h2>How well this is known</h2><ul>";
-    for (const char* key : {"intervals", "percentiles", "probability", "limits"}) text += fmt::format("<li>{}: {}</li>", key, io::xml_text(details_.value(key, "")));
-    for (const Json& w : details_.value("warnings", Json::array())) text += "<li>" + io::xml_text(w.get<std::string>()) + "</li>";
+    for (const char* key : {"intervals", "percentiles", "probability", "limits"})
+      text += fmt::format("<li>{}: {}</li>", key, io::xml_text(details_.value(key, "")));
+    for (const Json& w : details_.value("warnings", Json::array()))
+      text += "<li>" + io::xml_text(w.get<std::string>()) + "</li>";
     return text + "</ul>";
   }
 

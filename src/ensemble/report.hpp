@@ -6,7 +6,8 @@
 
 namespace talus::ensemble {
 
-/// From ensemble.h5, summary.json, details.json, maps/ and fragility.json of the directory. Returns the page. Throws InputError.
+/// From ensemble.h5, summary.json, details.json, maps/ and fragility.json of the directory. Returns the page.
+/// Throws InputError.
 std::filesystem::path write_report(const Ensemble& ensemble, const std::filesystem::path& directory);
 
 }  // namespace talus::ensemble

@@ -39,7 +39,8 @@ std::vector<Member> members_of(const Ensemble& ensemble, const fs::path& directo
 
 class Writer {
  public:
-  Writer(io::Hdf5File& file, const Ensemble& ensemble, const std::vector<Member>& members) : file_(file), ensemble_(ensemble), members_(members) {}
+  Writer(io::Hdf5File& file, const Ensemble& ensemble, const std::vector<Member>& members)
+      : file_(file), ensemble_(ensemble), members_(members) {}
 
   void write() {
     for (const Member& m : members_) blocks_ = std::max(blocks_, m.end.size());
@@ -66,15 +67,22 @@ class Writer {
   void write_members() {
     const std::string at = "/members/";
     integers(at + "index", "1", "number of the member, from 0", [](const Member& m) { return m.index; });
-    integers(at + "seed", "1", "of the member's own random numbers", [&](const Member& m) { return ensemble_.design().seed_of(m.index); });
+    integers(at + "seed", "1", "of the member's own random numbers",
+             [&](const Member& m) { return ensemble_.design().seed_of(m.index); });
     std::vector<std::string> status;
     for (const Member& m : members_) status.emplace_back(status_text(m.status));
     file_.write(at + "status", status, "done, at rest, left, failed, over limit, suspect");
     integers(at + "steps", "1", "time steps of the blocks", [](const Member& m) { return m.steps; });
-    numbers(at + "cpu", "s", "processor time; the one figure that differs from run to run", [](const Member& m) { return m.cpu; });
-    numbers(at + "energy_residual", "1", "of the energy ledger, over the largest kinetic energy", [](const Member& m) { return m.energy_residual; });
-    numbers(at + "numerical_gain", "1", "energy made by the time integration, over the largest kinetic energy", [](const Member& m) { return m.numerical_gain; });
-    numbers(at + "reach_angle", "rad", "drop over plan distance from start to end, of the block with the least", [](const Member& m) { return m.reach_angle; });
+    numbers(at + "cpu", "s", "processor time; the one figure that differs from run to run",
+            [](const Member& m) { return m.cpu; });
+    numbers(at + "energy_residual", "1", "of the energy ledger, over the largest kinetic energy",
+            [](const Member& m) { return m.energy_residual; });
+    numbers(at + "numerical_gain", "1",
+            "energy made by the time integration, over the largest kinetic energy",
+            [](const Member& m) { return m.numerical_gain; });
+    numbers(at + "reach_angle", "rad",
+            "drop over plan distance from start to end, of the block with the least",
+            [](const Member& m) { return m.reach_angle; });
     std::vector<double> end, runout;
     for (const Member& m : members_)
       for (std::size_t b = 0; b < blocks_; ++b) {
@@ -82,8 +90,10 @@ class Writer {
         for (int k = 0; k < 3; ++k) end.push_back(there ? m.end[b][k] : none);
         runout.push_back(there ? m.runout(b) : none);
       }
-    file_.write<double>(at + "end_position", end, {members_.size(), blocks_, 3}, "m", "centroids at the end, scene coordinates");
-    file_.write<double>(at + "runout", runout, {members_.size(), blocks_}, "m", "plan distance from start to end");
+    file_.write<double>(at + "end_position", end, {members_.size(), blocks_, 3}, "m",
+                        "centroids at the end, scene coordinates");
+    file_.write<double>(at + "runout", runout, {members_.size(), blocks_}, "m",
+                        "plan distance from start to end");
   }
 
   void write_varied() {
@@ -93,34 +103,47 @@ class Writer {
     for (const Member& m : members_) {
       const Draw draw = ensemble_.design().draw(m.index);
       for (std::size_t c = 0; c < columns.size(); ++c) {
-        if (columns[c].text) texts[c].push_back(unquoted(draw.texts[c]));
-        else values[c].insert(values[c].end(), draw.numbers[c].begin(), draw.numbers[c].end());
+        if (columns[c].text)
+          texts[c].push_back(unquoted(draw.texts[c]));
+        else
+          values[c].insert(values[c].end(), draw.numbers[c].begin(), draw.numbers[c].end());
       }
     }
     file_.group("/members/varied");
     for (std::size_t c = 0; c < columns.size(); ++c) {
       const std::string path = "/members/varied/" + columns[c].name;
-      if (columns[c].text) file_.write(path, texts[c], columns[c].description);
-      else if (columns[c].width == 1) file_.write<double>(path, values[c], {members_.size()}, columns[c].unit, columns[c].description);
-      else file_.write<double>(path, values[c], {members_.size(), static_cast<std::size_t>(columns[c].width)}, columns[c].unit, columns[c].description);
+      if (columns[c].text)
+        file_.write(path, texts[c], columns[c].description);
+      else if (columns[c].width == 1)
+        file_.write<double>(path, values[c], {members_.size()}, columns[c].unit, columns[c].description);
+      else
+        file_.write<double>(path, values[c], {members_.size(), static_cast<std::size_t>(columns[c].width)},
+                            columns[c].unit, columns[c].description);
     }
   }
 
-  static std::string unquoted(const std::string& toml) { return toml.size() >= 2 && toml.front() == '"' ? toml.substr(1, toml.size() - 2) : toml; }
+  static std::string unquoted(const std::string& toml) {
+    return toml.size() >= 2 && toml.front() == '"' ? toml.substr(1, toml.size() - 2) : toml;
+  }
 
   /// Columns of rows that belong to members.
   struct Table {
     std::vector<std::int64_t> member, block;
     std::map<std::string, std::vector<double>> one, three;
-    void add(const std::string& name, const Vec3& v) { three[name].insert(three[name].end(), v.data(), v.data() + 3); }
+    void add(const std::string& name, const Vec3& v) {
+      three[name].insert(three[name].end(), v.data(), v.data() + 3);
+    }
   };
 
-  void write_table(const std::string& at, Table& t, const std::vector<std::array<std::string, 3>>& ones, const std::vector<std::array<std::string, 3>>& threes) {
+  void write_table(const std::string& at, Table& t, const std::vector<std::array<std::string, 3>>& ones,
+                   const std::vector<std::array<std::string, 3>>& threes) {
     const std::size_t n = t.member.size();
     file_.write<std::int64_t>(at + "member", t.member, {n}, "1", "index of the member");
     file_.write<std::int64_t>(at + "block", t.block, {n}, "1", "place of the block in the scene, from 0");
-    for (const auto& [name, unit, description] : ones) file_.write<double>(at + name, t.one[name], {n}, unit, description);
-    for (const auto& [name, unit, description] : threes) file_.write<double>(at + name, t.three[name], {n, 3}, unit, description);
+    for (const auto& [name, unit, description] : ones)
+      file_.write<double>(at + name, t.one[name], {n}, unit, description);
+    for (const auto& [name, unit, description] : threes)
+      file_.write<double>(at + name, t.three[name], {n, 3}, unit, description);
   }
 
   void write_line(int line) {
@@ -129,13 +152,20 @@ class Writer {
       for (const Crossing& c : m.crossings) {
         if (c.line != line) continue;
         t.member.push_back(m.index), t.block.push_back(c.block);
-        t.one["time"].push_back(c.time), t.one["kinetic_translational"].push_back(c.translational), t.one["kinetic_rotational"].push_back(c.rotational), t.one["height"].push_back(c.height);
+        t.one["time"].push_back(c.time), t.one["kinetic_translational"].push_back(c.translational),
+            t.one["kinetic_rotational"].push_back(c.rotational), t.one["height"].push_back(c.height);
         t.add("position", c.position), t.add("velocity", c.velocity), t.add("spin", c.spin);
       }
     write_table("/lines/" + ensemble_.lines()[static_cast<std::size_t>(line)].name + "/", t,
-                {{"time", "s", "of the crossing"}, {"kinetic_translational", "J", ""}, {"kinetic_rotational", "J", ""}, {"height", "m", "of the centroid above the ground"}},
-                {{"position", "m", "of the centroid, scene coordinates"}, {"velocity", "m/s", "of the centroid"}, {"spin", "rad/s", "world axes"}});
-    file_.attribute("/lines/" + ensemble_.lines()[static_cast<std::size_t>(line)].name, "crs", ensemble_.crs());
+                {{"time", "s", "of the crossing"},
+                 {"kinetic_translational", "J", ""},
+                 {"kinetic_rotational", "J", ""},
+                 {"height", "m", "of the centroid above the ground"}},
+                {{"position", "m", "of the centroid, scene coordinates"},
+                 {"velocity", "m/s", "of the centroid"},
+                 {"spin", "rad/s", "world axes"}});
+    file_.attribute("/lines/" + ensemble_.lines()[static_cast<std::size_t>(line)].name, "crs",
+                    ensemble_.crs());
   }
 
   void write_hits(int structure) {
@@ -151,8 +181,11 @@ class Writer {
       }
     const std::string at = "/hits/" + ensemble_.structures()[static_cast<std::size_t>(structure)] + "/";
     write_table(at, t, {{"time", "s", "of the first contact"}, {"mass", "kg", ""}},
-                {{"point", "m", "of the contact, scene coordinates"}, {"velocity", "m/s", "of the centroid just before"}, {"spin", "rad/s", "just before, world axes"}});
-    file_.write<double>(at + "orientation", orientation, {t.member.size(), 4}, "1", "quaternion w, x, y, z, body to world");
+                {{"point", "m", "of the contact, scene coordinates"},
+                 {"velocity", "m/s", "of the centroid just before"},
+                 {"spin", "rad/s", "just before, world axes"}});
+    file_.write<double>(at + "orientation", orientation, {t.member.size(), 4}, "1",
+                        "quaternion w, x, y, z, body to world");
   }
 
   io::Hdf5File& file_;
@@ -162,16 +195,23 @@ class Writer {
 };
 
 Json number(double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); }
-Json estimate(const Estimate& e) { return {{"value", number(e.value)}, {"low", number(e.low)}, {"high", number(e.high)}}; }
+Json estimate(const Estimate& e) {
+  return {{"value", number(e.value)}, {"low", number(e.low)}, {"high", number(e.high)}};
+}
 
 std::string summary_text(const Summary& s) {
   Json root;
-  root["members"] = {{"asked", s.asked}, {"done", s.done}, {"failed", s.failed}, {"over_limit", s.over_limit}, {"suspect", s.suspect}};
+  root["members"] = {{"asked", s.asked},
+                     {"done", s.done},
+                     {"failed", s.failed},
+                     {"over_limit", s.over_limit},
+                     {"suspect", s.suspect}};
   root["lines"] = Json::array();
   for (const LineSummary& l : s.lines) {
     Json line{{"name", l.name}, {"crossings", l.crossings}, {"probability", estimate(l.probability)}};
     for (std::size_t q = 0; q < quantities.size(); ++q)
-      for (std::size_t p = 0; p < percents.size(); ++p) line[quantities[q]][fmt::format("p{:.0f}", percents[p])] = estimate(l.percentiles[q][p]);
+      for (std::size_t p = 0; p < percents.size(); ++p)
+        line[quantities[q]][fmt::format("p{:.0f}", percents[p])] = estimate(l.percentiles[q][p]);
     root["lines"].push_back(std::move(line));
   }
   return root.dump(2) + "\n";
@@ -183,7 +223,10 @@ Summary summarise(const Ensemble& ensemble, const std::vector<Member>& members) 
   Briefs briefs;
   for (const Member& m : members) {
     briefs[m.index] = brief_of(m, ensemble.lines().size());
-    ++(m.status == Status::failed ? s.failed : m.status == Status::over_limit ? s.over_limit : m.status == Status::suspect ? s.suspect : s.done);
+    ++(m.status == Status::failed       ? s.failed
+       : m.status == Status::over_limit ? s.over_limit
+       : m.status == Status::suspect    ? s.suspect
+                                        : s.done);
     s.cpu += m.cpu;
   }
   const bool replicated = ensemble.settings().design == scene::Ensemble::Design::sobol;
@@ -191,7 +234,9 @@ Summary summarise(const Ensemble& ensemble, const std::vector<Member>& members) 
     LineSummary& line = s.lines.emplace_back();
     line.name = ensemble.lines()[l].name;
     for (const Member& m : members)
-      if (finished(m.status)) line.crossings += std::count_if(m.crossings.begin(), m.crossings.end(), [&](const Crossing& c) { return c.line == static_cast<int>(l); });
+      if (finished(m.status))
+        line.crossings += std::count_if(m.crossings.begin(), m.crossings.end(),
+                                        [&](const Crossing& c) { return c.line == static_cast<int>(l); });
     for (std::size_t q = 0; q < quantities.size(); ++q) {
       const Bootstrap bootstrap(samples_of(briefs, l, q), ensemble.settings().seed, replicated);
       if (q == 0) line.probability = bootstrap.probability();
@@ -208,7 +253,8 @@ double mass_at(const std::vector<Member>& members, int line) {
   for (const Member& m : members) {
     double most = 0;
     for (const Crossing& c : m.crossings)
-      if (c.line == line && c.velocity.squaredNorm() > 0) most = std::max(most, 2 * c.translational / c.velocity.squaredNorm());
+      if (c.line == line && c.velocity.squaredNorm() > 0)
+        most = std::max(most, 2 * c.translational / c.velocity.squaredNorm());
     if (finished(m.status) && most > 0) masses.push_back(most);
   }
   std::sort(masses.begin(), masses.end());
@@ -218,14 +264,20 @@ double mass_at(const std::vector<Member>& members, int line) {
 std::string details_text(const Ensemble& ensemble, const std::vector<Member>& members, const Summary& s) {
   Json root;
   const bool replicated = ensemble.settings().design == scene::Ensemble::Design::sobol;
-  root["intervals"] = replicated ? "95 %: bootstrap over 16 replicates (2000 resamples)" : "95 %: percentiles by bootstrap over members (2000 resamples), probabilities by Wilson's score";
-  root["percentiles"] = "of each member's largest value at the line, over the members that cross it and have finished, linear between order statistics";
+  root["intervals"] =
+      replicated
+          ? "95 %: bootstrap over 16 replicates (2000 resamples)"
+          : "95 %: percentiles by bootstrap over members (2000 resamples), probabilities by Wilson's score";
+  root["percentiles"] =
+      "of each member's largest value at the line, over the members that cross it and have finished, linear "
+      "between order statistics";
   root["probability"] = "of crossing, over all members that have finished (done, at rest, left, suspect)";
   root["limits"] = "blocks do not break on impact, structures are rigid, members do not meet each other";
   root["crs"] = ensemble.crs();
   root["cpu_seconds"] = s.cpu;
   Json statuses = Json::object();
-  for (const Member& m : members) statuses[status_text(m.status)] = statuses.value(status_text(m.status), 0) + 1;
+  for (const Member& m : members)
+    statuses[status_text(m.status)] = statuses.value(status_text(m.status), 0) + 1;
   root["statuses"] = statuses;
   root["blocks"] = ensemble.blocks();
   root["warnings"] = Json::array();
@@ -233,12 +285,18 @@ std::string details_text(const Ensemble& ensemble, const std::vector<Member>& me
   root["barriers"] = Json::array();
   for (std::size_t l = 0; l < s.lines.size(); ++l) {
     if (s.lines[l].crossings == 0) continue;
-    Json line{{"line", s.lines[l].name}, {"note", "partial factors as commonly cited, unverified"}, {"values", Json::array()}};
+    Json line{{"line", s.lines[l].name},
+              {"note", "partial factors as commonly cited, unverified"},
+              {"values", Json::array()}};
     const auto p95 = [&](std::size_t quantity) { return s.lines[l].percentiles[quantity][2].value; };
-    for (const BarrierValue& v : barrier_values(p95(1), mass_at(members, static_cast<int>(l)), p95(0), p95(2))) {
+    for (const BarrierValue& v :
+         barrier_values(p95(1), mass_at(members, static_cast<int>(l)), p95(0), p95(2))) {
       Json factors = Json::object();
       for (const auto& [name, value] : v.factors) factors[name] = value;
-      line["values"].push_back({{"standard", v.standard}, {"factors", factors}, {"energy", number(v.energy)}, {"height", number(v.height)}});
+      line["values"].push_back({{"standard", v.standard},
+                                {"factors", factors},
+                                {"energy", number(v.energy)},
+                                {"height", number(v.height)}});
     }
     root["barriers"].push_back(std::move(line));
   }
@@ -249,7 +307,10 @@ void keep_scenes(const Ensemble& ensemble, const fs::path& directory, const std:
   for (const Member& m : members) {
     if (m.message.empty()) continue;
     fs::create_directories(directory / "members");
-    io::write_file(directory / "members" / fmt::format("{}.toml", m.index), ensemble.scene_file(m.index, fmt::format("Member {}: {}\n{}", m.index, status_text(m.status), m.message)), false);
+    io::write_file(directory / "members" / fmt::format("{}.toml", m.index),
+                   ensemble.scene_file(
+                       m.index, fmt::format("Member {}: {}\n{}", m.index, status_text(m.status), m.message)),
+                   false);
   }
 }
 

@@ -1,4 +1,5 @@
-/// Results of an ensemble: ensemble.h5, summary.json, details.json, and the scenes of members that went wrong.
+/// Results of an ensemble: ensemble.h5, summary.json, details.json, and the scenes of members that went
+/// wrong.
 #pragma once
 #include <filesystem>
 #include <string>
@@ -12,12 +13,12 @@ struct LineSummary {
   std::string name;
   long crossings = 0;
   Estimate probability;
-  std::array<std::array<Estimate, 4>, 3> percentiles;   // of energy, speed, height: p50, p90, p95, p99
+  std::array<std::array<Estimate, 4>, 3> percentiles;  // of energy, speed, height: p50, p90, p95, p99
 };
 
 struct Summary {
   long asked = 0, done = 0, failed = 0, over_limit = 0, suspect = 0;
-  double cpu = 0;   // [s]
+  double cpu = 0;  // [s]
   std::vector<LineSummary> lines;
 };
 

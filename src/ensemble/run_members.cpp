@@ -11,10 +11,11 @@
 namespace talus::ensemble {
 namespace {
 
-constexpr long batch = 256;   // after which precision is looked at
+constexpr long batch = 256;  // after which precision is looked at
 
 /// Runs `todo` on threads; what each gives goes to `keep`, one at a time.
-void run_on_threads(Ensemble& ensemble, const std::vector<long>& todo, const Run& run, const std::function<void(const Member&)>& keep) {
+void run_on_threads(Ensemble& ensemble, const std::vector<long>& todo, const Run& run,
+                    const std::function<void(const Member&)>& keep) {
   std::atomic<std::size_t> next{0};
   std::mutex mutex;
   std::exception_ptr failure;
@@ -45,11 +46,16 @@ void run_on_threads(Ensemble& ensemble, const std::vector<long>& todo, const Run
 
 bool precise(const Ensemble& ensemble, const Briefs& briefs) {
   const scene::Ensemble::Precision& wanted = *ensemble.settings().precision;
-  const auto line = static_cast<std::size_t>(std::find_if(ensemble.lines().begin(), ensemble.lines().end(), [&](const PlanLine& l) { return l.name == wanted.line; }) - ensemble.lines().begin());
-  const auto quantity = static_cast<std::size_t>(std::find(quantities.begin(), quantities.end(), wanted.quantity) - quantities.begin());
-  const Bootstrap bootstrap(samples_of(briefs, line, quantity), ensemble.settings().seed, ensemble.settings().design == scene::Ensemble::Design::sobol);
+  const auto line =
+      static_cast<std::size_t>(std::find_if(ensemble.lines().begin(), ensemble.lines().end(),
+                                            [&](const PlanLine& l) { return l.name == wanted.line; }) -
+                               ensemble.lines().begin());
+  const auto quantity = static_cast<std::size_t>(
+      std::find(quantities.begin(), quantities.end(), wanted.quantity) - quantities.begin());
+  const Bootstrap bootstrap(samples_of(briefs, line, quantity), ensemble.settings().seed,
+                            ensemble.settings().design == scene::Ensemble::Design::sobol);
   const Estimate e = bootstrap.percentiles(std::array{wanted.percentile}).front();
-  return 0.5 * (e.high - e.low) <= wanted.within * std::abs(e.value);   // false for NaN
+  return 0.5 * (e.high - e.low) <= wanted.within * std::abs(e.value);  // false for NaN
 }
 
 }  // namespace
@@ -59,11 +65,12 @@ long run_members(Ensemble& ensemble, const Run& run) {
   Briefs briefs;
   const auto read = [&] {
     briefs.clear();
-    each_member(run.directory, ensemble.identity(), [&](Member&& m) { briefs[m.index] = brief_of(m, ensemble.lines().size()); });
+    each_member(run.directory, ensemble.identity(),
+                [&](Member&& m) { briefs[m.index] = brief_of(m, ensemble.lines().size()); });
   };
-  run.meet();   // the directory is whole
+  run.meet();  // the directory is whole
   read();
-  run.meet();   // nobody writes before all have read
+  run.meet();  // nobody writes before all have read
   Store store(run.directory, run.rank, ensemble.identity());
   Progress progress;
   for (long from = 0; from < asked; from += step) {
@@ -72,7 +79,8 @@ long run_members(Ensemble& ensemble, const Run& run) {
     long place = 0;
     for (long i = from; i < to; ++i)
       if (!briefs.contains(i) && place++ % run.ranks == run.rank) mine.push_back(i);
-    progress.done = static_cast<long>(std::count_if(briefs.begin(), briefs.end(), [&](const auto& b) { return b.first < to; }));
+    progress.done = static_cast<long>(
+        std::count_if(briefs.begin(), briefs.end(), [&](const auto& b) { return b.first < to; }));
     progress.asked = asked;
     run_on_threads(ensemble, mine, run, [&](const Member& m) {
       store.add(m);

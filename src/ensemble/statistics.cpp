@@ -16,7 +16,8 @@ namespace {
 constexpr int resamples = 2000;
 
 /// Percentile of values that stand for `count` equal ones each; sorted by value, `total` of them in all.
-double weighted_percentile(std::span<const double> values, std::span<const std::int32_t> counts, long total, double percent) {
+double weighted_percentile(std::span<const double> values, std::span<const std::int32_t> counts, long total,
+                           double percent) {
   if (total == 0) return none;
   const double place = static_cast<double>(total - 1) * percent / 100;
   const long k = std::min(total - 1, static_cast<long>(place));
@@ -57,18 +58,22 @@ Estimate wilson(long k, long n) {
 
 Estimate wilson_share(double p, double n) {
   const double z2 = normal_975 * normal_975;
-  const double centre = (p + z2 / (2 * n)) / (1 + z2 / n), half = normal_975 / (1 + z2 / n) * std::sqrt(p * (1 - p) / n + z2 / (4 * n * n));
+  const double centre = (p + z2 / (2 * n)) / (1 + z2 / n),
+               half = normal_975 / (1 + z2 / n) * std::sqrt(p * (1 - p) / n + z2 / (4 * n * n));
   return {p, p <= 0 ? 0.0 : std::max(0.0, centre - half), p >= 1 ? 1.0 : std::min(1.0, centre + half)};
 }
 
-Bootstrap::Bootstrap(std::span<const Sample> members, std::uint32_t seed, bool replicated) : members_(members.begin(), members.end()), seed_(seed), replicated_(replicated) {}
+Bootstrap::Bootstrap(std::span<const Sample> members, std::uint32_t seed, bool replicated)
+    : members_(members.begin(), members.end()), seed_(seed), replicated_(replicated) {}
 
 std::vector<Estimate> Bootstrap::percentiles(std::span<const double> percents) const {
   std::vector<double> values;
-  std::vector<std::size_t> owner;   // member of each value, in their order
+  std::vector<std::size_t> owner;  // member of each value, in their order
   for (std::size_t i = 0; i < members_.size(); ++i)
     if (members_[i].crosses) owner.push_back(i);
-  std::sort(owner.begin(), owner.end(), [&](std::size_t a, std::size_t b) { return std::pair(members_[a].value, a) < std::pair(members_[b].value, b); });
+  std::sort(owner.begin(), owner.end(), [&](std::size_t a, std::size_t b) {
+    return std::pair(members_[a].value, a) < std::pair(members_[b].value, b);
+  });
   for (const std::size_t i : owner) values.push_back(members_[i].value);
   std::vector<Estimate> found;
   if (values.empty()) return std::vector<Estimate>(percents.size(), Estimate{none, none, none});
@@ -81,7 +86,8 @@ std::vector<Estimate> Bootstrap::percentiles(std::span<const double> percents) c
     long total = 0;
     if (replicated_) {
       std::array<int, replicates> weight{};
-      for (std::uint32_t r = 0; r < replicates; ++r) ++weight[static_cast<std::size_t>(bits(seed_, for_bootstrap, r, b, 0) % replicates)];
+      for (std::uint32_t r = 0; r < replicates; ++r)
+        ++weight[static_cast<std::size_t>(bits(seed_, for_bootstrap, r, b, 0) % replicates)];
       for (std::size_t k = 0; k < owner.size(); ++k) {
         counts[k] = weight[static_cast<std::size_t>(members_[owner[k]].index % replicates)];
         total += counts[k];
@@ -89,22 +95,27 @@ std::vector<Estimate> Bootstrap::percentiles(std::span<const double> percents) c
     } else {
       // Four draws of 32 bits from one block of the generator; n is far below 2^32.
       for (std::uint64_t i = 0; i < n; i += 4) {
-        const Counter x = philox({static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(i >> 32), b, 0}, seed_, for_bootstrap);
+        const Counter x = philox({static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(i >> 32), b, 0},
+                                 seed_, for_bootstrap);
         for (std::uint64_t q = 0; q < 4 && i + q < n; ++q) {
-          const std::int32_t at = place[static_cast<std::size_t>((static_cast<std::uint64_t>(x[q]) * n) >> 32)];
+          const std::int32_t at =
+              place[static_cast<std::size_t>((static_cast<std::uint64_t>(x[q]) * n) >> 32)];
           if (at >= 0) ++counts[static_cast<std::size_t>(at)], ++total;
         }
       }
     }
-    for (std::size_t p = 0; p < percents.size(); ++p) drawn[p].push_back(weighted_percentile(values, counts, total, percents[p]));
+    for (std::size_t p = 0; p < percents.size(); ++p)
+      drawn[p].push_back(weighted_percentile(values, counts, total, percents[p]));
   }
-  for (std::size_t p = 0; p < percents.size(); ++p) found.push_back(interval(percentile(values, percents[p]), drawn[p]));
+  for (std::size_t p = 0; p < percents.size(); ++p)
+    found.push_back(interval(percentile(values, percents[p]), drawn[p]));
   return found;
 }
 
 Estimate Bootstrap::probability() const {
   const auto n = static_cast<long>(members_.size());
-  const auto k = static_cast<long>(std::count_if(members_.begin(), members_.end(), [](const Sample& s) { return s.crosses; }));
+  const auto k = static_cast<long>(
+      std::count_if(members_.begin(), members_.end(), [](const Sample& s) { return s.crosses; }));
   if (!replicated_ || n < replicates) return wilson(k, n);
   std::array<double, replicates> hits{}, size{};
   for (const Sample& s : members_) {

@@ -1,9 +1,12 @@
 /// Percentiles and probabilities of an ensemble, with 95 % intervals.
 ///
-///   percentile p of x_1 <= ... <= x_n    x_k + f (x_(k+1) - x_k),  k + f = 1 + (n - 1) p / 100    [Hyndman & Fan 1996, type 7]
-///   its interval                         2.5 % to 97.5 % of the same of 2000 resamples of all members, those that cross no line included
-///                                        (bootstrap) [Efron & Tibshirani 1993]; with design sobol of its 16 replicates
-///   interval of a probability            Wilson's [Brown, Cai & DasGupta 2001]; with design sobol the bootstrap over replicates, where they differ
+///   percentile p of x_1 <= ... <= x_n    x_k + f (x_(k+1) - x_k),  k + f = 1 + (n - 1) p / 100    [Hyndman &
+///   Fan 1996, type 7] its interval                         2.5 % to 97.5 % of the same of 2000 resamples of
+///   all members, those that cross no line included
+///                                        (bootstrap) [Efron & Tibshirani 1993]; with design sobol of its 16
+///                                        replicates
+///   interval of a probability            Wilson's [Brown, Cai & DasGupta 2001]; with design sobol the
+///   bootstrap over replicates, where they differ
 #pragma once
 #include <cstdint>
 #include <limits>
@@ -12,11 +15,12 @@
 
 namespace talus::ensemble {
 
-inline constexpr double none = std::numeric_limits<double>::quiet_NaN();   // a figure that there is not
-inline constexpr double normal_975 = 1.959963984540054;                    // 97.5 % quantile of the standard normal distribution
+inline constexpr double none = std::numeric_limits<double>::quiet_NaN();  // a figure that there is not
+inline constexpr double normal_975 =
+    1.959963984540054;  // 97.5 % quantile of the standard normal distribution
 
 struct Estimate {
-  double value = 0, low = 0, high = 0;   // NaN where there is none
+  double value = 0, low = 0, high = 0;  // NaN where there is none
 };
 
 /// Of sorted values; NaN of none.
@@ -36,7 +40,8 @@ struct Sample {
 
 class Bootstrap {
  public:
-  /// `members` by index; `replicated`: 16 replicates, that of a member by its index. The same for the same seed.
+  /// `members` by index; `replicated`: 16 replicates, that of a member by its index. The same for the same
+  /// seed.
   Bootstrap(std::span<const Sample> members, std::uint32_t seed, bool replicated);
   /// Percentiles of the values of the members that cross.
   std::vector<Estimate> percentiles(std::span<const double> percents) const;

@@ -13,7 +13,9 @@ namespace fs = std::filesystem;
 namespace {
 
 InputError of_another(const fs::path& file) {
-  return io::bad_file(file, "--resume", "the scene, its files, the ensemble or the program is another than before", "run without --resume, or put the scene back as it was");
+  return io::bad_file(file, "--resume",
+                      "the scene, its files, the ensemble or the program is another than before",
+                      "run without --resume, or put the scene back as it was");
 }
 
 }  // namespace
@@ -45,7 +47,8 @@ void Store::add(const Member& member) {
   writer_->flush();
 }
 
-void each_member(const fs::path& directory, const std::string& identity, const std::function<void(Member&&)>& visit) {
+void each_member(const fs::path& directory, const std::string& identity,
+                 const std::function<void(Member&&)>& visit) {
   std::vector<fs::path> files;
   std::error_code none;
   for (const auto& entry : fs::directory_iterator(directory / "journal", none))
@@ -56,7 +59,7 @@ void each_member(const fs::path& directory, const std::string& identity, const s
     io::JournalReader reader(file);
     io::RecordKind kind{};
     std::string payload;
-    if (!reader.next(kind, payload)) continue;   // cut short in its first record
+    if (!reader.next(kind, payload)) continue;  // cut short in its first record
     if (kind != io::RecordKind::header || payload != identity) throw of_another(file);
     while (reader.next(kind, payload))
       if (kind == io::RecordKind::outcome) visit(Member::decode(payload));

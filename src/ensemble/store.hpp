@@ -1,5 +1,5 @@
-/// Members that are finished, on disk: journal/RANK.bin in the output directory, one file a process, a record a member. What a kill cuts short is
-/// not read.
+/// Members that are finished, on disk: journal/RANK.bin in the output directory, one file a process, a record
+/// a member. What a kill cuts short is not read.
 #pragma once
 #include <filesystem>
 #include <functional>
@@ -24,7 +24,9 @@ class Store {
   std::unique_ptr<io::JournalWriter> writer_;
 };
 
-/// Calls `visit` for every member of all processes' files, in no order. Throws InputError if a file is another ensemble's.
-void each_member(const std::filesystem::path& directory, const std::string& identity, const std::function<void(Member&&)>& visit);
+/// Calls `visit` for every member of all processes' files, in no order. Throws InputError if a file is
+/// another ensemble's.
+void each_member(const std::filesystem::path& directory, const std::string& identity,
+                 const std::function<void(Member&&)>& visit);
 
 }  // namespace talus::ensemble

@@ -23,9 +23,7 @@ Sums sums_of(std::span<const Stratum> strata) {
   return s;
 }
 
-double drawn_in(const Stratum& h, const Sums& s) {
-  return (h.reached + s.pooled) / (h.runs + 1);
-}
+double drawn_in(const Stratum& h, const Sums& s) { return (h.reached + s.pooled) / (h.runs + 1); }
 
 }  // namespace
 

@@ -33,9 +33,11 @@ Supports find_supports(const StructureSpec& spec, const HexMesh& mesh) {
       chosen = mesh.node_groups.at("base");  // the feet of the piers follow the ground
     } else if (!support.face.empty()) {
       what = support.face;
-      const std::size_t axis = support.face.size() == 2 ? std::string("xyz").find(support.face[1]) : std::string::npos;
+      const std::size_t axis =
+          support.face.size() == 2 ? std::string("xyz").find(support.face[1]) : std::string::npos;
       if (axis == std::string::npos || (support.face[0] != '-' && support.face[0] != '+'))
-        bad(spec, "support", support.face, "one of -x, +x, -y, +y, -z, +z", "name a face of the bounding box");
+        bad(spec, "support", support.face, "one of -x, +x, -y, +y, -z, +z",
+            "name a face of the bounding box");
       const double plane = support.face[0] == '-' ? box.min()[axis] : box.max()[axis];
       for (int n = 0; n < static_cast<int>(mesh.nodes.size()); ++n)
         if (std::abs(mesh.local[n][axis] - plane) <= tolerance) chosen.push_back(n);
@@ -45,7 +47,8 @@ Supports find_supports(const StructureSpec& spec, const HexMesh& mesh) {
       if (group == mesh.node_groups.end()) {
         std::string known;
         for (const auto& [name, nodes] : mesh.node_groups) known += (known.empty() ? "" : ", ") + name;
-        bad(spec, "support", support.group, "no such group in the mesh", known.empty() ? "the mesh has no groups" : "groups of the mesh: " + known);
+        bad(spec, "support", support.group, "no such group in the mesh",
+            known.empty() ? "the mesh has no groups" : "groups of the mesh: " + known);
       }
       chosen = group->second;
     } else {
@@ -55,7 +58,8 @@ Supports find_supports(const StructureSpec& spec, const HexMesh& mesh) {
       for (int n = 0; n < static_cast<int>(mesh.nodes.size()); ++n)
         if (region.contains(mesh.nodes[n])) chosen.push_back(n);
     }
-    if (chosen.empty()) bad(spec, "support", what, "no node of the mesh lies there", "move or enlarge the support");
+    if (chosen.empty())
+      bad(spec, "support", what, "no node of the mesh lies there", "move or enlarge the support");
     for (int n : chosen)
       for (int c = 0; c < 3; ++c) s.held[n][c] = s.held[n][c] || support.held[c];
   }
@@ -83,20 +87,24 @@ double PatchLoad::factor(double t) const {
 
 namespace {
 
-/// The share of the box x +- half that lies in a region, axis by axis; an axis without extent lies inside or not.
+/// The share of the box x +- half that lies in a region, axis by axis; an axis without extent lies inside or
+/// not.
 double share_inside(const Box3& region, const Vec3& x, const Vec3& half) {
   double share = 1;
   for (int k = 0; k < 3; ++k) {
-    const double low = std::max(x[k] - half[k], region.min()[k]), high = std::min(x[k] + half[k], region.max()[k]);
+    const double low = std::max(x[k] - half[k], region.min()[k]),
+                 high = std::min(x[k] + half[k], region.max()[k]);
     if (!(high >= low)) return 0;
     if (half[k] > 1e-12 * region.sizes().norm()) share *= (high - low) / (2 * half[k]);
   }
   return share;
 }
 
-/// Adds the traction on the part of a face inside a region to the nodal forces, and its area. 2 x 2 Gauss points when the face lies inside; when it is cut, many parts, each
-/// by its share: exact in area for a face along two axes.
-void press(const HexMesh& mesh, const SkinQuad& quad, const Box3& region, const Vec3& traction, double& pressed, std::vector<Vec3>& force) {
+/// Adds the traction on the part of a face inside a region to the nodal forces, and its area. 2 x 2 Gauss
+/// points when the face lies inside; when it is cut, many parts, each by its share: exact in area for a face
+/// along two axes.
+void press(const HexMesh& mesh, const SkinQuad& quad, const Box3& region, const Vec3& traction,
+           double& pressed, std::vector<Vec3>& force) {
   Box3 face;
   for (int n : quad.node) face.extend(mesh.nodes[n]);
   const bool inside = region.contains(face);
@@ -104,8 +112,10 @@ void press(const HexMesh& mesh, const SkinQuad& quad, const Box3& region, const 
   const double g = 1 / std::sqrt(3.0), weight = inside ? 1.0 : 4.0 / (cuts * cuts);
   for (int i = 0; i < cuts; ++i)
     for (int j = 0; j < cuts; ++j) {
-      const double s = inside ? (i ? g : -g) : -1 + (2 * i + 1.0) / cuts, t = inside ? (j ? g : -g) : -1 + (2 * j + 1.0) / cuts;
-      const double n[4] = {0.25 * (1 - s) * (1 - t), 0.25 * (1 + s) * (1 - t), 0.25 * (1 + s) * (1 + t), 0.25 * (1 - s) * (1 + t)};
+      const double s = inside ? (i ? g : -g) : -1 + (2 * i + 1.0) / cuts,
+                   t = inside ? (j ? g : -g) : -1 + (2 * j + 1.0) / cuts;
+      const double n[4] = {0.25 * (1 - s) * (1 - t), 0.25 * (1 + s) * (1 - t), 0.25 * (1 + s) * (1 + t),
+                           0.25 * (1 - s) * (1 + t)};
       const double ds[4] = {-0.25 * (1 - t), 0.25 * (1 - t), 0.25 * (1 + t), -0.25 * (1 + t)};
       const double dt[4] = {-0.25 * (1 - s), -0.25 * (1 + s), 0.25 * (1 + s), 0.25 * (1 - s)};
       Vec3 x = Vec3::Zero(), a = Vec3::Zero(), b = Vec3::Zero();
@@ -125,18 +135,23 @@ void press(const HexMesh& mesh, const SkinQuad& quad, const Box3& region, const 
 }  // namespace
 
 void check_area(const StructureSpec& spec, const StructureSpec::Load& load, double area) {
-  if (!(area > 0)) bad(spec, "load.region", text(load.region), "no part of the surface lies inside", "let the region contain the patch of the surface");
+  if (!(area > 0))
+    bad(spec, "load.region", text(load.region), "no part of the surface lies inside",
+        "let the region contain the patch of the surface");
 }
 
-std::vector<PatchLoad> find_loads(const StructureSpec& spec, const HexMesh& mesh, const std::vector<SkinQuad>& skin, const Box3* whole) {
+std::vector<PatchLoad> find_loads(const StructureSpec& spec, const HexMesh& mesh,
+                                  const std::vector<SkinQuad>& skin, const Box3* whole) {
   std::vector<PatchLoad> loads;
   const double tolerance = 1e-7 * (whole != nullptr ? *whole : bounds(mesh.nodes)).diagonal().norm();
   for (const StructureSpec::Load& given : spec.loads) {
     Box3 region = given.region;
-    if (region.isEmpty()) bad(spec, "load.region", text(given.region), "min must not exceed max", "exchange them");
+    if (region.isEmpty())
+      bad(spec, "load.region", text(given.region), "min must not exceed max", "exchange them");
     region.min().array() -= tolerance;
     region.max().array() += tolerance;
-    // A box that is thin along one axis means the faces across that axis, not the slivers of their neighbours that it cuts.
+    // A box that is thin along one axis means the faces across that axis, not the slivers of their neighbours
+    // that it cuts.
     int thin = -1;
     {
       const Vec3 extent = given.region.sizes();
@@ -151,14 +166,17 @@ std::vector<PatchLoad> find_loads(const StructureSpec& spec, const HexMesh& mesh
     load.history = given.history;
     for (std::size_t i = 1; i < load.history.size(); ++i)
       if (!(load.history[i].first > load.history[i - 1].first))
-        bad(spec, "load.history", fmt::format("{:g} s", load.history[i].first), "times must increase", "sort the table");
+        bad(spec, "load.history", fmt::format("{:g} s", load.history[i].first), "times must increase",
+            "sort the table");
     std::vector<Vec3> force(mesh.nodes.size(), Vec3::Zero());
     for (const SkinQuad& quad : skin) {
       Box3 face;
       for (int n : quad.node) face.extend(mesh.nodes[n]);
       if (!region.intersects(face)) continue;
       if (thin >= 0) {
-        const Vec3 normal = (mesh.nodes[quad.node[2]] - mesh.nodes[quad.node[0]]).cross(mesh.nodes[quad.node[3]] - mesh.nodes[quad.node[1]]).normalized();
+        const Vec3 normal = (mesh.nodes[quad.node[2]] - mesh.nodes[quad.node[0]])
+                                .cross(mesh.nodes[quad.node[3]] - mesh.nodes[quad.node[1]])
+                                .normalized();
         if (std::abs(normal[thin]) < 0.7) continue;
       }
       press(mesh, quad, region, given.traction, load.area, force);
@@ -201,7 +219,8 @@ std::vector<ProbePoint> find_probes(const StructureSpec& spec, const HexMesh& me
     if (best > 2) {  // beyond the neighbourhood of every cell: the nearest node
       std::size_t nearest = 0;
       for (std::size_t n = 1; n < mesh.nodes.size(); ++n)
-        if ((mesh.nodes[n] - given.at).squaredNorm() < (mesh.nodes[nearest] - given.at).squaredNorm()) nearest = n;
+        if ((mesh.nodes[n] - given.at).squaredNorm() < (mesh.nodes[nearest] - given.at).squaredNorm())
+          nearest = n;
       point.node.fill(static_cast<int>(nearest));
       point.weight = {1, 0, 0, 0, 0, 0, 0, 0};
     }

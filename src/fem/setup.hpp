@@ -16,8 +16,8 @@ struct Supports {
 /// Nodal pattern of one prescribed traction: force at factor 1.
 struct PatchLoad {
   std::vector<int> node;
-  std::vector<Vec3> force;   // [N]
-  double area = 0;           // [m^2]
+  std::vector<Vec3> force;  // [N]
+  double area = 0;          // [m^2]
   std::vector<std::pair<double, double>> history;
   double factor(double t) const;
 };
@@ -29,8 +29,10 @@ struct ProbePoint {
 
 /// Throw InputError if a support or load meets nothing. A probe outside follows the nearest material point.
 Supports find_supports(const StructureSpec& spec, const HexMesh& mesh);
-/// `whole`: extent of the mesh of which this is a part; a load may then meet none of these faces, and check_area() is due of all parts together.
-std::vector<PatchLoad> find_loads(const StructureSpec& spec, const HexMesh& mesh, const std::vector<SkinQuad>& skin, const Box3* whole = nullptr);
+/// `whole`: extent of the mesh of which this is a part; a load may then meet none of these faces, and
+/// check_area() is due of all parts together.
+std::vector<PatchLoad> find_loads(const StructureSpec& spec, const HexMesh& mesh,
+                                  const std::vector<SkinQuad>& skin, const Box3* whole = nullptr);
 void check_area(const StructureSpec& spec, const StructureSpec::Load& load, double area);
 Box3 bounds(const std::vector<Vec3>& points);
 std::vector<ProbePoint> find_probes(const StructureSpec& spec, const HexMesh& mesh);

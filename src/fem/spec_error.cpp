@@ -6,7 +6,8 @@
 
 namespace talus::fem {
 
-void bad(const StructureSpec& spec, const std::string& key, const std::string& value, const std::string& rule, const std::string& remedy) {
+void bad(const StructureSpec& spec, const std::string& key, const std::string& value, const std::string& rule,
+         const std::string& remedy) {
   reject(fmt::format("structure.{}.{}", spec.name, key), value, rule, remedy);
 }
 

@@ -7,6 +7,7 @@
 namespace talus::fem {
 
 /// Throws InputError about the key `structure.NAME.key`.
-[[noreturn]] void bad(const StructureSpec& spec, const std::string& key, const std::string& value, const std::string& rule, const std::string& remedy);
+[[noreturn]] void bad(const StructureSpec& spec, const std::string& key, const std::string& value,
+                      const std::string& rule, const std::string& remedy);
 
 }  // namespace talus::fem

@@ -1,23 +1,27 @@
 /// The finite-element structure behind talus::Structure.
 ///
 ///   m a = f_ext(t) - f_int(u) - f_visc - alpha m v + r,      M lumped by rows, r reactions of the supports
-///   predict:  v_hat = (v_{n-1/2} (1 - a) + k m^-1 f_n) / (1 + a),   a = alpha k / 2,   k = (h_{n-1} + h_n) / 2
-///   correct:  v_{n+1/2} = v_hat + m^-1 p,   u_{n+1} = u_n + h_n v_{n+1/2}
+///   predict:  v_hat = (v_{n-1/2} (1 - a) + k m^-1 f_n) / (1 + a),   a = alpha k / 2,   k = (h_{n-1} + h_n) /
+///   2 correct:  v_{n+1/2} = v_hat + m^-1 p,   u_{n+1} = u_n + h_n v_{n+1/2}
 ///
-/// k equals h while the step does not change; after a change, and at the start (h_{-1} = 0), it keeps the scheme of second
-/// order, since velocities live at half steps [belytschko2014, 6.2]. alpha = 2 zeta omega_1.
+/// k equals h while the step does not change; after a change, and at the start (h_{-1} = 0), it keeps the
+/// scheme of second order, since velocities live at half steps [belytschko2014, 6.2]. alpha = 2 zeta omega_1.
 ///
-/// Energies are those of the half step n + 1/2, for which the central difference closes its books exactly when the
-/// structure is linear: kinetic 1/2 m v_{n+1/2}^2, stored U(u_n) + h/2 f_int(u_n) . v_{n+1/2} = 1/2 u_n K u_{n+1}. Every work is the
-/// impulse times the mean of the velocities before and after.
+/// Energies are those of the half step n + 1/2, for which the central difference closes its books exactly
+/// when the structure is linear: kinetic 1/2 m v_{n+1/2}^2, stored U(u_n) + h/2 f_int(u_n) . v_{n+1/2} = 1/2
+/// u_n K u_{n+1}. Every work is the impulse times the mean of the velocities before and after.
 ///
-/// These energies depend on h: where it changes from h1 to h2 at t_n, the motion as it was, they change by -(h2^2 - h1^2)/8 a . f, a the acceleration and f what
-/// the structure does by itself, gravity and internal forces. What that is on the average over the phases of whatever rings is booked apart, as step_dependence:
+/// These energies depend on h: where it changes from h1 to h2 at t_n, the motion as it was, they change by
+/// -(h2^2 - h1^2)/8 a . f, a the acceleration and f what the structure does by itself, gravity and internal
+/// forces. What that is on the average over the phases of whatever rings is booked apart, as step_dependence:
 ///
-///   (h2^2 - h1^2)/8 Q,   Q = 1/2 v . (df_int/dt) + 1/2 a . f,     v . (df_int/dt) = v_{n-1/2} . (f_int,n - f_int,n-1) / h1
+///   (h2^2 - h1^2)/8 Q,   Q = 1/2 v . (df_int/dt) + 1/2 a . f,     v . (df_int/dt) = v_{n-1/2} . (f_int,n -
+///   f_int,n-1) / h1
 ///
-/// The two halves differ by the rate of v . f, which is nothing on the average of what stays in bounds, whatever the laws of the cells. Of a mode of amplitude A, Q is
-/// omega^4 A^2 / 2 on the average, for any h below the stable step. The phase's part stays among the scheme's, algorithmic: a step that changes in time with what rings feeds it.
+/// The two halves differ by the rate of v . f, which is nothing on the average of what stays in bounds,
+/// whatever the laws of the cells. Of a mode of amplitude A, Q is omega^4 A^2 / 2 on the average, for any h
+/// below the stable step. The phase's part stays among the scheme's, algorithmic: a step that changes in time
+/// with what rings feeds it.
 ///
 /// symbol   meaning                                   unit   shape
 /// u        displacement from the unstressed shape    m      nodes x 4 (padded)
@@ -32,40 +36,46 @@
 #include "contact/refinable.hpp"
 #include "contact/structure.hpp"
 #include "core/disjoint_sets.hpp"
-#include "fem/kernels/aligned.hpp"
-#include "fem/rebar/bars.hpp"
 #include "fem/bearings/bearings.hpp"
-#include "fem/materials/damage_field.hpp"
-#include "fem/kernels/element_operator.hpp"
 #include "fem/discretisation/discretisation.hpp"
+#include "fem/discretisation/partition.hpp"
+#include "fem/kernels/aligned.hpp"
+#include "fem/kernels/element_operator.hpp"
 #include "fem/linear/elastic_system.hpp"
+#include "fem/materials/damage_field.hpp"
 #include "fem/members/load_track.hpp"
 #include "fem/members/members.hpp"
-#include "fem/discretisation/partition.hpp"
+#include "fem/rebar/bars.hpp"
 #include "fem/setup.hpp"
 
 namespace talus::fem {
 
 /// Modes, factors and modal motion; made when the structure first rings on alone.
 struct LinearDynamics;
-struct LinearDynamicsDeleter { void operator()(LinearDynamics* p) const; };
+struct LinearDynamicsDeleter {
+  void operator()(LinearDynamics* p) const;
+};
 
 /// Factors, columns of the compliance and the step at hand of the condensed regime; made with its first step.
 struct Condensed;
-struct CondensedDeleter { void operator()(Condensed* p) const; };
+struct CondensedDeleter {
+  void operator()(Condensed* p) const;
+};
 
 /// Explicit steps that a condensed one has to save, unless it is asked for.
 constexpr double least_condensed_gain = 6;
 
 using Report = std::function<void(const std::string&)>;
 
-struct SeatedNode;   // bearing_pads.hpp
+struct SeatedNode;  // bearing_pads.hpp
 
 class FemStructure : public Structure, public RefinableStructure, public DividedStructure {
  public:
   using Zones = std::vector<StructureSpec::Refinement>;
-  /// `before`: the same structure with larger cells, whose first frequency it takes. `struck`: where its cells are halved beyond what the specification asks for.
-  FemStructure(const StructureSpec& spec, const Vec3& gravity, const Report& report, Zones struck = {}, const FemStructure* before = nullptr);
+  /// `before`: the same structure with larger cells, whose first frequency it takes. `struck`: where its
+  /// cells are halved beyond what the specification asks for.
+  FemStructure(const StructureSpec& spec, const Vec3& gravity, const Report& report, Zones struck = {},
+               const FemStructure* before = nullptr);
   ~FemStructure() override;
 
   const TriangleSurface& surface() const override;
@@ -82,7 +92,9 @@ class FemStructure : public Structure, public RefinableStructure, public Divided
   std::string advance_alone(double t, double duration) override;
 
   double condensed_step(double t, double accuracy) override;
-  bool condensed_by_choice() const override { return spec_.integrator == "implicit" || spec_.integrator == "modal"; }
+  bool condensed_by_choice() const override {
+    return spec_.integrator == "implicit" || spec_.integrator == "modal";
+  }
   void predict_condensed(double t, double h) override;
   MatX compliance(std::span<const int> nodes) override;
   bool correct_condensed(double t, double h, std::span<const NodeImpulse> impulses) override;
@@ -122,7 +134,8 @@ class FemStructure : public Structure, public RefinableStructure, public Divided
   std::unique_ptr<Structure> refined(std::span<const StructureSpec::Refinement> zones) override;
   double permanent_energy() const override { return rest_.energy; }
 
-  /// For tests and verification: the mesh, the fundamental circular frequencies [rad/s], and the internal force.
+  /// For tests and verification: the mesh, the fundamental circular frequencies [rad/s], and the internal
+  /// force.
   const HexMesh& mesh() const { return mesh_; }
   const AlignedVector& displacement() const { return u_; }
   std::vector<double> frequencies(int count);
@@ -138,30 +151,31 @@ class FemStructure : public Structure, public RefinableStructure, public Divided
   void check_supports(const HexMesh& mesh);
   void warn_of_cracks() const;
   std::string place_of_most(double most, int cell) const;
-  void watch_stress(double t);   // of elastic concrete
-  Mat3 strain_at_centre(int cell) const;   // Green's where rotations may be large
+  void watch_stress(double t);            // of elastic concrete
+  Mat3 strain_at_centre(int cell) const;  // Green's where rotations may be large
   // structure_step.cpp
-  void forces(double t);             // f_int_, external_ at the present state; cached until the state changes
-  void external_force(double t);          // writes f_ext_
+  void forces(double t);          // f_int_, external_ at the present state; cached until the state changes
+  void external_force(double t);  // writes f_ext_
   void explicit_steps(double t, double duration);
   bool undisturbed(double t, double duration) const;  // at rest, and no load changes until t + duration
-  double settling_time() const;      // for which kinetic energy has to stay small to mean rest [s]
-  void moved();                      // the state changed: caches are stale
+  double settling_time() const;  // for which kinetic energy has to stay small to mean rest [s]
+  void moved();                  // the state changed: caches are stale
   // structure_hanging.cpp: of a mesh that is refined in part; else they do nothing
-  Box3 make_cells();                 // the extent of the whole mesh
+  Box3 make_cells();  // the extent of the whole mesh
   void take_over(FemStructure& before);
-  void keep_rest();                  // if cells may be halved later
-  void settle_hanging_nodes();       // their masses, supports and loads go to the nodes that they follow
-  double mechanical_energy();        // kinetic, stored and gravity, at the time of the velocities [J]
+  void keep_rest();             // if cells may be halved later
+  void settle_hanging_nodes();  // their masses, supports and loads go to the nodes that they follow
+  double mechanical_energy();   // kinetic, stored and gravity, at the time of the velocities [J]
   Vec3 position(int n) const { return mesh_.nodes[n] + Vec3(u_[4 * n], u_[4 * n + 1], u_[4 * n + 2]); }
   Vec3 velocity(int n) const { return {v_[4 * n], v_[4 * n + 1], v_[4 * n + 2]}; }
-  // structure_ranks.cpp: with several ranks, all of them call these together; with one they do nothing. Cells and nodes have the numbers of this rank's part of the mesh,
-  // but for the skin, probes, lists of cells that leave, and what is asked for from outside, which have those of the whole
+  // structure_ranks.cpp: with several ranks, all of them call these together; with one they do nothing. Cells
+  // and nodes have the numbers of this rank's part of the mesh, but for the skin, probes, lists of cells that
+  // leave, and what is asked for from outside, which have those of the whole
   bool divides_memory(const HexMesh& whole) const;
   void take_part(HexMesh&& whole);
   bool divided() const { return partition_ && !partition_->holds_all(); }
   void divide();
-  void watch();                      // finds the nodes that others ask for
+  void watch();  // finds the nodes that others ask for
   bool first_rank() const { return !partition_ || partition_->first_rank(); }
   bool own_node(int n) const { return !partition_ || partition_->owns_node(n); }
   bool own_cell(int cell) const { return !partition_ || partition_->owns_cell(cell); }
@@ -170,13 +184,13 @@ class FemStructure : public Structure, public RefinableStructure, public Divided
   void sum(std::span<double> values) const;
   long count_of(long count) const;
   double largest(double value) const;
-  void motion_changed();             // u_, v_ and histories are those of own nodes and cells
-  const double* seen(int node) const;         // u, v of the skin and of probes
+  void motion_changed();               // u_, v_ and histories are those of own nodes and cells
+  const double* seen(int node) const;  // u, v of the skin and of probes
   std::size_t seen_place(int node) const;
-  void share_prediction() const;     // v_hat there
-  void share_motion();               // u_, v_ everywhere
+  void share_prediction() const;  // v_hat there
+  void share_motion();            // u_, v_ everywhere
   void share_bars() const;
-  std::vector<int> joined(const std::vector<int>& cells) const;   // lists of all ranks, ascending
+  std::vector<int> joined(const std::vector<int>& cells) const;  // lists of all ranks, ascending
   // structure_linear.cpp
   void synchronise(double t);
   double ringing_step(double t);
@@ -187,7 +201,7 @@ class FemStructure : public Structure, public RefinableStructure, public Divided
   void put_off_modes();
   bool project(double t);
   std::string plan_of_steps() const;
-  bool rings_in_modes() const;      // linear, and allowed to
+  bool rings_in_modes() const;  // linear, and allowed to
   int modes_at_most() const;
   int modes_within(double duration) const;
   bool enter_modal(double t, bool forced);
@@ -197,32 +211,39 @@ class FemStructure : public Structure, public RefinableStructure, public Divided
   void save_linear(std::vector<double>& state) const;
   std::size_t restore_linear(std::span<const double> state);
   // structure_condensed.cpp
-  bool condensable() const;          // by what it is and what was asked for
-  double lowest_frequency() const;   // of the undamaged structure [rad/s]; negative: it has none, or moves freely
-  double dissipation() const;        // of the last evaluation of the laws, not yet accepted [J]
-  double condensed_step(double t, double accuracy, double laws_share);   // the laws may take that part of the stored energy in a period of the first mode
-  bool at_ease(double h) const;      // the laws' last evaluation, of a step of length h, takes next to nothing and lets no cell go
-  void begin_condensed(double t, double h, bool smoothed);   // `smoothed`: for contacts that may hold nodes, after explicit steps by backward Euler from smoothed velocities
+  bool condensable() const;  // by what it is and what was asked for
+  double lowest_frequency()
+      const;                   // of the undamaged structure [rad/s]; negative: it has none, or moves freely
+  double dissipation() const;  // of the last evaluation of the laws, not yet accepted [J]
+  double condensed_step(
+      double t, double accuracy,
+      double laws_share);  // the laws may take that part of the stored energy in a period of the first mode
+  bool at_ease(double h)
+      const;  // the laws' last evaluation, of a step of length h, takes next to nothing and lets no cell go
+  void begin_condensed(double t, double h,
+                       bool smoothed);  // `smoothed`: for contacts that may hold nodes, after explicit steps
+                                        // by backward Euler from smoothed velocities
   VecX unresolved_velocities(double h);
   void smooth_velocities(double h);
   bool loads_hold(double from, double to) const;
-  void accept_laws();                // books the last evaluation of the laws, and makes it the accepted one
+  void accept_laws();  // books the last evaluation of the laws, and makes it the accepted one
   Condensed& condensed(double h);
   double stiffest(int cell) const;
   Mat3 frame_of(int cell) const;
-  void follow_frames();              // K of condensed steps follows where cells have turned or cracked
+  void follow_frames();  // K of condensed steps follows where cells have turned or cracked
   void set_frames(std::vector<Mat3> frames);
-  void forget_stiffness();           // of condensed steps: cells or masses have changed
+  void forget_stiffness();  // of condensed steps: cells or masses have changed
   void find_columns(std::span<const int> nodes);
   void push_condensed(std::span<const NodeImpulse> impulses);
-  void drop_condensed_levels();      // they are made again when asked for
-  double memory_of_condensed_steps();   // [bytes]
+  void drop_condensed_levels();        // they are made again when asked for
+  double memory_of_condensed_steps();  // [bytes]
   // structure_break.cpp
   /// `width` numbers of each of these cells of the whole mesh, from its owner.
-  std::vector<double> of_cells(const std::vector<int>& cells, std::size_t width, const std::function<void(int, double*)>& write) const;
+  std::vector<double> of_cells(const std::vector<int>& cells, std::size_t width,
+                               const std::function<void(int, double*)>& write) const;
   struct Excerpt {
-    HexMesh mesh;                    // these cells alone, with numbers of their own
-    std::vector<int> node;           // numbers in the whole mesh, ascending
+    HexMesh mesh;           // these cells alone, with numbers of their own
+    std::vector<int> node;  // numbers in the whole mesh, ascending
     std::vector<Vec3> position, velocity;
     std::vector<double> mass, cell_mass;
     std::vector<int> cells_at_node;  // in the structure
@@ -230,20 +251,22 @@ class FemStructure : public Structure, public RefinableStructure, public Divided
   };
   Excerpt excerpt(const std::vector<int>& cells) const;
   double cell_energy(int cell) const;
-  double link_energy(const std::vector<int>& cells) const;   // of the bars in them and the bearings at them [J]
+  double link_energy(
+      const std::vector<int>& cells) const;  // of the bars in them and the bearings at them [J]
   void switch_off(const std::vector<int>& cells);
   void drop_orphans(const std::vector<int>& cells);
   void remove_node(int n);
-  std::vector<int> spent_cells() const;   // own cells to erode
+  std::vector<int> spent_cells() const;  // own cells to erode
   void begin_leapfrog(double h);
-  void find_jump(double h);   // into jump_
-  void keep_momenta();        // of jump_, of a free structure
+  void find_jump(double h);  // into jump_
+  void keep_momenta();       // of jump_, of a free structure
   double excess_of_gravity(double kick, double h) const;
-  double power_of_own_forces(double kick) const;   // a . (m g - f_int), a the step's acceleration: this rank's part [W/s]
+  double power_of_own_forces(
+      double kick) const;  // a . (m g - f_int), a the step's acceleration: this rank's part [W/s]
   void book_step_dependence(double h, double own, double strained);
   void erode(const std::vector<int>& cells);
   Fragment detach(const std::vector<int>& cells, const std::vector<SeatedNode>& seats);
-  std::vector<SeatedNode> seated_nodes() const;   // of all decks, as long as cells of both sides are there
+  std::vector<SeatedNode> seated_nodes() const;  // of all decks, as long as cells of both sides are there
   // structure_pieces.cpp
   long count_cuts();
   Mat3 gradient_at_centre(int cell) const;
@@ -259,25 +282,27 @@ class FemStructure : public Structure, public RefinableStructure, public Divided
   void rebuild_skin();
   void save(std::vector<double>& state, bool here) const;
   void restore(std::span<const double> state, bool here);
-  std::vector<double> foot_reactions(double step) const;   // support_reaction(), then for each foot the moment on it about its centroid
-  Vec6 support_reaction(double step) const;   // force and moment on the supports by forces() as they stand, contact impulses over `step` among them; 0: without
+  std::vector<double> foot_reactions(
+      double step) const;  // support_reaction(), then for each foot the moment on it about its centroid
+  Vec6 support_reaction(double step) const;  // force and moment on the supports by forces() as they stand,
+                                             // contact impulses over `step` among them; 0: without
   // structure_members.cpp
-  void find_places(const HexMesh& whole);   // of members and feet
+  void find_places(const HexMesh& whole);  // of members and feet
   void find_feet(const HexMesh& whole);
   void set_members();
   void begin_loads();
-  void watch_loads(double t, double h);   // of the step that has come to t, its impulses in place
+  void watch_loads(double t, double h);  // of the step that has come to t, its impulses in place
   std::vector<MemberState> find_member_states(bool widths) const;
   MemberState member_state(std::size_t member, AlignedVector& force, bool widths) const;
   std::vector<double> sums_over(const std::vector<const std::vector<int>*>& lists) const;
   // structure_capacity.cpp
   std::unique_ptr<FemStructure> cut_out(const PierPlace& place, bool top_held) const;
-  std::size_t pier_count() const;   // of members_: they come first
+  std::size_t pier_count() const;  // of members_: they come first
   void needs_piers() const;
   PushDown push_over(std::size_t member, int axis) const;
   void compute_only(const std::vector<char>& cells);
   PushDown push_down(std::size_t member) const;
-  bool unharmed(const PierPlace& place) const;   // no cell of it is gone or has a history
+  bool unharmed(const PierPlace& place) const;  // no cell of it is gone or has a history
 
   StructureSpec spec_;
   Zones struck_zones_;
@@ -289,85 +314,105 @@ class FemStructure : public Structure, public RefinableStructure, public Divided
   std::vector<PatchLoad> loads_;
   std::vector<ProbePoint> probes_;
   double shear_ = 0, bulk_ = 0;
-  bool finite_ = false;              // total Lagrangian
+  bool finite_ = false;  // total Lagrangian
   DofMap dofs_;
-  int free_dofs_ = 0;                // of the whole, as dofs_.size on one process
-  double mass_of_cells_ = 0;         // of the whole, as built [kg]
+  int free_dofs_ = 0;         // of the whole, as dofs_.size on one process
+  double mass_of_cells_ = 0;  // of the whole, as built [kg]
   std::unique_ptr<ElementOperator> operator_;
   std::unique_ptr<ElasticSystem> elastic_;
   std::vector<double> cell_mass_;
-  std::vector<double> built_mass_;         // of the nodes, as built
+  std::vector<double> built_mass_;  // of the nodes, as built
   std::vector<int> cells_at_node_;
   double wave_speed_ = 0;
   std::optional<material::Concrete> concrete_;
   std::vector<int> candidates_;
   std::vector<Member> members_;
-  struct MemberPlace { Pier pier; PierPlace place; std::vector<int> segments; std::vector<std::vector<int>> cut_segments; std::vector<ElementPack> cut_packs; int deck = -1; };
-  mutable std::vector<std::optional<PushDown>> unharmed_push_downs_;   // by member: what it carried while it was unharmed
-  mutable std::vector<MemberPlace> member_places_;   // which lanes of their packs count is set for every use
+  struct MemberPlace {
+    Pier pier;
+    PierPlace place;
+    std::vector<int> segments;
+    std::vector<std::vector<int>> cut_segments;
+    std::vector<ElementPack> cut_packs;
+    int deck = -1;
+  };
+  mutable std::vector<std::optional<PushDown>>
+      unharmed_push_downs_;                         // by member: what it carried while it was unharmed
+  mutable std::vector<MemberPlace> member_places_;  // which lanes of their packs count is set for every use
   std::unique_ptr<LinearDynamics, LinearDynamicsDeleter> linear_;
   std::unique_ptr<Condensed, CondensedDeleter> condensed_;
-  mutable double lowest_frequency_ = 0;   // 0: not asked for yet
-  double steps_taken_ = 0;           // explicit ones
-  bool factored_ = false;            // from the start, for its weight or its damping
-  int modes_ = 24;                   // asked for; more where the energy needs them
-  AlignedVector jump_;               // what the velocities lose in the step that was predicted, whose length jumps; empty: nothing
-  double modal_try_ = 100;           // lone steps after which modal motion is tried next
-  double modal_excess_ = 1e300;      // what was left out at the last try, over what may be
+  mutable double lowest_frequency_ = 0;  // 0: not asked for yet
+  double steps_taken_ = 0;               // explicit ones
+  bool factored_ = false;                // from the start, for its weight or its damping
+  int modes_ = 24;                       // asked for; more where the energy needs them
+  AlignedVector
+      jump_;  // what the velocities lose in the step that was predicted, whose length jumps; empty: nothing
+  double modal_try_ = 100;       // lone steps after which modal motion is tried next
+  double modal_excess_ = 1e300;  // what was left out at the last try, over what may be
 
   // several ranks
-  std::unique_ptr<Partition> partition_;   // null: all on this process
-  std::vector<NodeRange> own_, touched_;   // nodes of this rank; those that forces are added to
-  WatchedNodes watched_;                   // of skin and probes
-  struct Seen { std::vector<double> built, motion, prediction; };   // of each watched node: place as built, mass, directions held, 0; u, v; v_hat
+  std::unique_ptr<Partition> partition_;  // null: all on this process
+  std::vector<NodeRange> own_, touched_;  // nodes of this rank; those that forces are added to
+  WatchedNodes watched_;                  // of skin and probes
+  struct Seen {
+    std::vector<double> built, motion, prediction;
+  };  // of each watched node: place as built, mass, directions held, 0; u, v; v_hat
   mutable Seen seen_;
-  double bars_broken_ = 0;                 // segments, as of the last step
+  double bars_broken_ = 0;  // segments, as of the last step
   mutable bool skin_shared_ = true, prediction_shared_ = true, bars_shared_ = true;
 
   // state
-  std::vector<char> live_;           // cells
+  std::vector<char> live_;  // cells
   std::vector<double> mass_;
   AlignedVector u_, v_;
-  std::unique_ptr<DamageField> damage_;   // null: no damage law, no history at all
-  std::unique_ptr<Bars> bars_;            // null: no reinforcement
-  std::unique_ptr<Bearings> bearings_;    // null: no viaduct
-  long breaks_ = 0, cuts_seen_ = 0;       // what the search for fragments last saw
+  std::unique_ptr<DamageField> damage_;  // null: no damage law, no history at all
+  std::unique_ptr<Bars> bars_;           // null: no reinforcement
+  std::unique_ptr<Bearings> bearings_;   // null: no viaduct
+  long breaks_ = 0, cuts_seen_ = 0;      // what the search for fragments last saw
   double dust_mass_ = 0, dust_potential_ = 0, eroded_volume_ = 0, detached_volume_ = 0;
-  Vec3 dust_momentum_ = Vec3::Zero(), dust_spin_ = Vec3::Zero();   // what it left with, linear and about the origin
-  double h_last_ = 0;                // 0: v_ is at the same time as u_
-  double power_ = 0;                 // f_int . v of the last step, with the forces that it began from [W]
-  bool power_valid_ = false;         // they have not jumped since, as cells went
-  bool starting_ = false;            // condensed steps have been begun from explicit ones, the first is not taken yet
-  double laws_share_ = 0;            // of the last condensed_step()
+  Vec3 dust_momentum_ = Vec3::Zero(),
+       dust_spin_ = Vec3::Zero();  // what it left with, linear and about the origin
+  double h_last_ = 0;              // 0: v_ is at the same time as u_
+  double power_ = 0;               // f_int . v of the last step, with the forces that it began from [W]
+  bool power_valid_ = false;       // they have not jumped since, as cells went
+  bool starting_ = false;  // condensed steps have been begun from explicit ones, the first is not taken yet
+  double laws_share_ = 0;  // of the last condensed_step()
   double time_ = 0;
-  AlignedVector contact_impulse_;    // on held nodes during the last step [N s]
+  AlignedVector contact_impulse_;  // on held nodes during the last step [N s]
   double contact_step_ = 0;
-  StructureEnergy books_;            // the cumulative works
+  StructureEnergy books_;  // the cumulative works
   LoadTrack load_track_;
-  std::vector<int> foot_of_;         // of each supported node, as supports_.nodes
+  std::vector<int> foot_of_;  // of each supported node, as supports_.nodes
   std::vector<Vec3> foot_centroid_;
-  std::vector<double> shortest_edge_;   // thickness of each cell, once it was asked for [m]
-  struct Rest { AlignedVector u; double energy = 0; std::vector<double> reaction; std::vector<std::array<double, 2>> drift; };
-  Rest rest_;                        // under the permanent load alone; empty unless cells may be halved later
-  std::vector<Mat3> frames_;         // T of each cell in K of the condensed steps, T K_e T^T; empty: 1 (frame_of())
-  double stored_half_ = 0;           // elastic energy at the half step
+  std::vector<double> shortest_edge_;  // thickness of each cell, once it was asked for [m]
+  struct Rest {
+    AlignedVector u;
+    double energy = 0;
+    std::vector<double> reaction;
+    std::vector<std::array<double, 2>> drift;
+  };
+  Rest rest_;                 // under the permanent load alone; empty unless cells may be halved later
+  std::vector<Mat3> frames_;  // T of each cell in K of the condensed steps, T K_e T^T; empty: 1 (frame_of())
+  double stored_half_ = 0;    // elastic energy at the half step
   double reference_kinetic_ = 0;
-  double taken_by_starts_ = 0;          // of the energy of motions, by the starts of condensed steps so far [J]
-  double still_since_ = 0;           // kinetic energy has been below the limit since then
+  double taken_by_starts_ = 0;  // of the energy of motions, by the starts of condensed steps so far [J]
+  double still_since_ = 0;      // kinetic energy has been below the limit since then
   bool still_ = false;
-  double blow_time_ = -1e300;           // when a blow was last taken that a condensed step may not take [s]; later, where ringing has to decay first
+  double blow_time_ = -1e300;  // when a blow was last taken that a condensed step may not take [s]; later,
+                               // where ringing has to decay first
 
   // derived
   double alpha_ = 0, omega_1_ = 0, critical_step_ = 0;
-  double drag_ = 1;                  // between predict() and correct() 1 + alpha h/2, by which damping adds to the mass that an impulse meets
-  AlignedVector inverse_mass_;       // nodes x 4, 0 where held
+  double drag_ = 1;  // between predict() and correct() 1 + alpha h/2, by which damping adds to the mass that
+                     // an impulse meets
+  AlignedVector inverse_mass_;                    // nodes x 4, 0 where held
   AlignedVector f_int_, f_visc_, f_ext_, v_hat_;  // f_visc_ empty without damage
-  bool forces_valid_ = false, weights_valid_ = false, laws_taken_ = false;   // laws_taken_: what they evaluated at the present state is accepted and booked
+  bool forces_valid_ = false, weights_valid_ = false,
+       laws_taken_ = false;  // laws_taken_: what they evaluated at the present state is accepted and booked
   double forces_time_ = 0;
-  double stored_part_ = 0;           // elastic energy now, this rank's part
-  std::vector<int> struck_;          // nodes with an entry in contact_impulse_
+  double stored_part_ = 0;   // elastic energy now, this rank's part
+  std::vector<int> struck_;  // nodes with an entry in contact_impulse_
   std::vector<SkinQuad> skin_;
-  std::vector<int> skin_node_;       // surface vertex -> node, the first ones
+  std::vector<int> skin_node_;  // surface vertex -> node, the first ones
   mutable TriangleSurface surface_;
   mutable bool surface_stale_ = true;
   mutable std::vector<MemberState> member_states_;  // of the present state; empty: to be found

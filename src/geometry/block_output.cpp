@@ -15,9 +15,11 @@
 namespace talus::geometry {
 namespace {
 
-constexpr std::size_t shown_of_a_name = 60;   // [bytes]
+constexpr std::size_t shown_of_a_name = 60;  // [bytes]
 
-std::string block_field(const std::string& prefix, std::size_t number) { return csv_field(prefix + std::to_string(number)); }
+std::string block_field(const std::string& prefix, std::size_t number) {
+  return csv_field(prefix + std::to_string(number));
+}
 
 }  // namespace
 
@@ -25,7 +27,8 @@ void write_text_file(const std::string& path, const std::string& text) {
   std::FILE* file = std::fopen(path.c_str(), "wb");
   const bool good = file && std::fwrite(text.data(), 1, text.size(), file) == text.size();
   if ((file && std::fclose(file) != 0) || !good)
-    throw InputError(Problem{.file = path, .key = "file", .rule = "cannot be written", .remedy = "check the directory"});
+    throw InputError(
+        Problem{.file = path, .key = "file", .rule = "cannot be written", .remedy = "check the directory"});
 }
 
 Mesh block_system(const CutResult& cut, const std::string& prefix) {
@@ -49,9 +52,11 @@ int group_line(const std::string& path, const std::string& name) {
   for (std::string text; std::getline(file, text);) {
     ++number;
     const auto blank = [](char c) { return static_cast<unsigned char>(c) <= ' '; };
-    const auto word = std::find_if_not(text.begin(), text.end(), blank), end = std::find_if(word, text.end(), blank);
+    const auto word = std::find_if_not(text.begin(), text.end(), blank),
+               end = std::find_if(word, text.end(), blank);
     if (end - word != 1 || (*word != 'g' && *word != 'o')) continue;
-    const auto from = std::find_if_not(end, text.end(), [](char c) { return c == ' ' || c == '\t' || c == '\r'; });
+    const auto from =
+        std::find_if_not(end, text.end(), [](char c) { return c == ' ' || c == '\t' || c == '\r'; });
     auto to = text.end();
     while (to > from && blank(*(to - 1))) --to;
     if (std::string_view(from, to) == name) last = number;
@@ -83,21 +88,32 @@ std::vector<NamedBlock> read_block_system(const std::string& path) {
     if (part.triangles.empty()) continue;
     const std::string &name = all.group_names[g], key = "group " + name;
     if (!is_name(name)) {
-      problems.push_back({.file = path, .line = group_line(path, name), .key = "group", .value = "\"" + name.substr(0, shown_of_a_name) + "\"", .rule = name_rule, .remedy = "name the group of every block: the block has its name"});
+      problems.push_back({.file = path,
+                          .line = group_line(path, name),
+                          .key = "group",
+                          .value = "\"" + name.substr(0, shown_of_a_name) + "\"",
+                          .rule = name_rule,
+                          .remedy = "name the group of every block: the block has its name"});
       continue;
     }
     auto found = closed_mesh_problems(part, path);
     for (Problem& p : found) p.key = key + ": " + p.key;
     if (found.empty())
       if (const int pieces = body_count(part); pieces > 1)
-        found.push_back({.file = path, .line = group_line(path, name), .key = key, .rule = fmt::format("is {} pieces that do not touch, as of blocks of one name", pieces), .remedy = "give every block a group of its own name"});
+        found.push_back(
+            {.file = path,
+             .line = group_line(path, name),
+             .key = key,
+             .rule = fmt::format("is {} pieces that do not touch, as of blocks of one name", pieces),
+             .remedy = "give every block a group of its own name"});
     if (!found.empty()) {
       problems.insert(problems.end(), found.begin(), found.end());
       continue;
     }
     const MassProperties m = mass_properties(part.vertices, part.triangles, 1);
     for (Vec3& v : part.vertices) v -= m.centroid;
-    blocks.push_back({all.group_names[g], make_polyhedron(part.vertices, part.triangles), m.centroid, m.volume});
+    blocks.push_back(
+        {all.group_names[g], make_polyhedron(part.vertices, part.triangles), m.centroid, m.volume});
   }
   if (!problems.empty()) throw InputError(std::move(problems));
   return blocks;
@@ -132,30 +148,42 @@ void write_blocks_vtu(const std::string& path, const CutResult& cut, const std::
     vertices += c.body.vertices.size();
   }
   const auto array = [](const char* kind, const char* name, const std::string& data) {
-    return fmt::format("<DataArray type=\"{}\" Name=\"{}\" format=\"ascii\">\n{}</DataArray>\n", kind, name, data);
+    return fmt::format("<DataArray type=\"{}\" Name=\"{}\" format=\"ascii\">\n{}</DataArray>\n", kind, name,
+                       data);
   };
   std::string out = fmt::format(
-      "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"0.1\" byte_order=\"LittleEndian\">\n<UnstructuredGrid><Piece NumberOfPoints=\"{}\" "
-      "NumberOfCells=\"{}\">\n<Points><DataArray type=\"Float64\" NumberOfComponents=\"3\" format=\"ascii\">\n{}</DataArray></Points>\n<Cells>\n",
+      "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"0.1\" "
+      "byte_order=\"LittleEndian\">\n<UnstructuredGrid><Piece NumberOfPoints=\"{}\" "
+      "NumberOfCells=\"{}\">\n<Points><DataArray type=\"Float64\" NumberOfComponents=\"3\" "
+      "format=\"ascii\">\n{}</DataArray></Points>\n<Cells>\n",
       vertices, cells, points);
-  out += array("Int64", "connectivity", connectivity) + array("Int64", "offsets", offsets) + array("UInt8", "types", types) + "</Cells>\n<CellData>\n";
-  out += array("Int32", "block", block) + array("Float64", "volume", volume) + array("Int32", "joint_set", joint);
-  if (!keys.empty()) out += array("Int32", "removability", type) + array("Float64", "factor_of_safety", safety);
+  out += array("Int64", "connectivity", connectivity) + array("Int64", "offsets", offsets) +
+         array("UInt8", "types", types) + "</Cells>\n<CellData>\n";
+  out += array("Int32", "block", block) + array("Float64", "volume", volume) +
+         array("Int32", "joint_set", joint);
+  if (!keys.empty())
+    out += array("Int32", "removability", type) + array("Float64", "factor_of_safety", safety);
   out += "</CellData></Piece></UnstructuredGrid></VTKFile>\n";
   write_text_file(path, out);
 }
 
-void write_blocks_csv(const std::string& path, const CutResult& cut, const std::string& prefix, const std::vector<KeyBlock>& keys) {
+void write_blocks_csv(const std::string& path, const CutResult& cut, const std::string& prefix,
+                      const std::vector<KeyBlock>& keys) {
   std::string out = "block,volume_m3,x_m,y_m,z_m,faces,convex,cells";
   if (!keys.empty()) out += ",type,mode,joint_1,joint_2,factor_of_safety";
   out += "\n";
-  const auto joint_name = [&](int j) { return j >= 0 && j < static_cast<int>(cut.joint_names.size()) ? csv_field(cut.joint_names[j]) : std::string(); };
+  const auto joint_name = [&](int j) {
+    return j >= 0 && j < static_cast<int>(cut.joint_names.size()) ? csv_field(cut.joint_names[j])
+                                                                  : std::string();
+  };
   for (std::size_t b = 0; b < cut.blocks.size(); ++b) {
     const CutBlock& c = cut.blocks[b];
-    out += fmt::format("{},{},{},{},{},{},{},{}", block_field(prefix, b + 1), c.volume, c.centroid.x(), c.centroid.y(), c.centroid.z(), c.body.faces(), c.body.convex ? 1 : 0, c.cells);
+    out += fmt::format("{},{},{},{},{},{},{},{}", block_field(prefix, b + 1), c.volume, c.centroid.x(),
+                       c.centroid.y(), c.centroid.z(), c.body.faces(), c.body.convex ? 1 : 0, c.cells);
     if (!keys.empty()) {
       const KeyBlock& k = keys[b];
-      out += fmt::format(",{},{},{},{},{}", name_of(k.type), name_of(k.mode), joint_name(k.joint_1), joint_name(k.joint_2),
+      out += fmt::format(",{},{},{},{},{}", name_of(k.type), name_of(k.mode), joint_name(k.joint_1),
+                         joint_name(k.joint_2),
                          std::isfinite(k.factor_of_safety) ? fmt::format("{}", k.factor_of_safety) : "");
     }
     out += "\n";
@@ -166,8 +194,11 @@ void write_blocks_csv(const std::string& path, const CutResult& cut, const std::
 void write_interfaces_csv(const std::string& path, const CutResult& cut, const std::string& prefix) {
   std::string out = "block_a,block_b,joint,area_m2,bonded_area_m2,tension_pa,shear_pa,x_m,y_m,z_m\n";
   for (const CutInterface& i : cut.interfaces)
-    out += fmt::format("{},{},{},{},{},{},{},{},{},{}\n", block_field(prefix, static_cast<std::size_t>(i.a) + 1), block_field(prefix, static_cast<std::size_t>(i.b) + 1), i.joint >= 0 ? csv_field(cut.joint_names[i.joint]) : std::string(), i.area,
-                       i.bonded_area, i.tension, i.shear, i.centroid.x(), i.centroid.y(), i.centroid.z());
+    out +=
+        fmt::format("{},{},{},{},{},{},{},{},{},{}\n", block_field(prefix, static_cast<std::size_t>(i.a) + 1),
+                    block_field(prefix, static_cast<std::size_t>(i.b) + 1),
+                    i.joint >= 0 ? csv_field(cut.joint_names[i.joint]) : std::string(), i.area, i.bonded_area,
+                    i.tension, i.shear, i.centroid.x(), i.centroid.y(), i.centroid.z());
   write_text_file(path, out);
 }
 
@@ -196,29 +227,41 @@ void write_size_curve_csv(const std::string& path, const SizeCurve& c) {
 std::string size_curve_svg(const SizeCurve& c) {
   const double w = 640, h = 420, left = 70, right = 20, top = 40, bottom = 60;
   std::string out = fmt::format(
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {} {}\" font-family=\"sans-serif\" font-size=\"13\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n"
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {} {}\" font-family=\"sans-serif\" "
+      "font-size=\"13\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n"
       "<text x=\"{}\" y=\"24\" text-anchor=\"middle\" font-size=\"15\">Block size distribution</text>\n",
       w, h, w / 2);
   if (c.volume.empty()) return out + "</svg>\n";
-  const double lo = std::floor(std::log10(c.volume.front())), hi = std::max(lo + 1, std::ceil(std::log10(c.volume.back())));
+  const double lo = std::floor(std::log10(c.volume.front())),
+               hi = std::max(lo + 1, std::ceil(std::log10(c.volume.back())));
   const auto x = [&](double v) { return left + (std::log10(v) - lo) / (hi - lo) * (w - left - right); };
   const auto y = [&](double p) { return h - bottom - p * (h - top - bottom); };
   for (double e = lo; e <= hi; ++e)
-    out += fmt::format("<line x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1}\" y2=\"{2}\" stroke=\"#ddd\"/><text x=\"{0:.1f}\" y=\"{3}\" text-anchor=\"middle\">{4:g}</text>\n",
-                       x(std::pow(10, e)), top, h - bottom, h - bottom + 18, std::pow(10, e));
+    out += fmt::format(
+        "<line x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1}\" y2=\"{2}\" stroke=\"#ddd\"/><text x=\"{0:.1f}\" "
+        "y=\"{3}\" text-anchor=\"middle\">{4:g}</text>\n",
+        x(std::pow(10, e)), top, h - bottom, h - bottom + 18, std::pow(10, e));
   for (int k = 0; k <= 4; ++k)
-    out += fmt::format("<line x1=\"{0}\" x2=\"{1}\" y1=\"{2:.1f}\" y2=\"{2:.1f}\" stroke=\"#ddd\"/><text x=\"{3}\" y=\"{4:.1f}\" text-anchor=\"end\">{5}</text>\n", left,
-                       w - right, y(k / 4.0), left - 8, y(k / 4.0) + 4, 25 * k);
+    out += fmt::format(
+        "<line x1=\"{0}\" x2=\"{1}\" y1=\"{2:.1f}\" y2=\"{2:.1f}\" stroke=\"#ddd\"/><text x=\"{3}\" "
+        "y=\"{4:.1f}\" text-anchor=\"end\">{5}</text>\n",
+        left, w - right, y(k / 4.0), left - 8, y(k / 4.0) + 4, 25 * k);
   std::string line = fmt::format("M{:.2f},{:.2f}", x(c.volume.front()), y(0));
   double before = 0;
   for (std::size_t k = 0; k < c.volume.size(); ++k) {
-    line += fmt::format(" L{:.2f},{:.2f} L{:.2f},{:.2f}", x(c.volume[k]), y(before), x(c.volume[k]), y(c.passing[k]));
+    line += fmt::format(" L{:.2f},{:.2f} L{:.2f},{:.2f}", x(c.volume[k]), y(before), x(c.volume[k]),
+                        y(c.passing[k]));
     before = c.passing[k];
   }
   out += fmt::format("<path d=\"{}\" fill=\"none\" stroke=\"#1f5fa8\" stroke-width=\"2\"/>\n", line);
-  out += fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">Block volume, m³ ({} blocks, half of the volume in blocks below {:.3g} m³)</text>\n", (left + w - right) / 2, h - 16,
-                     c.volume.size(), c.v50);
-  out += fmt::format("<text transform=\"translate(18 {}) rotate(-90)\" text-anchor=\"middle\">Passing, % of volume</text>\n</svg>\n", (top + h - bottom) / 2);
+  out += fmt::format(
+      "<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">Block volume, m³ ({} blocks, half of the volume in "
+      "blocks below {:.3g} m³)</text>\n",
+      (left + w - right) / 2, h - 16, c.volume.size(), c.v50);
+  out += fmt::format(
+      "<text transform=\"translate(18 {}) rotate(-90)\" text-anchor=\"middle\">Passing, % of "
+      "volume</text>\n</svg>\n",
+      (top + h - bottom) / 2);
   return out;
 }
 

@@ -17,7 +17,8 @@ int CellComplex::add_plane(const Vec3& normal, double offset) {
 
 void CellComplex::link(int face) {
   const auto& loop = faces_[face].loop;
-  for (std::size_t k = 0; k < loop.size(); ++k) edge_faces_[key(loop[k], loop[(k + 1) % loop.size()])].push_back(face);
+  for (std::size_t k = 0; k < loop.size(); ++k)
+    edge_faces_[key(loop[k], loop[(k + 1) % loop.size()])].push_back(face);
 }
 
 void CellComplex::unlink(int face) {
@@ -30,7 +31,8 @@ void CellComplex::unlink(int face) {
   }
 }
 
-int CellComplex::add_cell(const std::vector<std::vector<int>>& loops, const std::vector<int>& planes, int mark) {
+int CellComplex::add_cell(const std::vector<std::vector<int>>& loops, const std::vector<int>& planes,
+                          int mark) {
   const int cell = static_cast<int>(cells_.size());
   cells_.emplace_back();
   for (std::size_t f = 0; f < loops.size(); ++f) {
@@ -80,13 +82,15 @@ int CellComplex::split_edge(int a, int b, const CutPlane& p) {
   return m;
 }
 
-/// The face keeps its positive part; the negative part becomes a new face. `sides` goes with the loop, after its edges
-/// have been split. False if the face lies on one side.
+/// The face keeps its positive part; the negative part becomes a new face. `sides` goes with the loop, after
+/// its edges have been split. False if the face lies on one side.
 bool CellComplex::split_loop(int face, const std::vector<int>& sides, int& negative) {
   negative = -1;
   const std::vector<int> loop = faces_[face].loop;
   const std::size_t n = loop.size();
-  if (std::find(sides.begin(), sides.end(), 1) == sides.end() || std::find(sides.begin(), sides.end(), -1) == sides.end()) return false;
+  if (std::find(sides.begin(), sides.end(), 1) == sides.end() ||
+      std::find(sides.begin(), sides.end(), -1) == sides.end())
+    return false;
   // From the corner on the plane that follows the last + to the one that precedes the first + again.
   std::size_t start = 0;
   while (!(sides[start] <= 0 && sides[(start + n - 1) % n] == 1)) ++start;
@@ -150,7 +154,8 @@ int CellComplex::split_cell(int cell, int plane, int mark) {
     }
   if (!plus || !minus) return -1;
 
-  const int first_new = static_cast<int>(x_.size());  // vertices made by this cut lie on the plane by construction
+  const int first_new =
+      static_cast<int>(x_.size());  // vertices made by this cut lie on the plane by construction
   const std::vector<int> before = cells_[cell].faces;
   for (int f : before) {
     const std::vector<int> loop = faces_[f].loop;
@@ -204,7 +209,8 @@ int CellComplex::split_cell(int cell, int plane, int mark) {
       v = it->second;
       if (v == first) break;
     }
-  if (!good || minus_faces.empty() || loop.size() < 3 || loop.size() != previous.size()) return -1;  // a graze, thinner than the snapping distance
+  if (!good || minus_faces.empty() || loop.size() < 3 || loop.size() != previous.size())
+    return -1;  // a graze, thinner than the snapping distance
 
   const int below = static_cast<int>(cells_.size());
   cells_.emplace_back();
@@ -247,7 +253,8 @@ void CellComplex::remove_cell(int cell) {
 Vec3 CellComplex::area_vector(int face) const {
   const auto& loop = faces_[face].loop;
   Vec3 a = Vec3::Zero();
-  for (std::size_t k = 1; k + 1 < loop.size(); ++k) a += (x_[loop[k]] - x_[loop[0]]).cross(x_[loop[k + 1]] - x_[loop[0]]);
+  for (std::size_t k = 1; k + 1 < loop.size(); ++k)
+    a += (x_[loop[k]] - x_[loop[0]]).cross(x_[loop[k + 1]] - x_[loop[0]]);
   return 0.5 * a;
 }
 
@@ -275,7 +282,8 @@ double CellComplex::volume(int cell) const {
     const auto& loop = faces_[f].loop;
     double sum = 0;
     const Vec3 o = x_[loop[0]] - c.centre;
-    for (std::size_t k = 1; k + 1 < loop.size(); ++k) sum += o.dot((x_[loop[k]] - c.centre).cross(x_[loop[k + 1]] - c.centre));
+    for (std::size_t k = 1; k + 1 < loop.size(); ++k)
+      sum += o.dot((x_[loop[k]] - c.centre).cross(x_[loop[k + 1]] - c.centre));
     six += faces_[f].cell[0] == cell ? sum : -sum;
   }
   return six / 6;

@@ -1,16 +1,18 @@
 /// Complex of convex cells that fill a region, cut by planes (private to the block cutting).
 ///
-///   side of vertex v against plane (n, d):   s = n . x_v - d;   + if s > e,  - if s < -e,  on the plane otherwise
+///   side of vertex v against plane (n, d):   s = n . x_v - d;   + if s > e,  - if s < -e,  on the plane
+///   otherwise
 ///
 /// symbol  meaning                                          unit
 /// n, d    unit normal and offset of a plane                1, m
 /// e       snapping distance: closer vertices are on it     m
 ///
-/// Vertices, edges and faces are shared by all cells around them, and an edge or face is split once for all of them. So
-/// neighbours always have the same vertices on what they share: faces match across a joint because they are one face,
-/// and the volumes of the cells add up to that of the region to round-off. A vertex is decided against a plane once,
-/// whatever cell asks, and e is far above round-off, so that the decisions of a cell never contradict each other.
-/// A face may be one of several coplanar ones of a cell, where only the neighbour was cut.
+/// Vertices, edges and faces are shared by all cells around them, and an edge or face is split once for all
+/// of them. So neighbours always have the same vertices on what they share: faces match across a joint
+/// because they are one face, and the volumes of the cells add up to that of the region to round-off. A
+/// vertex is decided against a plane once, whatever cell asks, and e is far above round-off, so that the
+/// decisions of a cell never contradict each other. A face may be one of several coplanar ones of a cell,
+/// where only the neighbour was cut.
 #pragma once
 #include <cstdint>
 #include <unordered_map>
@@ -27,14 +29,14 @@ class CellComplex {
     double offset;  // [m]
   };
   struct Face {
-    std::vector<int> loop;        // counter-clockwise seen from outside cell[0]
-    int cell[2] = {-1, -1};       // the normal points from cell[0] to cell[1]; -1: outside of the complex
-    int plane = -1;               // into planes()
-    int mark = 0;                 // the caller's: what this face is; inherited by its parts
+    std::vector<int> loop;   // counter-clockwise seen from outside cell[0]
+    int cell[2] = {-1, -1};  // the normal points from cell[0] to cell[1]; -1: outside of the complex
+    int plane = -1;          // into planes()
+    int mark = 0;            // the caller's: what this face is; inherited by its parts
   };
   struct Cell {
     std::vector<int> faces;
-    Vec3 centre = Vec3::Zero();   // of the vertices
+    Vec3 centre = Vec3::Zero();  // of the vertices
     double radius = 0;
     bool alive = true;
   };
@@ -46,8 +48,8 @@ class CellComplex {
   /// One cell from its faces: loops outward, a plane and a mark for each.
   int add_cell(const std::vector<std::vector<int>>& loops, const std::vector<int>& planes, int mark);
 
-  /// Splits a cell. Returns the new face (cell[0] on the positive side keeps the number `cell`, cell[1] is new), or -1
-  /// if the plane does not cross the cell.
+  /// Splits a cell. Returns the new face (cell[0] on the positive side keeps the number `cell`, cell[1] is
+  /// new), or -1 if the plane does not cross the cell.
   int split_cell(int cell, int plane, int mark);
   /// Splits a face within its plane along another plane. Returns the new face on the negative side, or -1.
   int split_face(int face, const CutPlane& along);

@@ -22,66 +22,90 @@ Vec3 joint_normal(double dip_direction, double dip) {
 
 std::vector<Problem> cut_problems(const CutSpec& spec) {
   std::vector<Problem> out;
-  const auto error = [&](const std::string& key, const std::string& value, const std::string& rule, const std::string& remedy) {
+  const auto error = [&](const std::string& key, const std::string& value, const std::string& rule,
+                         const std::string& remedy) {
     out.push_back({.key = key, .value = value, .rule = rule, .remedy = remedy});
   };
   const auto orientation = [&](const std::string& key, double dip_direction, double dip) {
     if (!(dip >= 0) || dip > pi / 2 * (1 + 1e-12))
-      error(key + ".orientation", fmt::format("dip {:.6g} deg", dip * 180 / pi), "dip must lie between 0 and 90 degrees",
+      error(key + ".orientation", fmt::format("dip {:.6g} deg", dip * 180 / pi),
+            "dip must lie between 0 and 90 degrees",
             "an overhanging plane of dip 90 + x is one of dip 90 - x and the opposite dip direction");
     if (!(dip_direction >= -2 * pi) || dip_direction > 4 * pi)
-      error(key + ".orientation", fmt::format("dip direction {:.6g} deg", dip_direction * 180 / pi), "dip direction must lie between 0 and 360 degrees",
-            "give it clockwise from north (+y)");
+      error(key + ".orientation", fmt::format("dip direction {:.6g} deg", dip_direction * 180 / pi),
+            "dip direction must lie between 0 and 360 degrees", "give it clockwise from north (+y)");
   };
-  const auto number = [&](const std::string& key, double x, bool good, const std::string& rule, const std::string& remedy) {
+  const auto number = [&](const std::string& key, double x, bool good, const std::string& rule,
+                          const std::string& remedy) {
     if (!good) error(key, fmt::format("{}", x), rule, remedy);
   };
-  if (spec.region.empty() && !spec.box) error("rock_mass", "", "needs a region", "give region = \"mass.obj\" or box = { min, max }");
-  if (!spec.region.empty() && spec.box) error("rock_mass.box", "", "stands beside region", "give one of the two");
-  if (spec.box && !(spec.box->sizes().minCoeff() > 0)) error("rock_mass.box", "", "min must be below max in x, y and z", "correct the box");
-  number("rock_mass.least_volume", spec.least_volume, spec.least_volume >= 0 && std::isfinite(spec.least_volume), "must not be negative", "give m^3");
+  if (spec.region.empty() && !spec.box)
+    error("rock_mass", "", "needs a region", "give region = \"mass.obj\" or box = { min, max }");
+  if (!spec.region.empty() && spec.box)
+    error("rock_mass.box", "", "stands beside region", "give one of the two");
+  if (spec.box && !(spec.box->sizes().minCoeff() > 0))
+    error("rock_mass.box", "", "min must be below max in x, y and z", "correct the box");
+  number("rock_mass.least_volume", spec.least_volume,
+         spec.least_volume >= 0 && std::isfinite(spec.least_volume), "must not be negative", "give m^3");
   for (const CutJointSet& s : spec.joint_sets) {
     const std::string key = "rock_mass.joint_set." + s.name;
     orientation(key, s.dip_direction, s.dip);
-    number(key + ".spacing", s.spacing, s.spacing > 0 && std::isfinite(s.spacing), "must be positive", "give metres along the normal");
-    number(key + ".persistence", s.persistence, s.persistence > 0 && s.persistence <= 1, "must lie in (0, 1]", "1: every block across a joint is cut");
-    number(key + ".fisher", s.fisher, s.fisher >= 0 && std::isfinite(s.fisher), "must not be negative", "0: no scatter; large: little");
-    number(key + ".spacing_deviation", s.spacing_deviation, s.spacing_deviation >= 0 && std::isfinite(s.spacing_deviation), "must not be negative", "give metres");
+    number(key + ".spacing", s.spacing, s.spacing > 0 && std::isfinite(s.spacing), "must be positive",
+           "give metres along the normal");
+    number(key + ".persistence", s.persistence, s.persistence > 0 && s.persistence <= 1, "must lie in (0, 1]",
+           "1: every block across a joint is cut");
+    number(key + ".fisher", s.fisher, s.fisher >= 0 && std::isfinite(s.fisher), "must not be negative",
+           "0: no scatter; large: little");
+    number(key + ".spacing_deviation", s.spacing_deviation,
+           s.spacing_deviation >= 0 && std::isfinite(s.spacing_deviation), "must not be negative",
+           "give metres");
     number(key + ".bond_tension", s.bond_tension, s.bond_tension >= 0, "must not be negative", "give Pa");
     number(key + ".bond_shear", s.bond_shear, s.bond_shear >= 0, "must not be negative", "give Pa");
-    if (s.spacing_distribution != "constant" && s.spacing_distribution != "exponential" && s.spacing_distribution != "normal" && s.spacing_distribution != "lognormal")
-      error(key + ".spacing_distribution", s.spacing_distribution, "is not a known distribution", "use constant, exponential, normal or lognormal");
+    if (s.spacing_distribution != "constant" && s.spacing_distribution != "exponential" &&
+        s.spacing_distribution != "normal" && s.spacing_distribution != "lognormal")
+      error(key + ".spacing_distribution", s.spacing_distribution, "is not a known distribution",
+            "use constant, exponential, normal or lognormal");
   }
   for (const CutJoint& j : spec.joints) {
     const std::string key = "rock_mass.joint." + j.name;
     orientation(key, j.dip_direction, j.dip);
-    number(key + ".radius", j.radius, j.radius >= 0 && std::isfinite(j.radius), "must not be negative", "0: unbounded");
-    if (!j.polygon.empty() && j.radius > 0) error(key + ".polygon", "", "stands beside radius", "give one of the two");
-    if (!j.polygon.empty() && j.polygon.size() < 3) error(key + ".polygon", fmt::format("{} points", j.polygon.size()), "needs three points or more", "add points");
+    number(key + ".radius", j.radius, j.radius >= 0 && std::isfinite(j.radius), "must not be negative",
+           "0: unbounded");
+    if (!j.polygon.empty() && j.radius > 0)
+      error(key + ".polygon", "", "stands beside radius", "give one of the two");
+    if (!j.polygon.empty() && j.polygon.size() < 3)
+      error(key + ".polygon", fmt::format("{} points", j.polygon.size()), "needs three points or more",
+            "add points");
     if (!j.through.allFinite()) error(key + ".through", "", "must be finite", "give [x, y, z]");
   }
   for (std::size_t a = 0; a < spec.joint_sets.size(); ++a)
     for (std::size_t b = a + 1; b < spec.joint_sets.size(); ++b) {
       const auto &p = spec.joint_sets[a], &q = spec.joint_sets[b];
-      const double sine = joint_normal(p.dip_direction, p.dip).cross(joint_normal(q.dip_direction, q.dip)).norm();
+      const double sine =
+          joint_normal(p.dip_direction, p.dip).cross(joint_normal(q.dip_direction, q.dip)).norm();
       if (sine < std::sin(10 * pi / 180) && spec.least_volume == 0)
-        out.push_back({.severity = Problem::Severity::warning, .key = "rock_mass.joint_set." + q.name,
-                       .value = fmt::format("{:.2f} deg from {}", std::asin(std::min(1.0, sine)) * 180 / pi, p.name),
-                       .rule = "sets that are nearly parallel cut slivers", .remedy = "set rock_mass.least_volume to merge them"});
+        out.push_back(
+            {.severity = Problem::Severity::warning,
+             .key = "rock_mass.joint_set." + q.name,
+             .value = fmt::format("{:.2f} deg from {}", std::asin(std::min(1.0, sine)) * 180 / pi, p.name),
+             .rule = "sets that are nearly parallel cut slivers",
+             .remedy = "set rock_mass.least_volume to merge them"});
     }
   return out;
 }
 
 namespace {
 
-/// Blocks that sets of endless joints cut from a large volume: one per corner, and each three planes make one.
+/// Blocks that sets of endless joints cut from a large volume: one per corner, and each three planes make
+/// one.
 double expected_blocks(const std::vector<CutJointSet>& sets, double volume) {
   double density = 0;
   for (std::size_t a = 0; a < sets.size(); ++a)
     for (std::size_t b = a + 1; b < sets.size(); ++b)
       for (std::size_t c = b + 1; c < sets.size(); ++c) {
         const auto normal = [&](std::size_t k) { return joint_normal(sets[k].dip_direction, sets[k].dip); };
-        density += std::abs(normal(a).dot(normal(b).cross(normal(c)))) / (sets[a].spacing * sets[b].spacing * sets[c].spacing);
+        density += std::abs(normal(a).dot(normal(b).cross(normal(c)))) /
+                   (sets[a].spacing * sets[b].spacing * sets[c].spacing);
       }
   return density * volume;
 }
@@ -90,7 +114,8 @@ double expected_blocks(const std::vector<CutJointSet>& sets, double volume) {
 
 namespace cutting {
 
-std::vector<JointPlane> set_planes(const CutJointSet& set, int joint, const Box3& region, const std::vector<Vec3>& corners) {
+std::vector<JointPlane> set_planes(const CutJointSet& set, int joint, const Box3& region,
+                                   const std::vector<Vec3>& corners) {
   const Vec3 mean = joint_normal(set.dip_direction, set.dip), o = set.origin.value_or(region.center());
   double lo = 1e300, hi = -1e300;
   for (const Vec3& c : corners) lo = std::min(lo, mean.dot(c - o)), hi = std::max(hi, mean.dot(c - o));
@@ -99,8 +124,11 @@ std::vector<JointPlane> set_planes(const CutJointSet& set, int joint, const Box3
     lo -= reach, hi += reach;
   }
   if ((hi - lo) / set.spacing > 200000)
-    throw InputError(Problem{.key = "rock_mass.joint_set." + set.name + ".spacing", .value = fmt::format("{}", set.spacing),
-                             .rule = fmt::format("gives {:.0f} planes in the region", (hi - lo) / set.spacing), .remedy = "enlarge the spacing"});
+    throw InputError(
+        Problem{.key = "rock_mass.joint_set." + set.name + ".spacing",
+                .value = fmt::format("{}", set.spacing),
+                .rule = fmt::format("gives {:.0f} planes in the region", (hi - lo) / set.spacing),
+                .remedy = "enlarge the spacing"});
   Random random(set.seed * 1000003ull + static_cast<unsigned>(joint));
   const auto step = [&] {
     const double s = set.spacing, d = set.spacing_deviation;
@@ -134,7 +162,8 @@ std::vector<Vec3> joint_polygon(const CutJoint& joint, const Vec3& n) {
   std::vector<Vec3> polygon;
   if (joint.radius > 0) {
     const int corners = 32;
-    const double r = joint.radius * std::sqrt(2 * pi / (corners * std::sin(2 * pi / corners)));  // the disc's area
+    const double r =
+        joint.radius * std::sqrt(2 * pi / (corners * std::sin(2 * pi / corners)));  // the disc's area
     const Vec3 u = n.unitOrthogonal(), w = n.cross(u);
     for (int k = 0; k < corners; ++k) {
       const double a = 2 * pi * k / corners;
@@ -144,7 +173,8 @@ std::vector<Vec3> joint_polygon(const CutJoint& joint, const Vec3& n) {
   }
   Vec3 area = Vec3::Zero();
   for (const Vec3& p : joint.polygon) polygon.push_back(p - n * n.dot(p - joint.through));
-  for (std::size_t k = 1; k + 1 < polygon.size(); ++k) area += (polygon[k] - polygon[0]).cross(polygon[k + 1] - polygon[0]);
+  for (std::size_t k = 1; k + 1 < polygon.size(); ++k)
+    area += (polygon[k] - polygon[0]).cross(polygon[k + 1] - polygon[0]);
   if (area.dot(n) < 0) std::reverse(polygon.begin(), polygon.end());
   return polygon;
 }
@@ -152,7 +182,8 @@ std::vector<Vec3> joint_polygon(const CutJoint& joint, const Vec3& n) {
 namespace {
 
 bool on_plane(const CellComplex& complex, const CellComplex::Face& f, const Vec3& n, double d) {
-  return std::all_of(f.loop.begin(), f.loop.end(), [&](int v) { return std::abs(n.dot(complex.vertices()[v]) - d) <= complex.snap(); });
+  return std::all_of(f.loop.begin(), f.loop.end(),
+                     [&](int v) { return std::abs(n.dot(complex.vertices()[v]) - d) <= complex.snap(); });
 }
 
 /// Area of the polygon within a convex loop in the same plane (the loop counter-clockwise about n).
@@ -169,16 +200,20 @@ double overlap_area(std::vector<Vec3> polygon, const std::vector<Vec3>& loop, co
     polygon = std::move(kept);
   }
   Vec3 area = Vec3::Zero();
-  for (std::size_t k = 1; k + 1 < polygon.size(); ++k) area += (polygon[k] - polygon[0]).cross(polygon[k + 1] - polygon[0]);
+  for (std::size_t k = 1; k + 1 < polygon.size(); ++k)
+    area += (polygon[k] - polygon[0]).cross(polygon[k + 1] - polygon[0]);
   return 0.5 * area.dot(n);
 }
 
 /// Section of a convex cell by a plane, counter-clockwise about its normal; empty if it is missed.
 std::vector<Vec3> section(const CellComplex& complex, int cell, const Vec3& n, double d) {
   std::vector<Vec3> points;
-  // Faces that share an edge give its point alike but for rounding; two of them would make a side of no direction.
+  // Faces that share an edge give its point alike but for rounding; two of them would make a side of no
+  // direction.
   const auto add = [&](const Vec3& x) {
-    if (std::none_of(points.begin(), points.end(), [&](const Vec3& p) { return (p - x).norm() <= complex.snap(); })) points.push_back(x);
+    if (std::none_of(points.begin(), points.end(),
+                     [&](const Vec3& p) { return (p - x).norm() <= complex.snap(); }))
+      points.push_back(x);
   };
   for (int f : complex.cells()[cell].faces) {
     const auto& loop = complex.faces()[f].loop;
@@ -198,7 +233,9 @@ std::vector<Vec3> section(const CellComplex& complex, int cell, const Vec3& n, d
   std::vector<P> q, hull;
   for (const Vec3& p : points) q.push_back({u.dot(p), w.dot(p), p});
   std::sort(q.begin(), q.end(), [](const P& a, const P& b) { return a.x != b.x ? a.x < b.x : a.y < b.y; });
-  const auto turn = [](const P& a, const P& b, const P& c) { return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x); };
+  const auto turn = [](const P& a, const P& b, const P& c) {
+    return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+  };
   for (int pass = 0; pass < 2; ++pass) {
     const std::size_t base = hull.size();
     for (const P& p : q) {
@@ -225,14 +262,16 @@ bool inside_polygon(const std::vector<Vec3>& polygon, const Vec3& n, const Vec3&
   const Vec3 u = n.unitOrthogonal(), w = n.cross(u);
   bool inside = false;
   for (std::size_t i = 0, j = polygon.size() - 1; i < polygon.size(); j = i++) {
-    const double ax = u.dot(polygon[i] - x), ay = w.dot(polygon[i] - x), bx = u.dot(polygon[j] - x), by = w.dot(polygon[j] - x);
+    const double ax = u.dot(polygon[i] - x), ay = w.dot(polygon[i] - x), bx = u.dot(polygon[j] - x),
+                 by = w.dot(polygon[j] - x);
     if ((ay > 0) != (by > 0) && 0 < ax - ay * (bx - ax) / (by - ay)) inside = !inside;
   }
   return inside;
 }
 
 /// Divides a face in the plane of a joint into the parts within and beyond its border, and marks them.
-void mark_parts(CellComplex& complex, int face, const Vec3& n, const std::vector<Vec3>& polygon, int open_mark, int bridge_mark) {
+void mark_parts(CellComplex& complex, int face, const Vec3& n, const std::vector<Vec3>& polygon,
+                int open_mark, int bridge_mark) {
   const bool convex = convex_polygon(polygon, n);
   std::vector<int> parts{face};
   for (std::size_t k = 0; k < polygon.size() && !parts.empty(); ++k) {
@@ -260,7 +299,8 @@ void mark_parts(CellComplex& complex, int face, const Vec3& n, const std::vector
     parts = std::move(inner);
   }
   for (int f : parts)
-    complex.faces()[f].mark = convex || inside_polygon(polygon, n, complex.centroid(f)) ? open_mark : bridge_mark;
+    complex.faces()[f].mark =
+        convex || inside_polygon(polygon, n, complex.centroid(f)) ? open_mark : bridge_mark;
 }
 
 }  // namespace
@@ -269,7 +309,9 @@ void cut_with_plane(CellComplex& complex, std::vector<Mark>& marks, const JointP
                     const std::function<int()>& choose_mark) {
   // Rock that lies on both sides of this very plane already (a division, a bridge) is opened.
   for (auto& f : complex.faces())
-    if (f.cell[1] >= 0 && (marks[f.mark].intact || marks[f.mark].bonded) && on_plane(complex, f, plane.normal, plane.offset)) f.mark = open_mark;
+    if (f.cell[1] >= 0 && (marks[f.mark].intact || marks[f.mark].bonded) &&
+        on_plane(complex, f, plane.normal, plane.offset))
+      f.mark = open_mark;
   const int id = complex.add_plane(plane.normal, plane.offset);
   const int cells = static_cast<int>(complex.cells().size());
   for (int c = 0; c < cells; ++c) {
@@ -280,8 +322,8 @@ void cut_with_plane(CellComplex& complex, std::vector<Mark>& marks, const JointP
   }
 }
 
-void cut_with_polygon(CellComplex& complex, std::vector<Mark>& marks, const JointPlane& plane, const std::vector<Vec3>& polygon,
-                      int open_mark, int bridge_mark) {
+void cut_with_polygon(CellComplex& complex, std::vector<Mark>& marks, const JointPlane& plane,
+                      const std::vector<Vec3>& polygon, int open_mark, int bridge_mark) {
   Box3 box;
   for (const Vec3& p : polygon) box.extend(p);
   const double least = complex.snap() * box.diagonal().norm();
@@ -294,7 +336,8 @@ void cut_with_polygon(CellComplex& complex, std::vector<Mark>& marks, const Join
   const int faces = static_cast<int>(complex.faces().size());
   for (int f = 0; f < faces; ++f) {
     const auto& face = complex.faces()[f];
-    if (face.cell[1] >= 0 && (marks[face.mark].intact || marks[face.mark].bonded) && on_plane(complex, face, plane.normal, plane.offset) &&
+    if (face.cell[1] >= 0 && (marks[face.mark].intact || marks[face.mark].bonded) &&
+        on_plane(complex, face, plane.normal, plane.offset) &&
         overlap_area(polygon, loop_points(f), plane.normal) > least)
       mark_parts(complex, f, plane.normal, polygon, open_mark, face.mark);
   }
@@ -318,7 +361,8 @@ CutResult cut(const CutSpec& spec) {
   using namespace cutting;
   CutResult result;
   std::vector<Problem> problems = cut_problems(spec);
-  if (std::any_of(problems.begin(), problems.end(), [](const Problem& p) { return p.severity == Problem::Severity::error; }))
+  if (std::any_of(problems.begin(), problems.end(),
+                  [](const Problem& p) { return p.severity == Problem::Severity::error; }))
     throw InputError(std::move(problems));
   result.warnings = std::move(problems);
 
@@ -326,7 +370,8 @@ CutResult cut(const CutSpec& spec) {
   if (spec.box) {
     std::vector<Vec3> p;
     for (int i = 0; i < 8; ++i)
-      p.emplace_back(i & 1 ? spec.box->max().x() : spec.box->min().x(), i & 2 ? spec.box->max().y() : spec.box->min().y(),
+      p.emplace_back(i & 1 ? spec.box->max().x() : spec.box->min().x(),
+                     i & 2 ? spec.box->max().y() : spec.box->min().y(),
                      i & 4 ? spec.box->max().z() : spec.box->min().z());
     const Mesh mesh = convex_hull(p);
     region = make_polyhedron(mesh.vertices, mesh.triangles);
@@ -336,11 +381,16 @@ CutResult cut(const CutSpec& spec) {
   }
   Box3 box = bounding_box(region);
   result.region_volume = volume(region);
-  if (const double blocks = expected_blocks(spec.joint_sets, result.region_volume); blocks > 2 * static_cast<double>(spec.most_blocks)) {
+  if (const double blocks = expected_blocks(spec.joint_sets, result.region_volume);
+      blocks > 2 * static_cast<double>(spec.most_blocks)) {
     std::string names;
-    for (const CutJointSet& s : spec.joint_sets) names += (names.empty() ? "" : ", ") + fmt::format("{} {:g} m", s.name, s.spacing);
-    throw InputError(Problem{.key = "rock_mass.joint_set", .value = "spacing " + names,
-                             .rule = fmt::format("would cut about {:.2g} blocks; at most {} are cut", blocks, spec.most_blocks), .remedy = "enlarge the spacing or shrink the region"});
+    for (const CutJointSet& s : spec.joint_sets)
+      names += (names.empty() ? "" : ", ") + fmt::format("{} {:g} m", s.name, s.spacing);
+    throw InputError(Problem{
+        .key = "rock_mass.joint_set",
+        .value = "spacing " + names,
+        .rule = fmt::format("would cut about {:.2g} blocks; at most {} are cut", blocks, spec.most_blocks),
+        .remedy = "enlarge the spacing or shrink the region"});
   }
   CellComplex complex(1e-10 * box.diagonal().norm());
   add_region(complex, region);
@@ -353,12 +403,18 @@ CutResult cut(const CutSpec& spec) {
   };
   const auto check_size = [&](const std::string& name) {
     if (complex.cells().size() > 2 * spec.most_blocks)
-      throw InputError(Problem{.key = "rock_mass." + name, .value = fmt::format("{}", complex.cells().size()),
-                               .rule = fmt::format("more than {} blocks", spec.most_blocks), .remedy = "enlarge the spacing or shrink the region"});
+      throw InputError(Problem{.key = "rock_mass." + name,
+                               .value = fmt::format("{}", complex.cells().size()),
+                               .rule = fmt::format("more than {} blocks", spec.most_blocks),
+                               .remedy = "enlarge the spacing or shrink the region"});
   };
-  const auto warn_if_useless = [&](const std::string& name, std::size_t cells_before, const std::string& remedy) {
+  const auto warn_if_useless = [&](const std::string& name, std::size_t cells_before,
+                                   const std::string& remedy) {
     if (complex.cells().size() == cells_before)
-      result.warnings.push_back({.severity = Problem::Severity::warning, .key = "rock_mass." + name, .rule = "separates no blocks of the region", .remedy = remedy});
+      result.warnings.push_back({.severity = Problem::Severity::warning,
+                                 .key = "rock_mass." + name,
+                                 .rule = "separates no blocks of the region",
+                                 .remedy = remedy});
   };
   const int sets = static_cast<int>(spec.joint_sets.size());
   for (int k = 0; k < sets; ++k) {
@@ -367,14 +423,19 @@ CutResult cut(const CutSpec& spec) {
     result.joint_names.push_back(set.name);
     const int open = new_mark({.joint = k});
     const bool bonds = set.bond_tension > 0 || set.bond_shear > 0;
-    const int bridge = bonds ? new_mark({.joint = k, .bonded = true, .tension = set.bond_tension, .shear = set.bond_shear}) : -1;
+    const int bridge =
+        bonds ? new_mark({.joint = k, .bonded = true, .tension = set.bond_tension, .shear = set.bond_shear})
+              : -1;
     Random random(set.seed * 7919ull + 104729ull * static_cast<unsigned>(k + 1));
     for (const JointPlane& plane : set_planes(set, k, box, region.vertices)) {
-      cut_with_plane(complex, marks, plane, open, [&] { return set.persistence >= 1 || random.uniform() < set.persistence ? open : bridge; });
+      cut_with_plane(complex, marks, plane, open, [&] {
+        return set.persistence >= 1 || random.uniform() < set.persistence ? open : bridge;
+      });
       result.planes.push_back({plane.normal, plane.offset, k});
       check_size("joint_set." + set.name);
     }
-    warn_if_useless("joint_set." + set.name, cells_before, "check its origin and spacing against the region's size");
+    warn_if_useless("joint_set." + set.name, cells_before,
+                    "check its origin and spacing against the region's size");
   }
   for (int j = 0; j < static_cast<int>(spec.joints.size()); ++j) {
     const CutJoint& joint = spec.joints[j];
@@ -388,11 +449,16 @@ CutResult cut(const CutSpec& spec) {
       cut_with_plane(complex, marks, plane, open, [&] { return open; });
     } else {
       const bool bonds = joint.bond_tension > 0 || joint.bond_shear > 0;
-      const int bridge = new_mark({.joint = sets + j, .intact = !bonds, .bonded = bonds, .tension = joint.bond_tension, .shear = joint.bond_shear});
+      const int bridge = new_mark({.joint = sets + j,
+                                   .intact = !bonds,
+                                   .bonded = bonds,
+                                   .tension = joint.bond_tension,
+                                   .shear = joint.bond_shear});
       cut_with_polygon(complex, marks, plane, joint_polygon(joint, n), open, bridge);
     }
     check_size("joint." + joint.name);
-    warn_if_useless("joint." + joint.name, cells_before, "check through, and radius or polygon, against the region");
+    warn_if_useless("joint." + joint.name, cells_before,
+                    "check through, and radius or polygon, against the region");
   }
   make_blocks(complex, marks, spec.least_volume, result);
   return result;

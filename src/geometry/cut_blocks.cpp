@@ -1,4 +1,5 @@
-// Cells to blocks: gluing, merging of slivers, and the boundary of each block without the traces of the division.
+// Cells to blocks: gluing, merging of slivers, and the boundary of each block without the traces of the
+// division.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -32,7 +33,7 @@ struct Side {
   int cell;               // the block's cell behind it
   std::vector<int> loop;  // outward, vertices of the complex; later local copies
   int plane, joint;
-  bool along;             // outward normal = plane's normal
+  bool along;  // outward normal = plane's normal
   double area;
 };
 
@@ -49,19 +50,23 @@ class BlockBuilder {
     std::vector<std::array<int, 3>> triangles;
     std::vector<int> joint;
     const double size = bounds().diagonal().norm();
-    if (!simplified(triangles, joint) || std::abs(signed_volume(x_, triangles) - volume) > 1e-12 * size * size * size) raw(triangles, joint);
+    if (!simplified(triangles, joint) ||
+        std::abs(signed_volume(x_, triangles) - volume) > 1e-12 * size * size * size)
+      raw(triangles, joint);
     CutBlock block;
     block.cells = static_cast<int>(cells.size());
     block.centroid = centroid(triangles);
     for (Vec3& v : x_) v -= block.centroid;
     block.volume = signed_volume(x_, triangles);
     block.body = make_polyhedron(x_, triangles, 1e-7);
-    // The joint of a face: that of the larger part of its triangles (coplanar parts may come from two joints).
+    // The joint of a face: that of the larger part of its triangles (coplanar parts may come from two
+    // joints).
     block.body.face_joint_set.assign(block.body.faces(), -1);
     std::map<std::pair<int, int>, double> share;
     for (std::size_t t = 0; t < triangles.size(); ++t) {
       const auto& c = triangles[t];
-      share[{block.body.triangle_face[t], joint[t]}] += (x_[c[1]] - x_[c[0]]).cross(x_[c[2]] - x_[c[0]]).norm();
+      share[{block.body.triangle_face[t], joint[t]}] +=
+          (x_[c[1]] - x_[c[0]]).cross(x_[c[2]] - x_[c[0]]).norm();
     }
     std::vector<double> best(block.body.faces(), -1);
     for (const auto& [key, area] : share)
@@ -105,8 +110,8 @@ class BlockBuilder {
     return uses;
   }
 
-  /// A vertex where two parts of the block only touch becomes two: the surface stays a manifold. Fills x_ and the sides'
-  /// loops with local numbers, and twin_ with the neighbouring side across each edge.
+  /// A vertex where two parts of the block only touch becomes two: the surface stays a manifold. Fills x_ and
+  /// the sides' loops with local numbers, and twin_ with the neighbouring side across each edge.
   void copy_corners() {
     std::vector<int> offset{0};
     for (const Side& s : sides_) offset.push_back(offset.back() + static_cast<int>(s.loop.size()));
@@ -159,7 +164,8 @@ class BlockBuilder {
         }
       }
     for (std::size_t s = 0; s < sides_.size(); ++s)
-      for (std::size_t k = 0; k < sides_[s].loop.size(); ++k) sides_[s].loop[k] = local[corners.find(offset[s] + static_cast<int>(k))];
+      for (std::size_t k = 0; k < sides_[s].loop.size(); ++k)
+        sides_[s].loop[k] = local[corners.find(offset[s] + static_cast<int>(k))];
   }
 
   Box3 bounds() const {
@@ -168,13 +174,15 @@ class BlockBuilder {
     return box;
   }
 
-  /// Coplanar neighbours become one polygon, and vertices within a straight edge or within a face are left out.
+  /// Coplanar neighbours become one polygon, and vertices within a straight edge or within a face are left
+  /// out.
   bool simplified(std::vector<std::array<int, 3>>& triangles, std::vector<int>& joint) const {
     const int n = static_cast<int>(sides_.size());
     DisjointSets patches(static_cast<std::size_t>(n));
     for (int s = 0; s < n; ++s)
       for (int t : twin_[s])
-        if (t >= 0 && sides_[s].plane == sides_[t].plane && sides_[s].along == sides_[t].along) patches.join(s, t);
+        if (t >= 0 && sides_[s].plane == sides_[t].plane && sides_[s].along == sides_[t].along)
+          patches.join(s, t);
     std::vector<std::vector<int>> at_vertex(x_.size());  // patches around each vertex
     for (int s = 0; s < n; ++s)
       for (int v : sides_[s].loop) {
@@ -192,7 +200,8 @@ class BlockBuilder {
         const int t = twin_[s][k];
         if (t < 0) return false;
         if (patches.find(t) == p) continue;
-        if (!next[p].emplace(loop[k], loop[(k + 1) % loop.size()]).second) return false;  // the border pinches
+        if (!next[p].emplace(loop[k], loop[(k + 1) % loop.size()]).second)
+          return false;  // the border pinches
       }
     }
     const double straight = 1e-13 * bounds().diagonal().norm();
@@ -206,7 +215,9 @@ class BlockBuilder {
         const auto it = edges.find(b);
         if (it == edges.end()) return false;
         const Vec3 along = x_[it->second] - x_[a];
-        if (!(along.norm() > 0) || along.cross(x_[b] - x_[a]).norm() > straight * along.norm() || along.dot(x_[b] - x_[a]) <= 0) keep[b] = 1;
+        if (!(along.norm() > 0) || along.cross(x_[b] - x_[a]).norm() > straight * along.norm() ||
+            along.dot(x_[b] - x_[a]) <= 0)
+          keep[b] = 1;
       }
     for (const auto& [p, edges] : next) {
       const Vec3 normal = complex_.planes()[sides_[p].plane].normal * (sides_[p].along ? 1 : -1);
@@ -248,7 +259,8 @@ class BlockBuilder {
       const Vec3 normal = complex_.planes()[s.plane].normal * (s.along ? 1 : -1);
       auto part = triangulate_polygon(x_, {s.loop}, normal);
       if (part.empty())
-        for (std::size_t k = 1; k + 1 < s.loop.size(); ++k) part.push_back({s.loop[0], s.loop[k], s.loop[k + 1]});
+        for (std::size_t k = 1; k + 1 < s.loop.size(); ++k)
+          part.push_back({s.loop[0], s.loop[k], s.loop[k + 1]});
       for (const auto& t : part) triangles.push_back(t), joint.push_back(s.joint);
     }
   }
@@ -276,7 +288,8 @@ class BlockBuilder {
 
 }  // namespace
 
-void make_blocks(const CellComplex& complex, const std::vector<Mark>& marks, double least_volume, CutResult& result) {
+void make_blocks(const CellComplex& complex, const std::vector<Mark>& marks, double least_volume,
+                 CutResult& result) {
   const int n = static_cast<int>(complex.cells().size());
   DisjointSets sets(static_cast<std::size_t>(n));
   for (const auto& f : complex.faces())
@@ -299,11 +312,13 @@ void make_blocks(const CellComplex& complex, const std::vector<Mark>& marks, dou
     }
     std::vector<std::pair<double, int>> small;
     for (int c = 0; c < n; ++c)
-      if (complex.cells()[c].alive && sets.find(c) == c && volume[c] < least_volume) small.emplace_back(volume[c], c);
+      if (complex.cells()[c].alive && sets.find(c) == c && volume[c] < least_volume)
+        small.emplace_back(volume[c], c);
     std::sort(small.begin(), small.end());
     for (std::size_t i = 0; i < small.size(); ++i) {
       const auto [was, c] = small[i];
-      if (sets.find(c) != c || volume[c] >= least_volume) continue;  // has been joined by, or has joined, another
+      if (sets.find(c) != c || volume[c] >= least_volume)
+        continue;  // has been joined by, or has joined, another
       int best = -1;
       double area = 0;
       for (const auto& [other, a] : shared[c])
@@ -320,7 +335,10 @@ void make_blocks(const CellComplex& complex, const std::vector<Mark>& marks, dou
       }
       shared[gone].clear();
       ++result.merged;
-      if (volume[keep] < least_volume) small.insert(std::upper_bound(small.begin() + static_cast<std::ptrdiff_t>(i) + 1, small.end(), std::pair{volume[keep], keep}), {volume[keep], keep});
+      if (volume[keep] < least_volume)
+        small.insert(std::upper_bound(small.begin() + static_cast<std::ptrdiff_t>(i) + 1, small.end(),
+                                      std::pair{volume[keep], keep}),
+                     {volume[keep], keep});
     }
   }
 

@@ -10,9 +10,9 @@ namespace talus::geometry::cutting {
 
 /// What a face of the complex is. `Face::mark` is an index into a table of these.
 struct Mark {
-  int joint = -1;        // -1: the region's surface, or a division for convexity
-  bool intact = false;   // rock on both sides: the cells are glued
-  bool bonded = false;   // rock bridge with a strength
+  int joint = -1;       // -1: the region's surface, or a division for convexity
+  bool intact = false;  // rock on both sides: the cells are glued
+  bool bonded = false;  // rock bridge with a strength
   double tension = 0, shear = 0;
 };
 constexpr int mark_surface = 0, mark_division = 1;  // the first two entries of the table
@@ -24,19 +24,21 @@ void add_region(CellComplex& complex, const Polyhedron& region);
 struct JointPlane {
   Vec3 normal;
   double offset;
-  int joint;            // as in CutBlock::body.face_joint_set
+  int joint;  // as in CutBlock::body.face_joint_set
 };
-std::vector<JointPlane> set_planes(const CutJointSet& set, int joint, const Box3& region, const std::vector<Vec3>& corners);
+std::vector<JointPlane> set_planes(const CutJointSet& set, int joint, const Box3& region,
+                                   const std::vector<Vec3>& corners);
 
 /// A bounded joint: its polygon in its plane, counter-clockwise about the normal.
 std::vector<Vec3> joint_polygon(const CutJoint& joint, const Vec3& normal);
 
 void cut_with_plane(CellComplex& complex, std::vector<Mark>& marks, const JointPlane& plane, int open_mark,
                     const std::function<int()>& choose_mark);
-void cut_with_polygon(CellComplex& complex, std::vector<Mark>& marks, const JointPlane& plane, const std::vector<Vec3>& polygon,
-                      int open_mark, int bridge_mark);
+void cut_with_polygon(CellComplex& complex, std::vector<Mark>& marks, const JointPlane& plane,
+                      const std::vector<Vec3>& polygon, int open_mark, int bridge_mark);
 
 /// Glues cells to blocks, merges slivers, and writes blocks and interfaces.
-void make_blocks(const CellComplex& complex, const std::vector<Mark>& marks, double least_volume, CutResult& result);
+void make_blocks(const CellComplex& complex, const std::vector<Mark>& marks, double least_volume,
+                 CutResult& result);
 
 }  // namespace talus::geometry::cutting

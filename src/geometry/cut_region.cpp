@@ -1,4 +1,5 @@
-// The region as convex cells: itself if it is convex, else divided along its own faces (binary space partition).
+// The region as convex cells: itself if it is convex, else divided along its own faces (binary space
+// partition).
 #include <algorithm>
 #include <cmath>
 
@@ -19,7 +20,8 @@ double area_of(const std::vector<Vec3>& p) {
 }
 
 /// Splits a convex polygon; a part within the snapping distance of the plane is dropped.
-void divide(const Fragment& f, const CellComplex::CutPlane& p, double snap, std::vector<Fragment>& plus, std::vector<Fragment>& minus) {
+void divide(const Fragment& f, const CellComplex::CutPlane& p, double snap, std::vector<Fragment>& plus,
+            std::vector<Fragment>& minus) {
   std::vector<double> s;
   for (const Vec3& v : f.polygon) s.push_back(p.normal.dot(v) - p.offset);
   const double hi = *std::max_element(s.begin(), s.end()), lo = *std::min_element(s.begin(), s.end());
@@ -63,12 +65,14 @@ void add_region(CellComplex& complex, const Polyhedron& region) {
     const Vec3& n = region.face_normals[f];
     double offset = 0;
     const int begin = region.face_offset[f], end = region.face_offset[f + 1];
-    for (int k = begin; k < end; ++k) offset += n.dot(region.vertices[region.face_vertices[k]]) / (end - begin);
+    for (int k = begin; k < end; ++k)
+      offset += n.dot(region.vertices[region.face_vertices[k]]) / (end - begin);
     int found = -1;  // faces apart in one plane share it
     for (int p = 0; p < static_cast<int>(complex.planes().size()) && found < 0; ++p) {
       const auto& q = complex.planes()[p];
       for (const double sign : {1.0, -1.0})
-        if ((q.normal - sign * n).norm() < 1e-10 && std::abs(q.offset - sign * offset) < complex.snap()) found = p;
+        if ((q.normal - sign * n).norm() < 1e-10 && std::abs(q.offset - sign * offset) < complex.snap())
+          found = p;
     }
     plane_of[f] = found >= 0 ? found : complex.add_plane(n, offset);
   }
@@ -76,7 +80,8 @@ void add_region(CellComplex& complex, const Polyhedron& region) {
     std::vector<std::vector<int>> loops;
     for (const Vec3& v : region.vertices) complex.add_vertex(v);
     for (int f = 0; f < region.faces(); ++f)
-      loops.emplace_back(region.face_vertices.begin() + region.face_offset[f], region.face_vertices.begin() + region.face_offset[f + 1]);
+      loops.emplace_back(region.face_vertices.begin() + region.face_offset[f],
+                         region.face_vertices.begin() + region.face_offset[f + 1]);
     complex.add_cell(loops, plane_of, mark_surface);
     return;
   }
@@ -88,17 +93,20 @@ void add_region(CellComplex& complex, const Polyhedron& region) {
   box.max().array() += margin;
   std::vector<int> planes;
   for (int i = 0; i < 8; ++i)
-    complex.add_vertex({i & 1 ? box.max().x() : box.min().x(), i & 2 ? box.max().y() : box.min().y(), i & 4 ? box.max().z() : box.min().z()});
+    complex.add_vertex({i & 1 ? box.max().x() : box.min().x(), i & 2 ? box.max().y() : box.min().y(),
+                        i & 4 ? box.max().z() : box.min().z()});
   for (int k = 0; k < 3; ++k) {
     planes.push_back(complex.add_plane(-Vec3::Unit(k), -box.min()[k]));
     planes.push_back(complex.add_plane(Vec3::Unit(k), box.max()[k]));
   }
-  complex.add_cell({{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}}, planes, mark_surface);
+  complex.add_cell({{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}},
+                   planes, mark_surface);
 
   std::vector<Fragment> all;
   for (std::size_t t = 0; t < region.triangles.size(); ++t) {
     const auto& c = region.triangles[t];
-    all.push_back({{region.vertices[c[0]], region.vertices[c[1]], region.vertices[c[2]]}, plane_of[region.triangle_face[t]]});
+    all.push_back({{region.vertices[c[0]], region.vertices[c[1]], region.vertices[c[2]]},
+                   plane_of[region.triangle_face[t]]});
   }
   std::vector<std::pair<int, std::vector<Fragment>>> work;
   work.emplace_back(0, std::move(all));
@@ -107,8 +115,9 @@ void add_region(CellComplex& complex, const Polyhedron& region) {
     work.pop_back();
     while (!fragments.empty()) {
       // The largest fragment's plane: few cuts for what they take away.
-      const auto best = std::max_element(fragments.begin(), fragments.end(),
-                                         [](const Fragment& a, const Fragment& b) { return area_of(a.polygon) < area_of(b.polygon); });
+      const auto best = std::max_element(
+          fragments.begin(), fragments.end(),
+          [](const Fragment& a, const Fragment& b) { return area_of(a.polygon) < area_of(b.polygon); });
       const int plane = best->plane;
       const int cap = complex.split_cell(cell, plane, mark_division);
       std::vector<Fragment> plus, minus;

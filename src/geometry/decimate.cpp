@@ -1,6 +1,7 @@
-// Vertex removal with a bound that holds everywhere, not just at the nodes: taking a vertex away changes the surface only
-// within its star, by a piecewise linear function whose extremes lie at the vertex and where an old spoke crosses a new
-// edge. What the triangles of the star had lost before is added, so the sum bounds the distance to the given surface.
+// Vertex removal with a bound that holds everywhere, not just at the nodes: taking a vertex away changes the
+// surface only within its star, by a piecewise linear function whose extremes lie at the vertex and where an
+// old spoke crosses a new edge. What the triangles of the star had lost before is added, so the sum bounds
+// the distance to the given surface.
 #include <algorithm>
 #include <cmath>
 
@@ -9,22 +10,25 @@
 namespace talus::geometry {
 namespace {
 
-double plan_area(const Vec3& a, const Vec3& b, const Vec3& c) { return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x()); }
+double plan_area(const Vec3& a, const Vec3& b, const Vec3& c) {
+  return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
+}
 
 }  // namespace
 
-void decimate(std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& triangles, double error, double& error_reached,
-              const std::vector<char>& fixed) {
+void decimate(std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& triangles, double error,
+              double& error_reached, const std::vector<char>& fixed) {
   const int n = static_cast<int>(vertices.size());
   std::vector<std::vector<int>> around(n);
-  std::vector<char> steep(n, 0);   // of a face that overhangs or stands upright
+  std::vector<char> steep(n, 0);  // of a face that overhangs or stands upright
   for (int t = 0; t < static_cast<int>(triangles.size()); ++t) {
     const auto& c = triangles[t];
     if (!(plan_area(vertices[c[0]], vertices[c[1]], vertices[c[2]]) > 0))
       for (int v : c) steep[v] = 1;
     for (int v : c) around[v].push_back(t);
   }
-  std::vector<double> lost(triangles.size(), 0.0);  // bound of each triangle's vertical distance to the given surface
+  std::vector<double> lost(triangles.size(),
+                           0.0);  // bound of each triangle's vertical distance to the given surface
   std::vector<char> gone(triangles.size(), 0);
 
   const auto ring_of = [&](int v, std::vector<int>& ring) {  // counter-clockwise; false on the border
@@ -47,7 +51,9 @@ void decimate(std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& tria
   // Flat places first: what they give up costs nothing, and leaves the allowance to the rest.
   for (const double share : {1e-9, 0.05, 0.15, 0.3, 0.5, 0.75, 1.0, 1.0}) {
     for (int v = 0; v < n; ++v) {
-      if (steep[v] || (!fixed.empty() && fixed[v]) || around[v].size() < 3 || around[v].size() > 24 || !ring_of(v, ring)) continue;
+      if (steep[v] || (!fixed.empty() && fixed[v]) || around[v].size() < 3 || around[v].size() > 24 ||
+          !ring_of(v, ring))
+        continue;
       const int k = static_cast<int>(ring.size());
       double before = 0, best = share * error;
       for (int t : around[v]) before = std::max(before, lost[t]);
@@ -60,15 +66,19 @@ void decimate(std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& tria
         bool valid = true;
         for (int i = 1; i + 1 < k && valid; ++i) {
           const Vec3 &a = vertices[ring[(s + i) % k]], &b = vertices[ring[(s + i + 1) % k]];
-          const double area = plan_area(u, a, b), longest = std::max({(a - u).squaredNorm(), (b - a).squaredNorm(), (u - b).squaredNorm()});
+          const double area = plan_area(u, a, b),
+                       longest =
+                           std::max({(a - u).squaredNorm(), (b - a).squaredNorm(), (u - b).squaredNorm()});
           valid = area > 1e-3 * longest;  // no slivers
           if (!valid) break;
           const double wa = plan_area(u, p, b) / area, wb = plan_area(u, a, p) / area, wu = 1 - wa - wb;
-          if (wa >= 0 && wb >= 0 && wu >= 0) change = std::max(change, std::abs(wu * u.z() + wa * a.z() + wb * b.z() - p.z()));
+          if (wa >= 0 && wb >= 0 && wu >= 0)
+            change = std::max(change, std::abs(wu * u.z() + wa * a.z() + wb * b.z() - p.z()));
           if (i == 1) continue;
           for (int j = 1; j < k; ++j) {  // spokes p - r_j against the new edge u - a
             const Vec3& r = vertices[ring[(s + j) % k]];
-            const double c1 = plan_area(u, a, p), c2 = plan_area(u, a, r), d1 = plan_area(p, r, u), d2 = plan_area(p, r, a);
+            const double c1 = plan_area(u, a, p), c2 = plan_area(u, a, r), d1 = plan_area(p, r, u),
+                         d2 = plan_area(p, r, a);
             if (c1 * c2 >= 0 || d1 * d2 >= 0) continue;
             const double f = c1 / (c1 - c2), g = d1 / (d1 - d2);
             change = std::max(change, std::abs(p.z() + f * (r.z() - p.z()) - u.z() - g * (a.z() - u.z())));
@@ -77,7 +87,8 @@ void decimate(std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& tria
         // An edge u - a that exists already outside the star would be doubled.
         for (int i = 2; i + 1 < k && valid; ++i) {
           const int a = ring[(s + i) % k];
-          for (int t : around[ring[s]]) valid = valid && std::find(triangles[t].begin(), triangles[t].end(), a) == triangles[t].end();
+          for (int t : around[ring[s]])
+            valid = valid && std::find(triangles[t].begin(), triangles[t].end(), a) == triangles[t].end();
         }
         if (valid && before + change <= best) best = before + change, best_u = s;
       }

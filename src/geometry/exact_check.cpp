@@ -35,7 +35,8 @@ Convex place(const CheckedBody::Piece& piece, const Pose& pose) {
 }
 
 Rational dot(const Vec3& n, const Vec3& x) {
-  return Rational(n.x()) * Rational(x.x()) + Rational(n.y()) * Rational(x.y()) + Rational(n.z()) * Rational(x.z());
+  return Rational(n.x()) * Rational(x.x()) + Rational(n.y()) * Rational(x.y()) +
+         Rational(n.z()) * Rational(x.z());
 }
 
 /// max_A n.x - min_B n.x <= tol |n| ?  Also gives the value in floating point, over |n|.
@@ -54,12 +55,14 @@ bool separates(const Convex& a, const Convex& b, const Vec3& n, double tolerance
   for (const Vec3& v : b.x) exact_lo = std::min(exact_lo, dot(n, v));
   const Rational gap = exact_hi - exact_lo, t(tolerance);
   if (gap <= Rational(0)) return true;
-  return gap * gap <= t * t * (Rational(n.x()) * Rational(n.x()) + Rational(n.y()) * Rational(n.y()) + Rational(n.z()) * Rational(n.z()));
+  return gap * gap <= t * t *
+                          (Rational(n.x()) * Rational(n.x()) + Rational(n.y()) * Rational(n.y()) +
+                           Rational(n.z()) * Rational(n.z()));
 }
 
-/// Least overlap of two convex sets over all candidate directions. `one_sided`: b is a triangle with solid behind it, and
-/// only moves of the body that lift it off the triangle's plane count as its depth: sideways the next triangle waits. A
-/// direction that proves the sets apart counts whatever it is.
+/// Least overlap of two convex sets over all candidate directions. `one_sided`: b is a triangle with solid
+/// behind it, and only moves of the body that lift it off the triangle's plane count as its depth: sideways
+/// the next triangle waits. A direction that proves the sets apart counts whatever it is.
 Overlap least_overlap(const Convex& a, const Convex& b, double tolerance, bool one_sided = false) {
   Overlap best;
   best.intersect = true;
@@ -103,7 +106,8 @@ double winding(const Polyhedron& body, const Vec3& x) {
 
 double distance(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
   const Vec3 n = (b - a).cross(c - a);
-  if (n.dot((b - a).cross(p - a)) >= 0 && n.dot((c - b).cross(p - b)) >= 0 && n.dot((a - c).cross(p - c)) >= 0 && n.squaredNorm() > 0)
+  if (n.dot((b - a).cross(p - a)) >= 0 && n.dot((c - b).cross(p - b)) >= 0 &&
+      n.dot((a - c).cross(p - c)) >= 0 && n.squaredNorm() > 0)
     return std::abs(n.dot(p - a)) / n.norm();
   const auto segment = [&](const Vec3& u, const Vec3& v) {
     const Vec3 d = v - u;
@@ -124,7 +128,8 @@ double vertex_depth(const Polyhedron& a, const Pose& pa, const Polyhedron& b, co
     const Vec3 p = pa.world(v);
     if (!box.contains(p)) continue;
     double nearest = std::numeric_limits<double>::infinity();
-    for (const auto& t : w.triangles) nearest = std::min(nearest, distance(p, w.vertices[t[0]], w.vertices[t[1]], w.vertices[t[2]]));
+    for (const auto& t : w.triangles)
+      nearest = std::min(nearest, distance(p, w.vertices[t[0]], w.vertices[t[1]], w.vertices[t[2]]));
     if (nearest > std::max(deepest, least) && winding(w, p) > 0.5) deepest = nearest;
   }
   return deepest;
@@ -156,18 +161,22 @@ CheckedBody::CheckedBody(const Polyhedron& body) : body_(body) {
       std::array<int, 3> best{loop[0], loop[1], loop[2]};
       double area = -1;
       for (std::size_t k = 1; k + 1 < loop.size(); ++k) {
-        const double a = (piece.vertices[loop[k]] - piece.vertices[loop[0]]).cross(piece.vertices[loop[k + 1]] - piece.vertices[loop[0]]).norm();
+        const double a = (piece.vertices[loop[k]] - piece.vertices[loop[0]])
+                             .cross(piece.vertices[loop[k + 1]] - piece.vertices[loop[0]])
+                             .norm();
         if (a > area) area = a, best = {loop[0], loop[k], loop[k + 1]};
       }
       piece.faces.push_back(best);
-      for (std::size_t k = 0; k < loop.size(); ++k) edges[std::minmax(loop[k], loop[(k + 1) % loop.size()])] = 1;
+      for (std::size_t k = 0; k < loop.size(); ++k)
+        edges[std::minmax(loop[k], loop[(k + 1) % loop.size()])] = 1;
     }
     for (const auto& [e, unused] : edges) piece.edges.push_back({e.first, e.second});
     pieces_.push_back(std::move(piece));
   }
 }
 
-Overlap deepest_intersection(const CheckedBody& a, const Pose& pa, const CheckedBody& b, const Pose& pb, double tolerance) {
+Overlap deepest_intersection(const CheckedBody& a, const Pose& pa, const CheckedBody& b, const Pose& pb,
+                             double tolerance) {
   Overlap deepest;
   deepest.depth = -std::numeric_limits<double>::infinity();
   std::vector<Convex> pieces_b;
@@ -181,14 +190,16 @@ Overlap deepest_intersection(const CheckedBody& a, const Pose& pa, const Checked
     }
   }
   if (a.pieces().size() > 1 || b.pieces().size() > 1) {
-    const double depth = std::max(vertex_depth(a.body(), pa, b.body(), pb, tolerance), vertex_depth(b.body(), pb, a.body(), pa, tolerance));
+    const double depth = std::max(vertex_depth(a.body(), pa, b.body(), pb, tolerance),
+                                  vertex_depth(b.body(), pb, a.body(), pa, tolerance));
     if (depth > deepest.depth) deepest.depth = depth;
     if (depth > tolerance) deepest.intersect = true;
   }
   return deepest;
 }
 
-Overlap deepest_intersection(const Polyhedron& a, const Pose& pa, const Polyhedron& b, const Pose& pb, double tolerance) {
+Overlap deepest_intersection(const Polyhedron& a, const Pose& pa, const Polyhedron& b, const Pose& pb,
+                             double tolerance) {
   return deepest_intersection(CheckedBody(a), pa, CheckedBody(b), pb, tolerance);
 }
 
@@ -211,7 +222,8 @@ struct CheckedSurface::Tree {
     const int id = static_cast<int>(nodes.size());
     nodes.push_back({Box3(), begin, end});
     Box3 centres;
-    for (int i = begin; i < end; ++i) nodes[id].box.extend(box_of(order[i])), centres.extend(box_of(order[i]).center());
+    for (int i = begin; i < end; ++i)
+      nodes[id].box.extend(box_of(order[i])), centres.extend(box_of(order[i]).center());
     if (end - begin > 4) {
       int axis;
       centres.sizes().maxCoeff(&axis);
@@ -255,13 +267,16 @@ CheckedSurface& CheckedSurface::operator=(CheckedSurface&&) noexcept = default;
 int CheckedSurface::triangles() const { return static_cast<int>(tree_->surface.triangles.size()); }
 
 namespace {
-/// Twice the signed area of (a, b, p) in plan; exact sign by rationals where floating point does not decide, ties broken
-/// by the order of a and b so that a point over a common edge belongs to one of its two triangles.
+/// Twice the signed area of (a, b, p) in plan; exact sign by rationals where floating point does not decide,
+/// ties broken by the order of a and b so that a point over a common edge belongs to one of its two
+/// triangles.
 bool left_of(const Vec3& a, const Vec3& b, double x, double y) {
   const double s = (b.x() - a.x()) * (y - a.y()) - (b.y() - a.y()) * (x - a.x());
-  const double scale = std::abs(b.x() - a.x()) * std::abs(y - a.y()) + std::abs(b.y() - a.y()) * std::abs(x - a.x());
+  const double scale =
+      std::abs(b.x() - a.x()) * std::abs(y - a.y()) + std::abs(b.y() - a.y()) * std::abs(x - a.x());
   if (std::abs(s) > 8 * std::numeric_limits<double>::epsilon() * scale) return s > 0;
-  const Rational r = (Rational(b.x()) - Rational(a.x())) * (Rational(y) - Rational(a.y())) - (Rational(b.y()) - Rational(a.y())) * (Rational(x) - Rational(a.x()));
+  const Rational r = (Rational(b.x()) - Rational(a.x())) * (Rational(y) - Rational(a.y())) -
+                     (Rational(b.y()) - Rational(a.y())) * (Rational(x) - Rational(a.x()));
   if (r != 0) return r > 0;
   return a.y() != b.y() ? a.y() < b.y() : a.x() < b.x();
 }
@@ -273,12 +288,13 @@ bool above_in_plan(const Vec3& a, const Vec3& b, const Vec3& c, double x, double
 
 bool CheckedSurface::solid_at(const Vec3& p) const {
   if (tree_->surface.two_sided) return false;
-  double first = std::numeric_limits<double>::infinity();   // height of the first face above
+  double first = std::numeric_limits<double>::infinity();  // height of the first face above
   bool faces_up = false;
   const Box3 ray(p, Vec3(p.x(), p.y(), 1e300));
   tree_->visit(ray, [&](int t) {
     const auto& c = tree_->surface.triangles[t];
-    const Vec3 &a = tree_->surface.vertices[c[0]], &b = tree_->surface.vertices[c[1]], &d = tree_->surface.vertices[c[2]];
+    const Vec3 &a = tree_->surface.vertices[c[0]], &b = tree_->surface.vertices[c[1]],
+               &d = tree_->surface.vertices[c[2]];
     if (!above_in_plan(a, b, d, p.x(), p.y())) return;
     const Vec3 n = (b - a).cross(d - a);
     if (n.z() == 0) return;
@@ -307,7 +323,8 @@ Overlap CheckedSurface::crossing(const CheckedBody& body, const Pose& pose, doub
     whole.extend(piece.box);
     tree_->visit(piece.box, [&](int t) {
       Convex triangle;
-      for (int v : tree_->surface.triangles[t]) triangle.x.push_back(tree_->surface.vertices[v]), triangle.box.extend(triangle.x.back());
+      for (int v : tree_->surface.triangles[t])
+        triangle.x.push_back(tree_->surface.vertices[v]), triangle.box.extend(triangle.x.back());
       if (piece.box.intersection(triangle.box).isEmpty()) return;
       triangle.normals.push_back((triangle.x[1] - triangle.x[0]).cross(triangle.x[2] - triangle.x[0]));
       for (int k = 0; k < 3; ++k) triangle.directions.push_back(triangle.x[(k + 1) % 3] - triangle.x[k]);
@@ -320,7 +337,8 @@ Overlap CheckedSurface::crossing(const CheckedBody& body, const Pose& pose, doub
   if (!deepest.intersect && body.pieces().size() > 0) {
     // No crossing: the body is wholly on one side, and a point well within it tells which.
     Vec3 within = Vec3::Zero();
-    for (const Vec3& v : body.pieces()[0].vertices) within += pose.world(v) / static_cast<double>(body.pieces()[0].vertices.size());
+    for (const Vec3& v : body.pieces()[0].vertices)
+      within += pose.world(v) / static_cast<double>(body.pieces()[0].vertices.size());
     if (solid_at(within)) {
       deepest.intersect = true;
       deepest.depth = whole.sizes().z();
@@ -336,8 +354,10 @@ double depth_below_plane(const Polyhedron& body, const Pose& pose, const Plane& 
   return depth;
 }
 
-std::vector<Finding> find_intersections(const std::vector<const CheckedBody*>& bodies, const std::vector<Pose>& poses,
-                                        const std::vector<const CheckedSurface*>& surfaces, const std::vector<Plane>& planes, double tolerance) {
+std::vector<Finding> find_intersections(const std::vector<const CheckedBody*>& bodies,
+                                        const std::vector<Pose>& poses,
+                                        const std::vector<const CheckedSurface*>& surfaces,
+                                        const std::vector<Plane>& planes, double tolerance) {
   std::vector<Finding> out;
   const int n = static_cast<int>(bodies.size());
   std::vector<Box3> boxes(n);

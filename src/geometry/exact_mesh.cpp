@@ -49,7 +49,8 @@ std::vector<std::pair<int, int>> self_intersections(const Mesh& mesh) {
   for (const Vec3& p : mesh.vertices) v.push_back(sm.add_vertex(Point(p.x(), p.y(), p.z())));
   for (const auto& t : mesh.triangles)
     if (sm.add_face(v[t[0]], v[t[1]], v[t[2]]) == SurfaceMesh::null_face()) {
-      // A vertex where two fans of faces meet cannot be held in the half-edge structure: the surface touches itself.
+      // A vertex where two fans of faces meet cannot be held in the half-edge structure: the surface touches
+      // itself.
       return {{static_cast<int>(&t - mesh.triangles.data()), static_cast<int>(&t - mesh.triangles.data())}};
     }
   std::vector<std::pair<SurfaceMesh::Face_index, SurfaceMesh::Face_index>> found;
@@ -63,21 +64,23 @@ std::vector<std::pair<int, int>> self_intersections(const Mesh& mesh) {
 Mesh convex_hull(const std::vector<Vec3>& points) {
   std::vector<Point> p;
   for (const Vec3& q : points) {
-    if (!q.allFinite())
-      throw InputError(Problem{.key = "vertices", .rule = "coordinates must be finite"});
+    if (!q.allFinite()) throw InputError(Problem{.key = "vertices", .rule = "coordinates must be finite"});
     p.emplace_back(q.x(), q.y(), q.z());
   }
   SurfaceMesh sm;
   if (p.size() >= 4) CGAL::convex_hull_3(p.begin(), p.end(), sm);
   Mesh hull = from_cgal(sm);
   const Box3 box = hull.bounds();
-  if (hull.triangles.size() < 4 || !(signed_volume(hull.vertices, hull.triangles) > 1e-12 * std::pow(box.diagonal().norm(), 3)))
-    throw InputError(Problem{.key = "vertices", .value = fmt::format("{} points", points.size()),
+  if (hull.triangles.size() < 4 ||
+      !(signed_volume(hull.vertices, hull.triangles) > 1e-12 * std::pow(box.diagonal().norm(), 3)))
+    throw InputError(Problem{.key = "vertices",
+                             .value = fmt::format("{} points", points.size()),
                              .rule = "must span a volume (four points at least, not in one plane)",
                              .remedy = "give the corners of a body"});
 
-  // The hull is unique, but its faces come in an order, and coplanar ones in a triangulation, that depend on addresses
-  // in memory. Corners in the order of the input, faces as fans from their first corner, faces sorted: the same always.
+  // The hull is unique, but its faces come in an order, and coplanar ones in a triangulation, that depend on
+  // addresses in memory. Corners in the order of the input, faces as fans from their first corner, faces
+  // sorted: the same always.
   std::vector<int> id(hull.vertices.size());
   for (std::size_t v = 0; v < id.size(); ++v)
     id[v] = static_cast<int>(std::find(points.begin(), points.end(), hull.vertices[v]) - points.begin());
@@ -109,11 +112,14 @@ Mesh convex_hull(const std::vector<Vec3>& points) {
     for (int v = next.begin()->second; v != loop[0]; v = next.at(v)) loop.push_back(v);
     for (std::size_t k = 0; k < loop.size() && loop.size() > 3;) {  // a point within an edge is no corner
       const std::size_t n = loop.size();
-      if (CGAL::collinear(p[loop[(k + n - 1) % n]], p[loop[k]], p[loop[(k + 1) % n]])) loop.erase(loop.begin() + static_cast<std::ptrdiff_t>(k));
-      else ++k;
+      if (CGAL::collinear(p[loop[(k + n - 1) % n]], p[loop[k]], p[loop[(k + 1) % n]]))
+        loop.erase(loop.begin() + static_cast<std::ptrdiff_t>(k));
+      else
+        ++k;
     }
     std::rotate(loop.begin(), std::min_element(loop.begin(), loop.end()), loop.end());
-    for (std::size_t k = 1; k + 1 < loop.size(); ++k) mesh.triangles.push_back({loop[0], loop[k], loop[k + 1]});
+    for (std::size_t k = 1; k + 1 < loop.size(); ++k)
+      mesh.triangles.push_back({loop[0], loop[k], loop[k + 1]});
   }
   std::sort(mesh.triangles.begin(), mesh.triangles.end());
   std::vector<int> number(points.size(), -1);
@@ -144,7 +150,8 @@ Mesh repaired(const Mesh& input, Mesh& mesh, RepairReport& report, double weld_t
   for (const auto& t : mesh.triangles) {
     const Vec3 &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
     if ((b - a).cross(c - a).norm() <= 2e-15 * size * size) continue;
-    soup.push_back({static_cast<std::size_t>(t[0]), static_cast<std::size_t>(t[1]), static_cast<std::size_t>(t[2])});
+    soup.push_back(
+        {static_cast<std::size_t>(t[0]), static_cast<std::size_t>(t[1]), static_cast<std::size_t>(t[2])});
   }
   PMP::repair_polygon_soup(points, soup);
   report.triangles_dropped = static_cast<int>(input.triangles.size() - soup.size());
@@ -157,7 +164,8 @@ Mesh repaired(const Mesh& input, Mesh& mesh, RepairReport& report, double weld_t
   for (std::size_t t = 0; t < std::min(soup.size(), before.size()); ++t)
     report.triangles_turned += cyclic(soup[t]) != cyclic(before[t]);
   if (!PMP::is_polygon_soup_a_polygon_mesh(soup)) {
-    report.remaining.push_back({.key = "mesh", .rule = "faces cannot be oriented consistently",
+    report.remaining.push_back({.key = "mesh",
+                                .rule = "faces cannot be oriented consistently",
                                 .remedy = "remove inner walls and repeated faces"});
     return mesh;
   }
@@ -193,9 +201,13 @@ Mesh repair(const Mesh& input, RepairReport& report, double weld_tolerance) {
   Mesh mesh = input;
   try {
     return repaired(input, mesh, report, weld_tolerance);
-  } catch (const CGAL::Failure_exception&) {   // a condition of an algorithm that this surface does not meet
+  } catch (const CGAL::Failure_exception&) {  // a condition of an algorithm that this surface does not meet
     report.remaining = closed_mesh_problems(mesh, "", false);
-    report.remaining.push_back({.key = "mesh", .rule = "its faces form no surface that can be repaired", .remedy = "remove faces that lie on each other and parts that touch in an edge alone, then repair it"});
+    report.remaining.push_back(
+        {.key = "mesh",
+         .rule = "its faces form no surface that can be repaired",
+         .remedy =
+             "remove faces that lie on each other and parts that touch in an edge alone, then repair it"});
     return mesh;
   }
 }

@@ -15,11 +15,14 @@ namespace {
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using VertexBase = CGAL::Triangulation_vertex_base_with_info_2<int, Kernel>;
 using FaceBase = CGAL::Constrained_triangulation_face_base_2<Kernel>;
-using Triangulation = CGAL::Constrained_Delaunay_triangulation_2<Kernel, CGAL::Triangulation_data_structure_2<VertexBase, FaceBase>,
-                                                                 CGAL::No_constraint_intersection_requiring_constructions_tag>;
+using Triangulation =
+    CGAL::Constrained_Delaunay_triangulation_2<Kernel,
+                                               CGAL::Triangulation_data_structure_2<VertexBase, FaceBase>,
+                                               CGAL::No_constraint_intersection_requiring_constructions_tag>;
 using Point = Kernel::Point_2;
 
-std::optional<std::pair<int, int>> first_crossing(const std::vector<Point>& p, const std::vector<std::pair<int, int>>& edges) {
+std::optional<std::pair<int, int>> first_crossing(const std::vector<Point>& p,
+                                                  const std::vector<std::pair<int, int>>& edges) {
   const auto apart = [&](int a, int b, int c, int d) {  // c and d on different sides of a - b, strictly
     return CGAL::orientation(p[a], p[b], p[c]) * CGAL::orientation(p[a], p[b], p[d]) == CGAL::NEGATIVE;
   };
@@ -34,7 +37,8 @@ std::optional<std::pair<int, int>> first_crossing(const std::vector<Point>& p, c
 
 }  // namespace
 
-PlanTriangulation constrained_delaunay(const std::vector<Vec3>& points, const std::vector<std::pair<int, int>>& edges) {
+PlanTriangulation constrained_delaunay(const std::vector<Vec3>& points,
+                                       const std::vector<std::pair<int, int>>& edges) {
   PlanTriangulation out;
   std::vector<Point> plan;
   plan.reserve(points.size());

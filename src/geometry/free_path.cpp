@@ -8,7 +8,7 @@
 namespace talus::geometry {
 namespace {
 
-using Triangle = std::array<Vec3, 3>;   // across, across, along
+using Triangle = std::array<Vec3, 3>;  // across, across, along
 
 double plan_cross(const Vec3& a, const Vec3& b) { return a.x() * b.y() - a.y() * b.x(); }
 
@@ -24,7 +24,8 @@ bool apart(const Triangle& a, const Triangle& b) {
   return false;
 }
 
-/// Where the line through p along the direction meets the triangle; NaN beside it and where the triangle is seen edge on.
+/// Where the line through p along the direction meets the triangle; NaN beside it and where the triangle is
+/// seen edge on.
 double height_at(const Triangle& t, const Vec3& p) {
   const double area = plan_cross(t[1] - t[0], t[2] - t[0]);
   if (area == 0) return std::numeric_limits<double>::quiet_NaN();
@@ -64,13 +65,15 @@ void between(const Triangle& body, const Triangle& skin, Way& way) {
   for (std::size_t i = 0; i < 3; ++i) {
     way.offer(height_at(skin, body[i]) - body[i].z());
     way.offer(skin[i].z() - height_at(body, skin[i]));
-    for (std::size_t j = 0; j < 3; ++j) between_edges(body[i], body[(i + 1) % 3], skin[j], skin[(j + 1) % 3], way);
+    for (std::size_t j = 0; j < 3; ++j)
+      between_edges(body[i], body[(i + 1) % 3], skin[j], skin[(j + 1) % 3], way);
   }
 }
 
 }  // namespace
 
-double free_path(const Polyhedron& body, const Pose& pose, const TriangleSurface& surface, const Vec3& direction) {
+double free_path(const Polyhedron& body, const Pose& pose, const TriangleSurface& surface,
+                 const Vec3& direction) {
   Mat3 frame;
   frame.row(2) = direction.transpose();
   frame.row(0) = direction.unitOrthogonal().transpose();
@@ -88,10 +91,12 @@ double free_path(const Polyhedron& body, const Pose& pose, const TriangleSurface
   Way way(-1e-9 * body.radius);
   for (const auto& t : surface.triangles) {
     Triangle skin;
-    for (std::size_t i = 0; i < 3; ++i) skin[i] = frame * (surface.vertices[static_cast<std::size_t>(t[i])] - pose.c);
+    for (std::size_t i = 0; i < 3; ++i)
+      skin[i] = frame * (surface.vertices[static_cast<std::size_t>(t[i])] - pose.c);
     const auto [u0, u1] = range(skin, 0);
     const auto [v0, v1] = range(skin, 1);
-    if (u1 < across.min().x() || u0 > across.max().x() || v1 < across.min().y() || v0 > across.max().y()) continue;
+    if (u1 < across.min().x() || u0 > across.max().x() || v1 < across.min().y() || v0 > across.max().y())
+      continue;
     for (const Triangle& corners : bodies)
       if (!apart(corners, skin)) between(corners, skin, way);
   }

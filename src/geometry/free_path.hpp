@@ -5,8 +5,10 @@
 
 namespace talus::geometry {
 
-/// Length of the way along `direction` (unit) from `pose` to the first touch of the surface [m]: exact, by vertices before triangles of either side
-/// and edges across edges in the plane across the direction. What lies behind the body does not count; infinite if it passes by.
-double free_path(const Polyhedron& body, const Pose& pose, const TriangleSurface& surface, const Vec3& direction);
+/// Length of the way along `direction` (unit) from `pose` to the first touch of the surface [m]: exact, by
+/// vertices before triangles of either side and edges across edges in the plane across the direction. What
+/// lies behind the body does not count; infinite if it passes by.
+double free_path(const Polyhedron& body, const Pose& pose, const TriangleSurface& surface,
+                 const Vec3& direction);
 
 }  // namespace talus::geometry

@@ -42,13 +42,16 @@ std::string crs_of(const json& root) {
 void add_line(const json& points, PlanLines& out) {
   std::vector<Eigen::Vector2d> line;
   for (const json& p : points)
-    if (const Eigen::Vector2d at(p.at(0).get<double>(), p.at(1).get<double>()); line.empty() || at != line.back()) line.push_back(at);
+    if (const Eigen::Vector2d at(p.at(0).get<double>(), p.at(1).get<double>());
+        line.empty() || at != line.back())
+      line.push_back(at);
   if (line.size() >= 2) out.lines.push_back(std::move(line));
 }
 
 void add_line(const json& points, BreakLines& out) {
   std::vector<Vec3> line;
-  for (const json& p : points) line.emplace_back(p.at(0).get<double>(), p.at(1).get<double>(), p.at(2).get<double>());
+  for (const json& p : points)
+    line.emplace_back(p.at(0).get<double>(), p.at(1).get<double>(), p.at(2).get<double>());
   if (line.size() >= 2) out.lines.push_back(std::move(line));
 }
 
@@ -77,7 +80,11 @@ Found read_geojson(const std::string& path, const std::string& expected) {
     add(root, found);
     found.crs = crs_of(root);
   } catch (const json::exception& e) {
-    throw InputError(Problem{.file = path, .key = "geojson", .value = e.what(), .rule = "is not GeoJSON as needed here", .remedy = expected});
+    throw InputError(Problem{.file = path,
+                             .key = "geojson",
+                             .value = e.what(),
+                             .rule = "is not GeoJSON as needed here",
+                             .remedy = expected});
   }
   return found;
 }
@@ -89,7 +96,8 @@ bool Area::contains(double x, double y) const {
   for (const auto& ring : rings)
     for (std::size_t i = 0, j = ring.size() - 1; i < ring.size(); j = i++) {
       const auto &a = ring[i], &b = ring[j];
-      if ((a.y() > y) != (b.y() > y) && x < (b.x() - a.x()) * (y - a.y()) / (b.y() - a.y()) + a.x()) inside = !inside;
+      if ((a.y() > y) != (b.y() > y) && x < (b.x() - a.x()) * (y - a.y()) / (b.y() - a.y()) + a.x())
+        inside = !inside;
     }
   return inside;
 }
@@ -97,21 +105,31 @@ bool Area::contains(double x, double y) const {
 Area read_area(const std::string& path) {
   Area area = read_geojson<Area>(path, "export the polygons as GeoJSON");
   if (area.rings.empty())
-    throw InputError(Problem{.file = path, .key = "geojson", .rule = "holds no polygon", .remedy = "give Polygon or MultiPolygon geometries"});
+    throw InputError(Problem{.file = path,
+                             .key = "geojson",
+                             .rule = "holds no polygon",
+                             .remedy = "give Polygon or MultiPolygon geometries"});
   return area;
 }
 
 BreakLines read_breaklines(const std::string& path) {
-  BreakLines found = read_geojson<BreakLines>(path, "export the lines as GeoJSON with a height at each point: [x, y, z]");
+  BreakLines found =
+      read_geojson<BreakLines>(path, "export the lines as GeoJSON with a height at each point: [x, y, z]");
   if (found.lines.empty())
-    throw InputError(Problem{.file = path, .key = "geojson", .rule = "holds no line", .remedy = "give LineString or MultiLineString geometries with [x, y, z]"});
+    throw InputError(Problem{.file = path,
+                             .key = "geojson",
+                             .rule = "holds no line",
+                             .remedy = "give LineString or MultiLineString geometries with [x, y, z]"});
   return found;
 }
 
 PlanLines read_plan_lines(const std::string& path) {
   PlanLines found = read_geojson<PlanLines>(path, "export the lines as GeoJSON");
   if (found.lines.empty())
-    throw InputError(Problem{.file = path, .key = "geojson", .rule = "holds no line", .remedy = "give LineString or MultiLineString geometries"});
+    throw InputError(Problem{.file = path,
+                             .key = "geojson",
+                             .rule = "holds no line",
+                             .remedy = "give LineString or MultiLineString geometries"});
   return found;
 }
 

@@ -9,10 +9,12 @@ namespace {
 constexpr double tolerance = 1e-9;  // on unit vectors: a face slid along exactly does not block
 
 bool in_pyramid(const std::vector<BlockPlane>& planes, const Vec3& x) {
-  return std::all_of(planes.begin(), planes.end(), [&](const BlockPlane& p) { return p.normal.dot(x) >= -tolerance; });
+  return std::all_of(planes.begin(), planes.end(),
+                     [&](const BlockPlane& p) { return p.normal.dot(x) >= -tolerance; });
 }
 
-/// A cone other than {0} holds one of: a normal's own direction, a line common to two planes, or any direction of a plane.
+/// A cone other than {0} holds one of: a normal's own direction, a line common to two planes, or any
+/// direction of a plane.
 bool pyramid_is_empty(const std::vector<BlockPlane>& planes) {
   std::vector<Vec3> candidates{Vec3::UnitX(), Vec3::UnitY(), Vec3::UnitZ()};
   for (const BlockPlane& p : planes) {
@@ -52,7 +54,8 @@ KeyBlock key_block(const std::vector<BlockPlane>& given, double free_area, const
   const double w = weight.norm();
   if (!(w > 0)) return k;
   const Vec3 r = weight / w;
-  if (std::all_of(planes.begin(), planes.end(), [&](const BlockPlane& p) { return p.normal.dot(r) > tolerance; })) {
+  if (std::all_of(planes.begin(), planes.end(),
+                  [&](const BlockPlane& p) { return p.normal.dot(r) > tolerance; })) {
     k.type = KeyBlock::Type::unstable;
     k.mode = KeyBlock::Mode::falling;
     k.direction = r;
@@ -61,7 +64,8 @@ KeyBlock key_block(const std::vector<BlockPlane>& given, double free_area, const
     return k;
   }
   const auto finish = [&](double resisting) {
-    k.factor_of_safety = k.driving_force > 0 ? resisting / k.driving_force : std::numeric_limits<double>::infinity();
+    k.factor_of_safety =
+        k.driving_force > 0 ? resisting / k.driving_force : std::numeric_limits<double>::infinity();
     k.type = k.factor_of_safety < 1 ? KeyBlock::Type::unstable : KeyBlock::Type::needs_friction;
   };
   for (const BlockPlane& p : planes) {
@@ -141,8 +145,10 @@ std::vector<KeyBlock> key_blocks(const CutResult& cut, const KeyBlockOptions& op
     double free_area = 0;
     for (int f = 0; f < p.faces(); ++f) {
       const int joint = p.face_joint_set[f];
-      if (joint < 0 && !is_held(block.centroid + middle[f] / area[f], p.face_normals[f])) free_area += area[f];
-      else planes.push_back({-p.face_normals[f], area[f], strength(joint), joint});
+      if (joint < 0 && !is_held(block.centroid + middle[f] / area[f], p.face_normals[f]))
+        free_area += area[f];
+      else
+        planes.push_back({-p.face_normals[f], area[f], strength(joint), joint});
     }
     out.push_back(key_block(planes, free_area, options.density * block.volume * options.gravity));
   }

@@ -1,12 +1,12 @@
-/// Key blocks: which blocks of a cut rock mass can move out, how, and how safely [goodman1985], the mode of motion by
-/// vectors [warburton1981].
+/// Key blocks: which blocks of a cut rock mass can move out, how, and how safely [goodman1985], the mode of
+/// motion by vectors [warburton1981].
 ///
 ///   joint pyramid          JP = { x : n_i . x >= 0 for all joint faces i },  n_i into the block
 ///   removable              JP holds more than the zero vector, and the block has a free face
-///   falling                r . n_i > 0 for all i: no face opposes the weight. (Lifting needs a resultant other than the weight.)
-///   sliding on one face    s_i = r - (r . n_i) n_i,  where  r . n_i <= 0  and  s_i . n_j >= 0 for all j
-///   sliding on two         s_ij = +-(n_i x n_j) with r . s_ij > 0, in JP,  s_i . n_j <= 0,  s_j . n_i <= 0
-///   factor of safety       F = sum_k (N_k tan phi_k + c_k A_k) / |T|
+///   falling                r . n_i > 0 for all i: no face opposes the weight. (Lifting needs a resultant
+///   other than the weight.) sliding on one face    s_i = r - (r . n_i) n_i,  where  r . n_i <= 0  and  s_i .
+///   n_j >= 0 for all j sliding on two         s_ij = +-(n_i x n_j) with r . s_ij > 0, in JP,  s_i . n_j <=
+///   0,  s_j . n_i <= 0 factor of safety       F = sum_k (N_k tan phi_k + c_k A_k) / |T|
 ///
 /// symbol  meaning                                                       unit
 /// r       resultant (weight)                                            N
@@ -40,14 +40,15 @@ struct KeyBlock {
   enum class Mode { none, falling, plane, wedge };
   Type type = Type::enclosed;
   Mode mode = Mode::none;
-  int joint_1 = -1, joint_2 = -1;   // joints it slides on, numbered as in face_joint_set
+  int joint_1 = -1, joint_2 = -1;  // joints it slides on, numbered as in face_joint_set
   double factor_of_safety = std::numeric_limits<double>::infinity();
-  Vec3 direction = Vec3::Zero();    // of sliding or falling, unit
+  Vec3 direction = Vec3::Zero();                                     // of sliding or falling, unit
   double normal_force_1 = 0, normal_force_2 = 0, driving_force = 0;  // [N]
-  double free_area = 0;             // [m^2]
+  double free_area = 0;                                              // [m^2]
 };
 
-/// Directions and forces alone: normals into the block, one for each joint plane it rests against, with area and strength.
+/// Directions and forces alone: normals into the block, one for each joint plane it rests against, with area
+/// and strength.
 struct BlockPlane {
   Vec3 normal;
   double area = 0;
@@ -57,15 +58,17 @@ struct BlockPlane {
 KeyBlock key_block(const std::vector<BlockPlane>& planes, double free_area, const Vec3& weight);
 
 struct KeyBlockOptions {
-  double density = 2500;            // [kg/m^3]
+  double density = 2500;  // [kg/m^3]
   Vec3 gravity{0, 0, -9.81};
   std::vector<JointStrength> strength;  // by joint number; missing entries: the last one
-  /// Is there rock or ground right outside the region's surface at this point (normal outward)? Default: nowhere. Whatever it says, the
-  /// region's base is held: its faces that look straight down at its lowest level.
+  /// Is there rock or ground right outside the region's surface at this point (normal outward)? Default:
+  /// nowhere. Whatever it says, the region's base is held: its faces that look straight down at its lowest
+  /// level.
   std::function<bool(const Vec3& point, const Vec3& normal)> is_held;
 };
-/// One entry per block of the cut. Faces on the region's surface are free whatever their slope, overhanging ones too, but for those that are
-/// held; these count as resting on rock, with the strength of the last entry.
+/// One entry per block of the cut. Faces on the region's surface are free whatever their slope, overhanging
+/// ones too, but for those that are held; these count as resting on rock, with the strength of the last
+/// entry.
 std::vector<KeyBlock> key_blocks(const CutResult& cut, const KeyBlockOptions& options);
 
 std::string name_of(KeyBlock::Type type);

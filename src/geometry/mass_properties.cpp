@@ -20,13 +20,16 @@ double signed_volume(const std::vector<Vec3>& vertices, const std::vector<std::a
   return six_v / 6;
 }
 
-MassProperties mass_properties(const std::vector<Vec3>& vertices, const std::vector<std::array<int, 3>>& triangles,
-                               double density) {
+MassProperties mass_properties(const std::vector<Vec3>& vertices,
+                               const std::vector<std::array<int, 3>>& triangles, double density) {
   if (!(density > 0))
-    throw InputError(Problem{.key = "density", .value = fmt::format("{}", density), .rule = "must be positive",
+    throw InputError(Problem{.key = "density",
+                             .value = fmt::format("{}", density),
+                             .rule = "must be positive",
                              .remedy = "give the density in kg/m^3"});
   Mesh mesh{vertices, triangles, {}, {}};
-  if (auto problems = closed_mesh_problems(mesh, "", false); !problems.empty()) throw InputError(std::move(problems));
+  if (auto problems = closed_mesh_problems(mesh, "", false); !problems.empty())
+    throw InputError(std::move(problems));
 
   MassProperties p;
   for (const Vec3& v : vertices) p.bounds.extend(v);

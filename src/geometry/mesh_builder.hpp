@@ -54,7 +54,10 @@ class VertexTable {
 };
 
 [[noreturn]] inline void refuse_vertex(const std::string& name, std::size_t i) {
-  throw InputError(Problem{.file = name, .key = fmt::format("mesh vertex {}", i), .rule = "coordinates must be finite numbers", .remedy = "export the file again"});
+  throw InputError(Problem{.file = name,
+                           .key = fmt::format("mesh vertex {}", i),
+                           .rule = "coordinates must be finite numbers",
+                           .remedy = "export the file again"});
 }
 
 /// Collects faces as a file lists them, then shares identical vertices and drops those that no face uses.
@@ -76,12 +79,15 @@ struct Builder {
     }
     Vec3 normal = Vec3::Zero();  // Newell's: right for concave loops too
     for (std::size_t i = 0; i < loop.size(); ++i)
-      normal += (points[loop[i]] - points[loop[0]]).cross(points[loop[(i + 1) % loop.size()]] - points[loop[0]]);
+      normal +=
+          (points[loop[i]] - points[loop[0]]).cross(points[loop[(i + 1) % loop.size()]] - points[loop[0]]);
     const auto triangles = triangulate_polygon(points, {loop}, normal);
     if (triangles.empty()) {
       const std::string rule = "polygon crosses itself or has no area";
       if (cursor) cursor->fail("face", rule, "split the polygon into triangles");
-      throw InputError(Problem{.file = name, .key = fmt::format("mesh face {}", mesh.triangles.size()), .rule = rule,
+      throw InputError(Problem{.file = name,
+                               .key = fmt::format("mesh face {}", mesh.triangles.size()),
+                               .rule = rule,
                                .remedy = "split the polygon into triangles"});
     }
     for (const auto& t : triangles) push(t);
@@ -102,7 +108,8 @@ struct Builder {
   }
   Mesh finish() {
     if (mesh.triangles.empty())
-      throw InputError(Problem{.file = name, .key = "mesh", .rule = "has no faces", .remedy = "give a surface mesh"});
+      throw InputError(
+          Problem{.file = name, .key = "mesh", .rule = "has no faces", .remedy = "give a surface mesh"});
     for (std::size_t i = 0; i < points.size(); ++i)
       if (!points[i].allFinite()) refuse_vertex(name, i);
     std::vector<int> number(points.size(), -1);
@@ -116,7 +123,8 @@ struct Builder {
   }
 };
 
-/// ParaView's unstructured grid in text form: triangles, quadrilaterals and polygons; the cell data "block" are the groups.
+/// ParaView's unstructured grid in text form: triangles, quadrilaterals and polygons; the cell data "block"
+/// are the groups.
 Mesh read_vtu(const std::string& text, const std::string& name);
 
 }  // namespace talus::geometry

@@ -18,12 +18,15 @@ std::string ending(const std::string& path) {
   const auto slash = path.find_last_of('/'), dot = path.find_last_of('.');
   if (dot == std::string::npos || (slash != std::string::npos && dot < slash)) return "";
   std::string e = path.substr(dot + 1);
-  std::transform(e.begin(), e.end(), e.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::transform(e.begin(), e.end(), e.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return e;
 }
 
 /// A number from a file as a whole number in 0 .. limit - 1; `limit` if it is none.
-long whole_below(double x, long limit) { return x >= 0 && x < static_cast<double>(limit) ? static_cast<long>(x) : limit; }
+long whole_below(double x, long limit) {
+  return x >= 0 && x < static_cast<double>(limit) ? static_cast<long>(x) : limit;
+}
 
 Mesh read_stl_binary(const std::string& text) {
   std::uint32_t n;
@@ -34,7 +37,8 @@ Mesh read_stl_binary(const std::string& text) {
   for (std::uint32_t t = 0; t < n; ++t) {
     float c[12];
     std::memcpy(c, text.data() + 84 + 50ull * t, 48);
-    for (int k = 0; k < 3; ++k) mesh.triangles[t][k] = table.add(Vec3(c[3 + 3 * k], c[4 + 3 * k], c[5 + 3 * k]));
+    for (int k = 0; k < 3; ++k)
+      mesh.triangles[t][k] = table.add(Vec3(c[3 + 3 * k], c[4 + 3 * k], c[5 + 3 * k]));
   }
   return mesh;
 }
@@ -65,7 +69,8 @@ Mesh read_stl_text(const std::string& text, const std::string& name) {
     } else if (word == "solid") {
       const std::string_view name = in.rest_of_line();
       const auto first = name.find_first_not_of(" \t\r"), last = name.find_last_not_of(" \t\r");
-      mesh.group_names.emplace_back(first == std::string_view::npos ? std::string_view() : name.substr(first, last - first + 1));
+      mesh.group_names.emplace_back(first == std::string_view::npos ? std::string_view()
+                                                                    : name.substr(first, last - first + 1));
       ++solids;
     } else {
       in.position(start);
@@ -73,7 +78,7 @@ Mesh read_stl_text(const std::string& text, const std::string& name) {
     }
   }
   if (corners != 0) in.fail("facet", "file ends within a facet");
-  if (solids < 2) mesh.group.clear(), mesh.group_names.clear();   // all one
+  if (solids < 2) mesh.group.clear(), mesh.group_names.clear();  // all one
   return mesh;
 }
 
@@ -136,7 +141,8 @@ Mesh read_off(const std::string& text, const std::string& name) {
       in.skip_space();
       const char* start = in.position();
       const long v = in.number<long>("face");
-      if (v < 0 || v >= nv) in.position(start), in.fail("face", fmt::format("vertex must be in 0..{}", nv - 1));
+      if (v < 0 || v >= nv)
+        in.position(start), in.fail("face", fmt::format("vertex must be in 0..{}", nv - 1));
       loop.push_back(static_cast<int>(v));
     }
     b.face(loop, &in);
@@ -148,7 +154,7 @@ Mesh read_off(const std::string& text, const std::string& name) {
 /// One PLY property or element, from the header.
 struct PlyProperty {
   std::string name;
-  int size = 0, count_size = 0;  // bytes; count_size > 0: list
+  int size = 0, count_size = 0;       // bytes; count_size > 0: list
   char kind = 'f', count_kind = 'u';  // f float, i signed, u unsigned
 };
 struct PlyElement {
@@ -159,10 +165,10 @@ struct PlyElement {
 
 bool ply_type(std::string_view word, int& size, char& kind) {
   static const std::map<std::string_view, std::pair<int, char>> types = {
-      {"char", {1, 'i'}},  {"int8", {1, 'i'}},   {"uchar", {1, 'u'}},  {"uint8", {1, 'u'}},   {"short", {2, 'i'}},
-      {"int16", {2, 'i'}}, {"ushort", {2, 'u'}}, {"uint16", {2, 'u'}}, {"int", {4, 'i'}},     {"int32", {4, 'i'}},
-      {"uint", {4, 'u'}},  {"uint32", {4, 'u'}}, {"float", {4, 'f'}},  {"float32", {4, 'f'}}, {"double", {8, 'f'}},
-      {"float64", {8, 'f'}}};
+      {"char", {1, 'i'}},  {"int8", {1, 'i'}},    {"uchar", {1, 'u'}},  {"uint8", {1, 'u'}},
+      {"short", {2, 'i'}}, {"int16", {2, 'i'}},   {"ushort", {2, 'u'}}, {"uint16", {2, 'u'}},
+      {"int", {4, 'i'}},   {"int32", {4, 'i'}},   {"uint", {4, 'u'}},   {"uint32", {4, 'u'}},
+      {"float", {4, 'f'}}, {"float32", {4, 'f'}}, {"double", {8, 'f'}}, {"float64", {8, 'f'}}};
   const auto it = types.find(word);
   if (it == types.end()) return false;
   size = it->second.first, kind = it->second.second;
@@ -205,7 +211,8 @@ Mesh read_ply(const std::string& text, const std::string& name) {
       PlyElement e;
       e.name = in.word();
       e.count = in.number<long>("element");
-      if (e.count < 0 || static_cast<std::size_t>(e.count) > text.size()) in.fail("element", "more of them than the file can hold");
+      if (e.count < 0 || static_cast<std::size_t>(e.count) > text.size())
+        in.fail("element", "more of them than the file can hold");
       elements.push_back(e);
     } else if (word == "property") {
       if (elements.empty()) in.fail("property", "stands before any element");
@@ -241,12 +248,18 @@ Mesh read_ply(const std::string& text, const std::string& name) {
           const long n = whole_below(next(property.count_size, property.count_kind, property.name), most);
           if (n == most) in.fail(property.name, "more entries than the file can hold");
           loop.clear();
-          for (long k = 0; k < n; ++k) loop.push_back(static_cast<int>(whole_below(next(property.size, property.kind, property.name), std::numeric_limits<int>::max())));
+          for (long k = 0; k < n; ++k)
+            loop.push_back(static_cast<int>(whole_below(next(property.size, property.kind, property.name),
+                                                        std::numeric_limits<int>::max())));
           if (is_face && (property.name == "vertex_indices" || property.name == "vertex_index")) {
             for (int v : loop)
               if (v >= static_cast<int>(b.points.size()))
-                throw InputError(Problem{.file = name, .key = fmt::format("mesh face {}", i), .value = std::to_string(v),
-                                         .rule = b.points.empty() ? "the file has no vertices before it" : fmt::format("vertex must be in 0..{}", b.points.size() - 1)});
+                throw InputError(Problem{
+                    .file = name,
+                    .key = fmt::format("mesh face {}", i),
+                    .value = std::to_string(v),
+                    .rule = b.points.empty() ? "the file has no vertices before it"
+                                             : fmt::format("vertex must be in 0..{}", b.points.size() - 1)});
             b.face(loop, nullptr);
           }
         } else {
@@ -262,7 +275,8 @@ Mesh read_ply(const std::string& text, const std::string& name) {
   return b.finish();
 }
 
-/// What is text is read as UTF-8. Binary files stay as they are: those of STL tell by their size, PLY begins with "ply" unless it is text in another encoding.
+/// What is text is read as UTF-8. Binary files stay as they are: those of STL tell by their size, PLY begins
+/// with "ply" unless it is text in another encoding.
 bool is_binary_stl(const std::string& bytes, std::uint32_t& triangles) {
   if (bytes.size() < 84) return false;
   std::memcpy(&triangles, bytes.data() + 80, 4);
@@ -272,7 +286,8 @@ bool is_binary_stl(const std::string& bytes, std::uint32_t& triangles) {
 std::string decoded(std::string bytes, const std::string& name) {
   std::uint32_t n = 0;
   const std::string e = ending(name);
-  if ((e == "stl" && is_binary_stl(bytes, n)) || (e == "ply" && bytes.compare(0, 3, "ply") == 0)) return bytes;
+  if ((e == "stl" && is_binary_stl(bytes, n)) || (e == "ply" && bytes.compare(0, 3, "ply") == 0))
+    return bytes;
   return as_utf8(std::move(bytes), name);
 }
 
@@ -289,13 +304,16 @@ Mesh read_mesh_text(const std::string& text, const std::string& name) {
     std::uint32_t n = 0;
     const bool is_binary = is_binary_stl(text, n);
     if (!is_binary && text.compare(0, 5, "solid") != 0)
-      throw InputError(Problem{.file = name, .key = "stl",
-                               .value = fmt::format("{} bytes for {} triangles", text.size(), n),
-                               .rule = "neither text (\"solid\" first) nor a whole binary STL (84 + 50 bytes a triangle)",
-                               .remedy = "export the file again"});
+      throw InputError(
+          Problem{.file = name,
+                  .key = "stl",
+                  .value = fmt::format("{} bytes for {} triangles", text.size(), n),
+                  .rule = "neither text (\"solid\" first) nor a whole binary STL (84 + 50 bytes a triangle)",
+                  .remedy = "export the file again"});
     Mesh mesh = is_binary ? read_stl_binary(text) : read_stl_text(text, name);
     if (mesh.triangles.empty())
-      throw InputError(Problem{.file = name, .key = "mesh", .rule = "has no faces", .remedy = "give a surface mesh"});
+      throw InputError(
+          Problem{.file = name, .key = "mesh", .rule = "has no faces", .remedy = "give a surface mesh"});
     for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
       if (!mesh.vertices[i].allFinite()) refuse_vertex(name, i);
     return mesh;
@@ -304,7 +322,10 @@ Mesh read_mesh_text(const std::string& text, const std::string& name) {
   if (e == "ply") return read_ply(text, name);
   if (e == "off") return read_off(text, name);
   if (e == "vtu") return read_vtu(text, name);
-  throw InputError(Problem{.file = name, .key = "file", .value = e, .rule = "not a mesh format that is read",
+  throw InputError(Problem{.file = name,
+                           .key = "file",
+                           .value = e,
+                           .rule = "not a mesh format that is read",
                            .remedy = "use STL, OBJ, PLY, OFF or VTU"});
 }
 

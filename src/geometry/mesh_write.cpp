@@ -14,7 +14,8 @@ void write_text(const std::string& path, const fmt::memory_buffer& text) {
   std::FILE* file = std::fopen(path.c_str(), "wb");
   const bool good = file && std::fwrite(text.data(), 1, text.size(), file) == text.size();
   if ((file && std::fclose(file) != 0) || !good)
-    throw InputError(Problem{.file = path, .key = "file", .rule = "cannot be written", .remedy = "check the directory"});
+    throw InputError(
+        Problem{.file = path, .key = "file", .rule = "cannot be written", .remedy = "check the directory"});
 }
 
 template <class T>
@@ -29,7 +30,8 @@ void obj(fmt::memory_buffer& out, const Mesh& mesh) {
   for (const Vec3& v : mesh.vertices) fmt::format_to(it, "v {} {} {}\n", v.x(), v.y(), v.z());
   int group = -1;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    if (!mesh.group.empty() && mesh.group[t] != group) fmt::format_to(it, "g {}\n", mesh.group_names[group = mesh.group[t]]);
+    if (!mesh.group.empty() && mesh.group[t] != group)
+      fmt::format_to(it, "g {}\n", mesh.group_names[group = mesh.group[t]]);
     const auto& c = mesh.triangles[t];
     fmt::format_to(it, "f {} {} {}\n", c[0] + 1, c[1] + 1, c[2] + 1);
   }
@@ -49,10 +51,11 @@ void stl(fmt::memory_buffer& out, const Mesh& mesh) {
 }
 
 void ply(fmt::memory_buffer& out, const Mesh& mesh) {
-  fmt::format_to(fmt::appender(out),
-                 "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty double x\nproperty double y\n"
-                 "property double z\nelement face {}\nproperty list uchar int vertex_indices\nend_header\n",
-                 mesh.vertices.size(), mesh.triangles.size());
+  fmt::format_to(
+      fmt::appender(out),
+      "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty double x\nproperty double y\n"
+      "property double z\nelement face {}\nproperty list uchar int vertex_indices\nend_header\n",
+      mesh.vertices.size(), mesh.triangles.size());
   for (const Vec3& v : mesh.vertices)
     for (int k = 0; k < 3; ++k) raw(out, v[k]);
   for (const auto& t : mesh.triangles) {
@@ -71,12 +74,15 @@ void off(fmt::memory_buffer& out, const Mesh& mesh) {
 void vtu(fmt::memory_buffer& out, const Mesh& mesh) {
   auto it = fmt::appender(out);
   fmt::format_to(it,
-                 "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"0.1\" byte_order=\"LittleEndian\">\n"
+                 "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"0.1\" "
+                 "byte_order=\"LittleEndian\">\n"
                  "<UnstructuredGrid><Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n"
                  "<Points><DataArray type=\"Float64\" NumberOfComponents=\"3\" format=\"ascii\">\n",
                  mesh.vertices.size(), mesh.triangles.size());
   for (const Vec3& v : mesh.vertices) fmt::format_to(it, "{} {} {}\n", v.x(), v.y(), v.z());
-  fmt::format_to(it, "</DataArray></Points>\n<Cells><DataArray type=\"Int32\" Name=\"connectivity\" format=\"ascii\">\n");
+  fmt::format_to(
+      it,
+      "</DataArray></Points>\n<Cells><DataArray type=\"Int32\" Name=\"connectivity\" format=\"ascii\">\n");
   for (const auto& t : mesh.triangles) fmt::format_to(it, "{} {} {}\n", t[0], t[1], t[2]);
   fmt::format_to(it, "</DataArray><DataArray type=\"Int32\" Name=\"offsets\" format=\"ascii\">\n");
   for (std::size_t t = 1; t <= mesh.triangles.size(); ++t) fmt::format_to(it, "{}\n", 3 * t);
@@ -98,13 +104,21 @@ void write_mesh(const std::string& path, const Mesh& mesh) {
   std::string e = dot == std::string::npos ? "" : path.substr(dot + 1);
   for (char& c : e) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   fmt::memory_buffer out;
-  if (e == "obj") obj(out, mesh);
-  else if (e == "stl") stl(out, mesh);
-  else if (e == "ply") ply(out, mesh);
-  else if (e == "off") off(out, mesh);
-  else if (e == "vtu") vtu(out, mesh);
+  if (e == "obj")
+    obj(out, mesh);
+  else if (e == "stl")
+    stl(out, mesh);
+  else if (e == "ply")
+    ply(out, mesh);
+  else if (e == "off")
+    off(out, mesh);
+  else if (e == "vtu")
+    vtu(out, mesh);
   else
-    throw InputError(Problem{.file = path, .key = "file", .value = e, .rule = "not a mesh format that is written",
+    throw InputError(Problem{.file = path,
+                             .key = "file",
+                             .value = e,
+                             .rule = "not a mesh format that is written",
                              .remedy = "use .obj, .stl, .ply, .off or .vtu"});
   write_text(path, out);
 }

@@ -13,9 +13,13 @@ namespace {
 
 /// Largest power of ten, from 100 down to 0.01, that all values are multiples of; 0: none.
 double decimal_step(const std::vector<double>& values) {
-  constexpr double slack = 1e-7;   // of the step, and the rounding of the values themselves
+  constexpr double slack = 1e-7;  // of the step, and the rounding of the values themselves
   for (const double step : {100.0, 10.0, 1.0, 0.1, 0.01})
-    if (std::all_of(values.begin(), values.end(), [&](double x) { return std::abs(x / step - std::round(x / step)) <= slack + 4 * std::numeric_limits<double>::epsilon() * std::abs(x / step); })) return step;
+    if (std::all_of(values.begin(), values.end(), [&](double x) {
+          return std::abs(x / step - std::round(x / step)) <=
+                 slack + 4 * std::numeric_limits<double>::epsilon() * std::abs(x / step);
+        }))
+      return step;
   return 0;
 }
 
@@ -28,21 +32,28 @@ std::size_t distinct(std::vector<double> values) {
 
 double single_precision_step(double x) {
   const auto f = static_cast<float>(std::abs(x));
-  return static_cast<double>(std::nextafter(f, std::numeric_limits<float>::infinity())) - static_cast<double>(f);
+  return static_cast<double>(std::nextafter(f, std::numeric_limits<float>::infinity())) -
+         static_cast<double>(f);
 }
 
 bool is_stl_file(const std::string& path) {
   std::string end = path.substr(path.size() < 4 ? 0 : path.size() - 4);
-  std::transform(end.begin(), end.end(), end.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::transform(end.begin(), end.end(), end.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return end == ".stl";
 }
 
-std::vector<Problem> rounding_warning(const std::vector<Vec3>& vertices, const std::vector<std::array<int, 3>>& triangles, const std::string& path) {
-  constexpr double far = 1e4, felt = 5e-3, least = 0.01;   // coordinates of a map [m]; of the mean side; [m]
+std::vector<Problem> rounding_warning(const std::vector<Vec3>& vertices,
+                                      const std::vector<std::array<int, 3>>& triangles,
+                                      const std::string& path) {
+  constexpr double far = 1e4, felt = 5e-3, least = 0.01;  // coordinates of a map [m]; of the mean side; [m]
   if (triangles.empty()) return {};
   double sum = 0;
   for (const auto& t : triangles)
-    for (std::size_t k = 0; k < 3; ++k) sum += (vertices[static_cast<std::size_t>(t[k])] - vertices[static_cast<std::size_t>(t[(k + 1) % 3])]).head<2>().norm();
+    for (std::size_t k = 0; k < 3; ++k)
+      sum += (vertices[static_cast<std::size_t>(t[k])] - vertices[static_cast<std::size_t>(t[(k + 1) % 3])])
+                 .head<2>()
+                 .norm();
   const double side = sum / (3 * static_cast<double>(triangles.size()));
   std::array<std::vector<double>, 2> at;
   for (const Vec3& v : vertices)
@@ -53,15 +64,24 @@ std::vector<Problem> rounding_warning(const std::vector<Vec3>& vertices, const s
     double most = 0;
     for (const double value : x) most = std::max(most, std::abs(value));
     if (most < far) continue;
-    const bool floats = std::all_of(x.begin(), x.end(), [](double value) { return static_cast<double>(static_cast<float>(value)) == value; });
-    if (const double s = floats ? single_precision_step(most) : 0; is_stl_file(path) && s > step) step = s, single = true;
+    const bool floats = std::all_of(x.begin(), x.end(), [](double value) {
+      return static_cast<double>(static_cast<float>(value)) == value;
+    });
+    if (const double s = floats ? single_precision_step(most) : 0; is_stl_file(path) && s > step)
+      step = s, single = true;
     if (const double s = decimal_step(x); s > step) step = s, single = false;
   }
   if (step < least || step < felt * side) return {};
   if (!single && distinct(at[0]) * distinct(at[1]) <= 4 * vertices.size()) return {};
-  return {{.severity = Problem::Severity::warning, .file = path, .key = "site.terrain", .value = fmt::format("steps of {:.2g} m, faces of {:.3g} m", step, side),
-           .rule = single ? "its coordinates are those of a map in single precision, as STL holds them, which rounds them" : "its coordinates are written with too few digits, which rounds them",
-           .remedy = "export it about a local origin (and give site.origin to match), or as OBJ or PLY with all digits, or as a GeoTIFF"}};
+  return {{.severity = Problem::Severity::warning,
+           .file = path,
+           .key = "site.terrain",
+           .value = fmt::format("steps of {:.2g} m, faces of {:.3g} m", step, side),
+           .rule = single ? "its coordinates are those of a map in single precision, as STL holds them, "
+                            "which rounds them"
+                          : "its coordinates are written with too few digits, which rounds them",
+           .remedy = "export it about a local origin (and give site.origin to match), or as OBJ or PLY with "
+                     "all digits, or as a GeoTIFF"}};
 }
 
 }  // namespace talus::geometry

@@ -14,8 +14,10 @@ double single_precision_step(double x);
 
 bool is_stl_file(const std::string& path);
 
-/// Warns of a terrain mesh whose plan coordinates (as in the file) are rounded to steps that its faces feel: single precision in map coordinates, or
-/// too few digits. Vertices on the lines of a grid are as meant.
-std::vector<Problem> rounding_warning(const std::vector<Vec3>& vertices, const std::vector<std::array<int, 3>>& triangles, const std::string& path);
+/// Warns of a terrain mesh whose plan coordinates (as in the file) are rounded to steps that its faces feel:
+/// single precision in map coordinates, or too few digits. Vertices on the lines of a grid are as meant.
+std::vector<Problem> rounding_warning(const std::vector<Vec3>& vertices,
+                                      const std::vector<std::array<int, 3>>& triangles,
+                                      const std::string& path);
 
 }  // namespace talus::geometry

@@ -1,5 +1,5 @@
-/// Random numbers that are the same on every machine and library (SplitMix64 and transforms written out): the standard
-/// library leaves its distributions to each implementation.
+/// Random numbers that are the same on every machine and library (SplitMix64 and transforms written out): the
+/// standard library leaves its distributions to each implementation.
 #pragma once
 #include <cmath>
 #include <cstdint>
@@ -33,7 +33,8 @@ class Random {
   /// Fisher's distribution on the sphere about `mean` (unit) with concentration kappa > 0.
   Vec3 fisher(const Vec3& mean, double kappa) {
     const double u = uniform(), a = uniform(0, 2 * std::numbers::pi);
-    const double c = 1 + std::log(u + (1 - u) * std::exp(-2 * kappa)) / kappa, s = std::sqrt(std::max(0.0, 1 - c * c));
+    const double c = 1 + std::log(u + (1 - u) * std::exp(-2 * kappa)) / kappa,
+                 s = std::sqrt(std::max(0.0, 1 - c * c));
     const Vec3 e = mean.unitOrthogonal(), f = mean.cross(e);
     return (c * mean + s * (std::cos(a) * e + std::sin(a) * f)).normalized();
   }

@@ -35,9 +35,12 @@ const Functions& module(const std::string& for_file) {
   static std::mutex lock;
   const std::lock_guard guard(lock);
   if (m.read) return m;
-  const std::string remedy = "put it beside the program or set TALUS_MODULE_DIR; a mesh (STL, OBJ, PLY, OFF) needs no module";
+  const std::string remedy =
+      "put it beside the program or set TALUS_MODULE_DIR; a mesh (STL, OBJ, PLY, OFF) needs no module";
   try {
-    const auto symbol = [&](const char* name) { return module_symbol("talus_raster.so", name, "terrain", remedy); };
+    const auto symbol = [&](const char* name) {
+      return module_symbol("talus_raster.so", name, "terrain", remedy);
+    };
     Functions all;
     all.read = reinterpret_cast<ReadRaster>(symbol("talus_raster_read"));
     all.write = reinterpret_cast<WriteRaster>(symbol("talus_raster_write"));
@@ -57,8 +60,9 @@ struct HeaderEntry {
   std::string key, value;
 };
 
-/// The text of an ESRI ASCII grid where the library would not read the file as it is: in another encoding than ASCII, or with the corner given in one direction
-/// and the centre in the other. Nothing for all else. Throws InputError for what its reader lets pass: words where heights should be count as zero, values
+/// The text of an ESRI ASCII grid where the library would not read the file as it is: in another encoding
+/// than ASCII, or with the corner given in one direction and the centre in the other. Nothing for all else.
+/// Throws InputError for what its reader lets pass: words where heights should be count as zero, values
 /// beyond the last are left unread, and what follows a decimal comma is cut off.
 std::optional<std::string> checked_ascii_grid(const std::string& path) {
   std::string bytes;
@@ -67,10 +71,14 @@ std::optional<std::string> checked_ascii_grid(const std::string& path) {
     bytes.resize(24);
     in.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     bytes.resize(static_cast<std::size_t>(in.gcount()));
-    const std::string head = has_byte_order_mark(bytes) || bytes.find('\0') != std::string::npos ? as_utf8(bytes.substr(0, bytes.size() / 4 * 4), path) : bytes;
+    const std::string head = has_byte_order_mark(bytes) || bytes.find('\0') != std::string::npos
+                                 ? as_utf8(bytes.substr(0, bytes.size() / 4 * 4), path)
+                                 : bytes;
     const auto first = head.find_first_not_of(" \t\r\n");
     constexpr const char* keys[] = {"ncols", "nrows", "xll", "yll", "cellsize", "dx", "dy", "nodata"};
-    const auto opens = [&](const char* key) { return first != std::string::npos && strncasecmp(head.c_str() + first, key, std::strlen(key)) == 0; };
+    const auto opens = [&](const char* key) {
+      return first != std::string::npos && strncasecmp(head.c_str() + first, key, std::strlen(key)) == 0;
+    };
     if (std::none_of(std::begin(keys), std::end(keys), opens)) return {};
   }
   bytes = read_bytes(path);
@@ -80,7 +88,9 @@ std::optional<std::string> checked_ascii_grid(const std::string& path) {
   if (const auto comma = text.find(','); comma != std::string::npos) {
     cursor.position(text.data() + comma);
     cursor.skip_back_to_blank();
-    cursor.fail("raster", "has a decimal comma; this format has decimal points, a reader would cut the number there", "replace the commas by points: sed 's/,/./g'");
+    cursor.fail("raster",
+                "has a decimal comma; this format has decimal points, a reader would cut the number there",
+                "replace the commas by points: sed 's/,/./g'");
   }
   std::vector<HeaderEntry> header;
   const auto is_letter = [](char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0; };
@@ -91,7 +101,8 @@ std::optional<std::string> checked_ascii_grid(const std::string& path) {
   };
   while (!cursor.at_end() && is_letter(*cursor.position()) && strncasecmp(cursor.position(), "nan", 3) != 0) {
     std::string key(cursor.word());
-    std::transform(key.begin(), key.end(), key.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    std::transform(key.begin(), key.end(), key.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     if (key == "nodata_value" || key == "nodata") {
       header.push_back({"nodata_value", std::string(cursor.word())});
       as_it_is = as_it_is && key == "nodata_value";
@@ -100,8 +111,14 @@ std::optional<std::string> checked_ascii_grid(const std::string& path) {
     cursor.skip_space();
     const char* start = cursor.position();
     const double value = cursor.number<double>("raster");
-    if (!std::isfinite(value) || ((key == "ncols" || key == "nrows" || key == "cellsize" || key == "dx" || key == "dy") && !(value > 0)))
-      throw InputError(Problem{.file = path, .key = "raster " + key, .value = std::to_string(value), .rule = "must be a positive number", .remedy = "correct the header of the grid"});
+    if (!std::isfinite(value) ||
+        ((key == "ncols" || key == "nrows" || key == "cellsize" || key == "dx" || key == "dy") &&
+         !(value > 0)))
+      throw InputError(Problem{.file = path,
+                               .key = "raster " + key,
+                               .value = std::to_string(value),
+                               .rule = "must be a positive number",
+                               .remedy = "correct the header of the grid"});
     header.push_back({key, std::string(start, cursor.position())});
   }
   const char* heights = cursor.position();
@@ -109,64 +126,108 @@ std::optional<std::string> checked_ascii_grid(const std::string& path) {
   double count = 0;
   for (; !cursor.at_end(); ++count) cursor.number<double>("raster height");
   if (count != columns * rows)
-    throw InputError(Problem{.file = path, .key = "raster", .value = fmt::format("{:.0f} values", count),
-                             .rule = fmt::format("has {:.0f} columns and {:.0f} rows by its header: {:.0f} values", columns, rows, columns * rows),
-                             .remedy = "export the grid again: it is cut short, or its header is that of another grid"});
-  const auto dx = value_of("cellsize") ? value_of("cellsize") : value_of("dx"), dy = value_of("cellsize") ? value_of("cellsize") : value_of("dy");
-  const auto corner_x = value_of("xllcorner"), corner_y = value_of("yllcorner"), centre_x = value_of("xllcenter"), centre_y = value_of("yllcenter");
+    throw InputError(
+        Problem{.file = path,
+                .key = "raster",
+                .value = fmt::format("{:.0f} values", count),
+                .rule = fmt::format("has {:.0f} columns and {:.0f} rows by its header: {:.0f} values",
+                                    columns, rows, columns * rows),
+                .remedy = "export the grid again: it is cut short, or its header is that of another grid"});
+  const auto dx = value_of("cellsize") ? value_of("cellsize") : value_of("dx"),
+             dy = value_of("cellsize") ? value_of("cellsize") : value_of("dy");
+  const auto corner_x = value_of("xllcorner"), corner_y = value_of("yllcorner"),
+             centre_x = value_of("xllcenter"), centre_y = value_of("yllcenter");
   if (!dx || !dy || (!corner_x && !centre_x) || (!corner_y && !centre_y)) {
-    const std::string lacks = !dx || !dy ? "cellsize" : !corner_x && !centre_x ? "xllcorner or xllcenter" : "yllcorner or yllcenter";
-    throw InputError(Problem{.file = path, .key = "raster", .value = lacks, .rule = "is missing in the header of the grid", .remedy = "complete the header: ncols, nrows, xllcorner, yllcorner, cellsize, NODATA_value"});
+    const std::string lacks = !dx || !dy               ? "cellsize"
+                              : !corner_x && !centre_x ? "xllcorner or xllcenter"
+                                                       : "yllcorner or yllcenter";
+    throw InputError(
+        Problem{.file = path,
+                .key = "raster",
+                .value = lacks,
+                .rule = "is missing in the header of the grid",
+                .remedy = "complete the header: ncols, nrows, xllcorner, yllcorner, cellsize, NODATA_value"});
   }
   if ((corner_x && centre_x) || (corner_y && centre_y))
-    throw InputError(Problem{.file = path, .key = "raster", .value = corner_x && centre_x ? "xllcorner and xllcenter" : "yllcorner and yllcenter", .rule = "the header gives both", .remedy = "keep the one that is right"});
+    throw InputError(
+        Problem{.file = path,
+                .key = "raster",
+                .value = corner_x && centre_x ? "xllcorner and xllcenter" : "yllcorner and yllcenter",
+                .rule = "the header gives both",
+                .remedy = "keep the one that is right"});
   if (as_it_is && corner_x.has_value() == corner_y.has_value()) return {};
-  std::string out = fmt::format("ncols {:.0f}\nnrows {:.0f}\nxllcorner {:.17g}\nyllcorner {:.17g}\n", columns, rows, corner_x ? *corner_x : *centre_x - 0.5 * *dx, corner_y ? *corner_y : *centre_y - 0.5 * *dy);
-  out += *dx == *dy ? fmt::format("cellsize {:.17g}\n", *dx) : fmt::format("dx {:.17g}\ndy {:.17g}\n", *dx, *dy);
+  std::string out =
+      fmt::format("ncols {:.0f}\nnrows {:.0f}\nxllcorner {:.17g}\nyllcorner {:.17g}\n", columns, rows,
+                  corner_x ? *corner_x : *centre_x - 0.5 * *dx, corner_y ? *corner_y : *centre_y - 0.5 * *dy);
+  out +=
+      *dx == *dy ? fmt::format("cellsize {:.17g}\n", *dx) : fmt::format("dx {:.17g}\ndy {:.17g}\n", *dx, *dy);
   for (const HeaderEntry& e : header)
     if (e.key == "nodata_value") out += "NODATA_value " + e.value + "\n";
   return out.append(heights, static_cast<const char*>(text.data() + text.size()));
 }
 
-/// Heights are in metres: over longitude and latitude every slope would be a hundred thousand times too steep. Without a CRS a grid is taken for one in degrees
-/// where its coordinates are such, its cells are below a centimetre, and it is higher than wide.
+/// Heights are in metres: over longitude and latitude every slope would be a hundred thousand times too
+/// steep. Without a CRS a grid is taken for one in degrees where its coordinates are such, its cells are
+/// below a centimetre, and it is higher than wide.
 void refuse_degrees(const Raster& r, const std::string& path) {
   constexpr double most_cell = 0.01;
-  const double dx = r.transform[1], dy = std::abs(r.transform[5]), west = r.transform[0], north = std::max(r.transform[3], r.transform[3] + r.rows * r.transform[5]);
+  const double dx = r.transform[1], dy = std::abs(r.transform[5]), west = r.transform[0],
+               north = std::max(r.transform[3], r.transform[3] + r.rows * r.transform[5]);
   bool degrees = r.geographic;
-  if (!degrees && r.crs.empty() && dx < most_cell && dy < most_cell && std::abs(west) <= 180 && std::abs(west + r.columns * dx) <= 360 && std::abs(north) <= 90 && std::abs(north - r.rows * dy) <= 90) {
+  if (!degrees && r.crs.empty() && dx < most_cell && dy < most_cell && std::abs(west) <= 180 &&
+      std::abs(west + r.columns * dx) <= 360 && std::abs(north) <= 90 &&
+      std::abs(north - r.rows * dy) <= 90) {
     double low = std::numeric_limits<double>::infinity(), high = -low;
     for (const double z : r.values)
       if (std::isfinite(z)) low = std::min(low, z), high = std::max(high, z);
     degrees = high - low > std::max(r.columns * dx, r.rows * dy);
   }
   if (!degrees) return;
-  throw InputError(Problem{.file = path, .key = "raster", .value = fmt::format("cells of {:g} x {:g}, from [{:g}, {:g}]", dx, dy, west, north),
-                           .rule = r.geographic ? fmt::format("is in degrees of longitude and latitude ({}), and heights are in metres", r.crs.size() < 40 ? r.crs : "by its coordinate system")
-                                                : std::string("looks like degrees of longitude and latitude, and heights are in metres"),
-                           .remedy = "project it to metres first: gdalwarp -s_srs EPSG:4326 -t_srs EPSG:... -r bilinear in.tif out.tif, with the national grid or the UTM zone (EPSG:25832, 25833, ...)"});
+  throw InputError(Problem{
+      .file = path,
+      .key = "raster",
+      .value = fmt::format("cells of {:g} x {:g}, from [{:g}, {:g}]", dx, dy, west, north),
+      .rule = r.geographic
+                  ? fmt::format("is in degrees of longitude and latitude ({}), and heights are in metres",
+                                r.crs.size() < 40 ? r.crs : "by its coordinate system")
+                  : std::string("looks like degrees of longitude and latitude, and heights are in metres"),
+      .remedy = "project it to metres first: gdalwarp -s_srs EPSG:4326 -t_srs EPSG:... -r bilinear in.tif "
+                "out.tif, with the national grid or the UTM zone (EPSG:25832, 25833, ...)"});
 }
 
 }  // namespace
 
 Raster read_raster(const std::string& path) {
   if (access(path.c_str(), R_OK) != 0)
-    throw InputError(Problem{.file = path, .key = "file", .rule = "cannot be read",
+    throw InputError(Problem{.file = path,
+                             .key = "file",
+                             .rule = "cannot be read",
                              .remedy = "check the path, which is relative to the scene file"});
   const std::optional<std::string> text = checked_ascii_grid(path);
   Raster r;
   const bool read = module(path).read(path.c_str(), text ? &*text : nullptr, &r);
   if (!r.placed)
-    throw InputError(Problem{.file = path, .key = "raster", .value = fmt::format("{} x {} values", r.columns, r.rows),
-                             .rule = "is a picture without a place: it says neither where it lies nor how large its cells are (no GeoTIFF tags, no world file .tfw beside it)",
-                             .remedy = "export it again with its georeference, or give it one: gdal_translate -a_srs EPSG:... -a_ullr WEST NORTH EAST SOUTH in.tif out.tif"});
+    throw InputError(
+        Problem{.file = path,
+                .key = "raster",
+                .value = fmt::format("{} x {} values", r.columns, r.rows),
+                .rule = "is a picture without a place: it says neither where it lies nor how large its cells "
+                        "are (no GeoTIFF tags, no world file .tfw beside it)",
+                .remedy = "export it again with its georeference, or give it one: gdal_translate -a_srs "
+                          "EPSG:... -a_ullr WEST NORTH EAST SOUTH in.tif out.tif"});
   if (!read)
-    throw InputError(Problem{.file = path, .key = "raster", .rule = r.error, .remedy = "give an ESRI ASCII grid or a GeoTIFF"});
+    throw InputError(Problem{
+        .file = path, .key = "raster", .rule = r.error, .remedy = "give an ESRI ASCII grid or a GeoTIFF"});
   if (r.transform[2] != 0 || r.transform[4] != 0)
-    throw InputError(Problem{.file = path, .key = "raster", .rule = "is rotated against north",
+    throw InputError(Problem{.file = path,
+                             .key = "raster",
+                             .rule = "is rotated against north",
                              .remedy = "warp it to a north-up grid first (gdalwarp)"});
   if (r.transform[1] <= 0 || r.transform[5] == 0)
-    throw InputError(Problem{.file = path, .key = "raster", .rule = "has no positive cell size", .remedy = "correct its georeference"});
+    throw InputError(Problem{.file = path,
+                             .key = "raster",
+                             .rule = "has no positive cell size",
+                             .remedy = "correct its georeference"});
   refuse_degrees(r, path);
   if (r.transform[5] > 0) {  // south first: turn it over
     for (int i = 0; i < r.rows / 2; ++i)
@@ -181,13 +242,14 @@ Raster read_raster(const std::string& path) {
 
 namespace {
 
-constexpr double survey_foot = 1200.0 / 3937;   // [m]
+constexpr double survey_foot = 1200.0 / 3937;  // [m]
 
 /// Length of a unit of heights [m] by its name; 0: none that is known.
 double metres_of(std::string unit) {
   std::string plain;
   for (const char c : unit)
-    if (std::isalnum(static_cast<unsigned char>(c))) plain += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    if (std::isalnum(static_cast<unsigned char>(c)))
+      plain += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   struct Unit {
     double metres;
     std::vector<const char*> names;
@@ -198,8 +260,12 @@ double metres_of(std::string unit) {
       {0.01, {"cm", "centimetre", "centimeter", "centimetres", "centimeters"}},
       {0.001, {"mm", "millimetre", "millimeter", "millimetres", "millimeters"}},
       {1000, {"km", "kilometre", "kilometer", "kilometres", "kilometers"}},
-      {0.3048, {"ft", "foot", "feet", "internationalfoot", "internationalfeet", "footinternational", "ift", "footintl", "intlfoot"}},
-      {survey_foot, {"ussurveyfoot", "ussurveyfeet", "usft", "usfoot", "usfeet", "ftus", "footus", "feetus", "surveyfoot", "surveyfeet", "sft", "usf", "footussurvey", "ftussurvey", "ussft"}},
+      {0.3048,
+       {"ft", "foot", "feet", "internationalfoot", "internationalfeet", "footinternational", "ift",
+        "footintl", "intlfoot"}},
+      {survey_foot,
+       {"ussurveyfoot", "ussurveyfeet", "usft", "usfoot", "usfeet", "ftus", "footus", "feetus", "surveyfoot",
+        "surveyfeet", "sft", "usf", "footussurvey", "ftussurvey", "ussft"}},
       {0.9144, {"yd", "yard", "yards"}},
   };
   for (const Unit& u : units)
@@ -209,22 +275,36 @@ double metres_of(std::string unit) {
 }
 
 Problem raster_warning(const std::string& path, std::string value, std::string rule, std::string remedy) {
-  return {.severity = Problem::Severity::warning, .file = path, .key = "site.terrain", .value = std::move(value), .rule = std::move(rule), .remedy = std::move(remedy)};
+  return {.severity = Problem::Severity::warning,
+          .file = path,
+          .key = "site.terrain",
+          .value = std::move(value),
+          .rule = std::move(rule),
+          .remedy = std::move(remedy)};
 }
 
 void refuse_pictures(const Raster& r, const std::string& path) {
   if (!r.palette && !r.colours) return;
-  throw InputError(Problem{.file = path, .key = "site.terrain", .value = r.palette ? std::string("a palette") : fmt::format("{} bands of colours", r.bands),
-                           .rule = r.palette ? "its values are numbers of a table of colours, no heights" : "is a picture (red, green, blue), no heights",
-                           .remedy = "give the elevation model itself, one band of heights, not its hillshade, photograph or coloured map"});
+  throw InputError(
+      Problem{.file = path,
+              .key = "site.terrain",
+              .value = r.palette ? std::string("a palette") : fmt::format("{} bands of colours", r.bands),
+              .rule = r.palette ? "its values are numbers of a table of colours, no heights"
+                                : "is a picture (red, green, blue), no heights",
+              .remedy = "give the elevation model itself, one band of heights, not its hillshade, photograph "
+                        "or coloured map"});
 }
 
 /// Lengths of a scene are metres, and its origin and positions are given in the coordinates of the map.
 void refuse_plan_units(const Raster& r, const std::string& path) {
   if (std::abs(r.metres - 1) < 1e-9) return;
-  throw InputError(Problem{.file = path, .key = "site.terrain", .value = fmt::format("{}, of {:.8g} m", r.unit.empty() ? "a unit" : r.unit, r.metres),
-                           .rule = "is the unit of its coordinates in plan, and lengths of a scene are metres",
-                           .remedy = "project it to a system in metres, and its heights with it: gdalwarp -t_srs EPSG:... -r bilinear in.tif out.tif; then give site.origin and positions in that system"});
+  throw InputError(
+      Problem{.file = path,
+              .key = "site.terrain",
+              .value = fmt::format("{}, of {:.8g} m", r.unit.empty() ? "a unit" : r.unit, r.metres),
+              .rule = "is the unit of its coordinates in plan, and lengths of a scene are metres",
+              .remedy = "project it to a system in metres, and its heights with it: gdalwarp -t_srs EPSG:... "
+                        "-r bilinear in.tif out.tif; then give site.origin and positions in that system"});
 }
 
 /// Heights to metres by what the band says, or else the coordinate system.
@@ -234,20 +314,33 @@ void convert_heights(Raster& r, const std::string& path, std::vector<Problem>& w
   double metres = r.band_unit.empty() ? r.vertical_metres : metres_of(r.band_unit);
   if (r.band_unit.empty() && !(metres > 0)) return;
   if (!(metres > 0)) {
-    warnings.push_back(raster_warning(path, unit, "is the unit of its values by the band, and no length that is known: they are taken as heights in metres", "give heights in metres, and say so: gdal_edit.py -units m"));
+    warnings.push_back(raster_warning(path, unit,
+                                      "is the unit of its values by the band, and no length that is known: "
+                                      "they are taken as heights in metres",
+                                      "give heights in metres, and say so: gdal_edit.py -units m"));
     return;
   }
   if (!r.band_unit.empty() && r.vertical_metres > 0 && std::abs(metres - r.vertical_metres) > 1e-9)
-    warnings.push_back(raster_warning(path, unit, fmt::format("is the unit of heights by the band, and {} by the coordinate system: the band's is taken", r.vertical_unit), "correct the one that is wrong"));
+    warnings.push_back(raster_warning(
+        path, unit,
+        fmt::format(
+            "is the unit of heights by the band, and {} by the coordinate system: the band's is taken",
+            r.vertical_unit),
+        "correct the one that is wrong"));
   if (std::abs(metres - 1) < 1e-9) return;
   for (double& z : r.values) z *= metres;
-  warnings.push_back(raster_warning(path, unit, fmt::format("is the unit of heights by {}: they were converted to metres, times {:.8g}", by, metres), "give the third number of site.origin, and positions, in metres"));
+  warnings.push_back(raster_warning(
+      path, unit,
+      fmt::format("is the unit of heights by {}: they were converted to metres, times {:.8g}", by, metres),
+      "give the third number of site.origin, and positions, in metres"));
 }
 
 }  // namespace
 
 void warn_of_size(const Raster& r, const std::string& path, std::vector<Problem>& warnings) {
-  constexpr double highest = 8849, steep = 60 * M_PI / 180;   // Mount Everest [m]; half of the cells steeper than that are no terrain
+  constexpr double highest = 8849,
+                   steep = 60 * M_PI /
+                           180;  // Mount Everest [m]; half of the cells steeper than that are no terrain
   constexpr std::size_t least_cells = 100;
   double low = std::numeric_limits<double>::infinity(), high = -low;
   std::vector<double> slopes;
@@ -258,20 +351,28 @@ void warn_of_size(const Raster& r, const std::string& path, std::vector<Problem>
     if (!std::isfinite(z)) continue;
     low = std::min(low, z), high = std::max(high, z);
     if (k % stride != 0 || (k + 1) % columns == 0 || k + columns >= r.values.size()) continue;
-    const double sx = (r.values[k + 1] - z) / r.transform[1], sy = (r.values[k + columns] - z) / r.transform[5];
+    const double sx = (r.values[k + 1] - z) / r.transform[1],
+                 sy = (r.values[k + columns] - z) / r.transform[5];
     if (std::isfinite(sx) && std::isfinite(sy)) slopes.push_back(std::hypot(sx, sy));
   }
   if (high > highest && high < 1e5) {
-    warnings.push_back(raster_warning(path, fmt::format("heights of {:.6g} to {:.6g}", low, high), "no ground on Earth is that high in metres; they look like feet, or centimetres",
-                                      "convert them, e.g. gdal_calc.py -A in.tif --calc=\"A*0.3048\" --outfile=out.tif; or correct the unit that the file gives"));
+    warnings.push_back(
+        raster_warning(path, fmt::format("heights of {:.6g} to {:.6g}", low, high),
+                       "no ground on Earth is that high in metres; they look like feet, or centimetres",
+                       "convert them, e.g. gdal_calc.py -A in.tif --calc=\"A*0.3048\" --outfile=out.tif; or "
+                       "correct the unit that the file gives"));
     return;
   }
   if (slopes.size() < least_cells) return;
   const auto middle = slopes.begin() + static_cast<std::ptrdiff_t>(slopes.size() / 2);
   std::nth_element(slopes.begin(), middle, slopes.end());
   if (*middle > std::tan(steep))
-    warnings.push_back(raster_warning(path, fmt::format("half of its cells are steeper than {:.0f} deg", std::atan(*middle) * 180 / M_PI), "no terrain is that steep all over: heights and cells seem to be in different units",
-                                      fmt::format("check both: as heights in feet over cells in metres half of them would be steeper than {:.0f} deg", std::atan(*middle * 0.3048) * 180 / M_PI)));
+    warnings.push_back(raster_warning(
+        path, fmt::format("half of its cells are steeper than {:.0f} deg", std::atan(*middle) * 180 / M_PI),
+        "no terrain is that steep all over: heights and cells seem to be in different units",
+        fmt::format("check both: as heights in feet over cells in metres half of them would be steeper than "
+                    "{:.0f} deg",
+                    std::atan(*middle * 0.3048) * 180 / M_PI)));
 }
 
 Raster read_heights(const std::string& path, std::vector<Problem>& warnings) {
@@ -279,15 +380,25 @@ Raster read_heights(const std::string& path, std::vector<Problem>& warnings) {
   refuse_pictures(r, path);
   refuse_plan_units(r, path);
   convert_heights(r, path, warnings);
-  if (r.bands > 1) warnings.push_back(raster_warning(path, fmt::format("{} bands", r.bands), "the first is taken as the heights", "give a file of one band if it is another: gdal_translate -b 2 in.tif out.tif"));
-  if (r.bytes) warnings.push_back(raster_warning(path, "values of 8 bits", "heights of whole metres from 0 to 255: a hillshade or another picture has such values", "give the elevation model itself, unless it is one"));
+  if (r.bands > 1)
+    warnings.push_back(
+        raster_warning(path, fmt::format("{} bands", r.bands), "the first is taken as the heights",
+                       "give a file of one band if it is another: gdal_translate -b 2 in.tif out.tif"));
+  if (r.bytes)
+    warnings.push_back(raster_warning(
+        path, "values of 8 bits",
+        "heights of whole metres from 0 to 255: a hillshade or another picture has such values",
+        "give the elevation model itself, unless it is one"));
   return r;
 }
 
 void write_raster(const std::string& path, const Raster& raster) {
   Raster copy = raster;
   if (!module(path).write(path.c_str(), &copy))
-    throw InputError(Problem{.file = path, .key = "raster", .rule = copy.error, .remedy = "check the directory and the ending (.tif or .asc)"});
+    throw InputError(Problem{.file = path,
+                             .key = "raster",
+                             .rule = copy.error,
+                             .remedy = "check the directory and the ending (.tif or .asc)"});
 }
 
 int same_crs(const std::string& a, const std::string& b) { return module("").same(a.c_str(), b.c_str()); }

@@ -1,5 +1,5 @@
-/// Rasters (ESRI ASCII grid, GeoTIFF and all else that GDAL reads) through a module loaded on first use: GDAL brings
-/// some hundred shared libraries, which a run without a raster must not pay for.
+/// Rasters (ESRI ASCII grid, GeoTIFF and all else that GDAL reads) through a module loaded on first use: GDAL
+/// brings some hundred shared libraries, which a run without a raster must not pay for.
 ///
 /// The module `talus_raster.so` is looked for in $TALUS_MODULE_DIR, then beside the executable, then in the
 /// executable's ../lib/talus.
@@ -15,11 +15,13 @@ namespace talus::geometry {
 /// Throws InputError naming the file. Rotated rasters are refused; rows are returned north first.
 Raster read_raster(const std::string& path);
 
-/// The same for heights. Those whose band or coordinate system gives another unit of length than metres are converted, with a warning; pictures, palettes
-/// and grids whose plan is not in metres are refused. Warns of what is hardly heights: bytes, several bands.
+/// The same for heights. Those whose band or coordinate system gives another unit of length than metres are
+/// converted, with a warning; pictures, palettes and grids whose plan is not in metres are refused. Warns of
+/// what is hardly heights: bytes, several bands.
 Raster read_heights(const std::string& path, std::vector<Problem>& warnings);
 
-/// Warns of heights and slopes that no terrain has in metres: above Mount Everest, half of the cells steeper than 60 degrees.
+/// Warns of heights and slopes that no terrain has in metres: above Mount Everest, half of the cells steeper
+/// than 60 degrees.
 void warn_of_size(const Raster& heights, const std::string& path, std::vector<Problem>& warnings);
 
 /// Writes .tif (GeoTIFF) or .asc (ESRI ASCII grid); NaN becomes NODATA.

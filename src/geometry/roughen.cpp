@@ -26,9 +26,7 @@ double at_lattice(std::uint32_t seed, std::int64_t i, std::int64_t j) {
   return random.normal();
 }
 
-double quintic(double t) {
-  return t * t * t * (t * (6 * t - 15) + 10);
-}
+double quintic(double t) { return t * t * t * (t * (6 * t - 15) + 10); }
 
 std::uint64_t edge_key(int a, int b) {
   return (static_cast<std::uint64_t>(static_cast<std::uint32_t>(std::min(a, b))) << 32) |

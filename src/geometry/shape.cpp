@@ -27,7 +27,8 @@ void fit(std::vector<Vec3>& points, const Vec3& size) {
 
 std::vector<Vec3> signs(const Vec3& v) {
   std::vector<Vec3> out;
-  for (int i = 0; i < 8; ++i) out.emplace_back(i & 1 ? v.x() : -v.x(), i & 2 ? v.y() : -v.y(), i & 4 ? v.z() : -v.z());
+  for (int i = 0; i < 8; ++i)
+    out.emplace_back(i & 1 ? v.x() : -v.x(), i & 2 ? v.y() : -v.y(), i & 4 ? v.z() : -v.z());
   return out;
 }
 
@@ -64,7 +65,8 @@ std::vector<Vec3> sphere(int longitudes, int latitudes) {
   return out;
 }
 
-/// Sphere of 320 triangles, its points moved along their radius: star-shaped about the origin, so never crossing itself.
+/// Sphere of 320 triangles, its points moved along their radius: star-shaped about the origin, so never
+/// crossing itself.
 Mesh dented_rock(unsigned seed) {
   Mesh mesh = convex_hull(golden(1, std::numbers::phi));
   for (Vec3& v : mesh.vertices) v.normalize();
@@ -95,11 +97,14 @@ Mesh dented_rock(unsigned seed) {
     double depth, width;
   };
   std::vector<Feature> features;
-  for (int i = 0; i < 14; ++i) features.push_back({random.direction(), random.uniform(-0.12, 0.12), random.uniform(0.3, 0.7)});
-  for (int i = 0; i < 3; ++i) features.push_back({random.direction(), random.uniform(-0.40, -0.25), random.uniform(0.35, 0.6)});
+  for (int i = 0; i < 14; ++i)
+    features.push_back({random.direction(), random.uniform(-0.12, 0.12), random.uniform(0.3, 0.7)});
+  for (int i = 0; i < 3; ++i)
+    features.push_back({random.direction(), random.uniform(-0.40, -0.25), random.uniform(0.35, 0.6)});
   for (Vec3& v : mesh.vertices) {
     double r = 1;
-    for (const Feature& f : features) r += f.depth * std::exp(-(v - f.direction).squaredNorm() / (f.width * f.width));
+    for (const Feature& f : features)
+      r += f.depth * std::exp(-(v - f.direction).squaredNorm() / (f.width * f.width));
     v *= std::max(r, 0.35);
   }
   return mesh;
@@ -109,17 +114,20 @@ Mesh dented_rock(unsigned seed) {
 Vec3 extents(const ShapeSpec& s, const Vec3& proportions) {
   if (s.size.isZero()) {
     if (s.volume > 0 || s.mass > 0) return proportions;
-    reject("size", "", fmt::format("a {} needs its size", s.kind), "give size = [x, y, z], or volume, or mass");
+    reject("size", "", fmt::format("a {} needs its size", s.kind),
+           "give size = [x, y, z], or volume, or mass");
   }
-  if (!(s.size.minCoeff() > 0) || !s.size.allFinite()) reject("size", text(s.size), "extents must be positive", "give size = [x, y, z] in metres");
+  if (!(s.size.minCoeff() > 0) || !s.size.allFinite())
+    reject("size", text(s.size), "extents must be positive", "give size = [x, y, z] in metres");
   return s.size;
 }
 
 }  // namespace
 
 const std::vector<std::string>& shape_kinds() {
-  static const std::vector<std::string> kinds = {"box",     "tetrahedron", "dodecahedron", "icosahedron",   "sphere",        "EOTA111",
-                                                 "EOTA221", "convex",      "file",         "random-convex", "random-concave"};
+  static const std::vector<std::string> kinds = {"box",    "tetrahedron",   "dodecahedron",  "icosahedron",
+                                                 "sphere", "EOTA111",       "EOTA221",       "convex",
+                                                 "file",   "random-convex", "random-concave"};
   return kinds;
 }
 
@@ -131,7 +139,8 @@ Shape make_shape_with_shift(const ShapeSpec& s) {
   };
   const Vec3 one = Vec3::Ones();
   if (s.size.minCoeff() > 0 && s.size.minCoeff() < 1e-6 * s.size.maxCoeff())
-    reject("size", text(s.size), "one extent is less than a millionth of another", "give a body: contact needs its thickness");
+    reject("size", text(s.size), "one extent is less than a millionth of another",
+           "give a body: contact needs its thickness");
   if (s.kind == "box") {
     mesh = convex_hull(signs(extents(s, one) / 2));
   } else if (s.kind == "tetrahedron") {
@@ -144,9 +153,13 @@ Shape make_shape_with_shift(const ShapeSpec& s) {
     hull(golden(1, std::numbers::phi), extents(s, one));
   } else if (s.kind == "sphere") {
     const int m = s.longitudes ? s.longitudes : 12, n = s.latitudes ? s.latitudes : 5;
-    if (m < 3 || m > 100) reject("longitudes", std::to_string(m), "must be 3 to 100", "give the number of meridians");
-    if (n < 1 || n > 100) reject("latitudes", std::to_string(n), "must be 1 to 100", "give the number of circles between the poles");
-    if (s.diameter < 0) reject("diameter", fmt::format("{}", s.diameter), "must be positive", "give it in metres");
+    if (m < 3 || m > 100)
+      reject("longitudes", std::to_string(m), "must be 3 to 100", "give the number of meridians");
+    if (n < 1 || n > 100)
+      reject("latitudes", std::to_string(n), "must be 1 to 100",
+             "give the number of circles between the poles");
+    if (s.diameter < 0)
+      reject("diameter", fmt::format("{}", s.diameter), "must be positive", "give it in metres");
     auto points = sphere(m, n);
     if (s.diameter > 0) {  // its corners lie on the sphere
       for (Vec3& p : points) p *= s.diameter / 2;
@@ -164,10 +177,15 @@ Shape make_shape_with_shift(const ShapeSpec& s) {
     if (s.file.empty()) reject("file", "", "a mesh file is needed", "give file = \"rock.obj\"");
     mesh = read_closed_mesh(s.file);
     if (const int pieces = body_count(mesh); pieces > 1)
-      throw InputError(Problem{.file = s.file, .key = "mesh", .value = fmt::format("{} pieces", pieces), .rule = "holds pieces that do not hang together",
-                               .remedy = "give each as a block of its own; rock_mass.blocks takes a file with a group for each"});
+      throw InputError(Problem{
+          .file = s.file,
+          .key = "mesh",
+          .value = fmt::format("{} pieces", pieces),
+          .rule = "holds pieces that do not hang together",
+          .remedy = "give each as a block of its own; rock_mass.blocks takes a file with a group for each"});
   } else if (s.kind == "random-convex" || s.kind == "random-concave") {
-    if (!(s.aspect.minCoeff() > 0)) reject("aspect", text(s.aspect), "proportions must be positive", "give aspect = [a, b, c]");
+    if (!(s.aspect.minCoeff() > 0))
+      reject("aspect", text(s.aspect), "proportions must be positive", "give aspect = [a, b, c]");
     const Vec3 size = extents(s, s.aspect);
     if (s.kind == "random-convex") {
       Random random(s.seed);
@@ -192,9 +210,13 @@ Shape make_shape_with_shift(const ShapeSpec& s) {
   }
   if (s.mass != 0) {
     if (!(s.mass > 0)) reject("mass", fmt::format("{}", s.mass), "must be positive", "give it in kg");
-    if (!(s.density > 0)) reject("density", fmt::format("{}", s.density), "must be positive where a mass is given", "give the material's density");
+    if (!(s.density > 0))
+      reject("density", fmt::format("{}", s.density), "must be positive where a mass is given",
+             "give the material's density");
     if (wanted > 0 && std::abs(s.mass / s.density - wanted) > 1e-9 * wanted)
-      reject("mass", fmt::format("{}", s.mass), fmt::format("disagrees with volume times density, {} kg", wanted * s.density), "give volume or mass, not both");
+      reject("mass", fmt::format("{}", s.mass),
+             fmt::format("disagrees with volume times density, {} kg", wanted * s.density),
+             "give volume or mass, not both");
     wanted = s.mass / s.density;
   }
   const double scale = wanted > 0 ? std::cbrt(wanted / p.volume) : 1.0;

@@ -19,33 +19,50 @@
 namespace talus::geometry {
 namespace {
 
-constexpr std::size_t fits_cache = 32768;  // triangles; below, their order in memory makes no difference to a query
+constexpr std::size_t fits_cache =
+    32768;  // triangles; below, their order in memory makes no difference to a query
 
-constexpr double highest = 1e6, farthest = 1e9;   // height of a grid, coordinate of a mesh [m]: beyond, it is no number of metres
+constexpr double highest = 1e6,
+                 farthest =
+                     1e9;  // height of a grid, coordinate of a mesh [m]: beyond, it is no number of metres
 
 Problem too_high(const std::string& path, int row, int column, double z) {
-  return {.file = path, .key = "site.terrain", .value = fmt::format("{:g} in row {}, column {} of the grid, from the north-west", z, row + 1, column + 1), .rule = fmt::format("no height in metres; at most {:g}", highest),
-          .remedy = "correct it there, or name the value as NODATA if it stands for none: NODATA_value in the header of an ASCII grid, gdal_edit.py -a_nodata for a GeoTIFF"};
+  return {.file = path,
+          .key = "site.terrain",
+          .value = fmt::format("{:g} in row {}, column {} of the grid, from the north-west", z, row + 1,
+                               column + 1),
+          .rule = fmt::format("no height in metres; at most {:g}", highest),
+          .remedy =
+              "correct it there, or name the value as NODATA if it stands for none: NODATA_value in the "
+              "header of an ASCII grid, gdal_edit.py -a_nodata for a GeoTIFF"};
 }
 
-/// Keeps the nodes within the crop box and one cell round it: what lies outside is no part of the scene, and nothing is said of it. Returns the row and
-/// column of the file that the first kept node has.
+/// Keeps the nodes within the crop box and one cell round it: what lies outside is no part of the scene, and
+/// nothing is said of it. Returns the row and column of the file that the first kept node has.
 std::pair<int, int> crop(Raster& r, const TerrainOptions& options, const std::string& path) {
   const double dx = r.transform[1], dy = -r.transform[5];
-  const double west = r.transform[0] + 0.5 * dx - options.origin.x(), north = r.transform[3] - 0.5 * dy - options.origin.y();
+  const double west = r.transform[0] + 0.5 * dx - options.origin.x(),
+               north = r.transform[3] - 0.5 * dy - options.origin.y();
   const double south = north - (r.rows - 1) * dy;
   int j0 = 0, j1 = r.columns - 1, i0 = 0, i1 = r.rows - 1;  // kept nodes, i from the north
   if (options.crop) {
-    const auto clamp = [](double x, int n) { return static_cast<int>(std::clamp(x, -1.0, static_cast<double>(n))); };
+    const auto clamp = [](double x, int n) {
+      return static_cast<int>(std::clamp(x, -1.0, static_cast<double>(n)));
+    };
     j0 = std::max(0, clamp(std::floor((options.crop->min().x() - west) / dx + 1e-9), r.columns));
     j1 = std::min(r.columns - 1, clamp(std::ceil((options.crop->max().x() - west) / dx - 1e-9), r.columns));
-    i0 = r.rows - 1 - std::min(r.rows - 1, clamp(std::ceil((options.crop->max().y() - south) / dy - 1e-9), r.rows));
+    i0 = r.rows - 1 -
+         std::min(r.rows - 1, clamp(std::ceil((options.crop->max().y() - south) / dy - 1e-9), r.rows));
     i1 = r.rows - 1 - std::max(0, clamp(std::floor((options.crop->min().y() - south) / dy + 1e-9), r.rows));
   }
   if (j1 - j0 < 1 || i1 - i0 < 1)
-    throw InputError(Problem{.file = path, .key = "site.crop",
-                             .value = fmt::format("grid spans x {:.6g} to {:.6g}, y {:.6g} to {:.6g} in scene coordinates", west, west + (r.columns - 1) * dx, south, north),
-                             .rule = "keeps less than one cell of the grid", .remedy = "move the crop box or the origin"});
+    throw InputError(
+        Problem{.file = path,
+                .key = "site.crop",
+                .value = fmt::format("grid spans x {:.6g} to {:.6g}, y {:.6g} to {:.6g} in scene coordinates",
+                                     west, west + (r.columns - 1) * dx, south, north),
+                .rule = "keeps less than one cell of the grid",
+                .remedy = "move the crop box or the origin"});
   if (j1 - j0 + 1 == r.columns && i1 - i0 + 1 == r.rows) return {0, 0};
   const int columns = j1 - j0 + 1, rows = i1 - i0 + 1;
   for (int i = 0; i < rows; ++i) {
@@ -59,9 +76,11 @@ std::pair<int, int> crop(Raster& r, const TerrainOptions& options, const std::st
   return {i0, j0};
 }
 
-/// Nodes of the raster as scene coordinates, with the triangles that all three corners have data for. `first`: row and column of its first node in the file.
-void triangulate_grid(const Raster& r, const std::pair<int, int>& first, const TerrainOptions& options, const std::string& path, Terrain& out,
-                      std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& triangles) {
+/// Nodes of the raster as scene coordinates, with the triangles that all three corners have data for.
+/// `first`: row and column of its first node in the file.
+void triangulate_grid(const Raster& r, const std::pair<int, int>& first, const TerrainOptions& options,
+                      const std::string& path, Terrain& out, std::vector<Vec3>& vertices,
+                      std::vector<std::array<int, 3>>& triangles) {
   GridHoles& g = out.grid;
   g.columns = r.columns;
   g.rows = r.rows;
@@ -80,7 +99,8 @@ void triangulate_grid(const Raster& r, const std::pair<int, int>& first, const T
         ++missing;
         continue;
       }
-      if (std::abs(z) > highest) throw InputError(too_high(path, first.first + r.rows - 1 - i, first.second + j, z));
+      if (std::abs(z) > highest)
+        throw InputError(too_high(path, first.first + r.rows - 1 - i, first.second + j, z));
       g.has_data[k] = 1;
       number[k] = static_cast<int>(vertices.size());
       vertices.emplace_back(g.x0 + j * g.dx, g.y0 + i * g.dy, z - options.origin.z());
@@ -89,34 +109,49 @@ void triangulate_grid(const Raster& r, const std::pair<int, int>& first, const T
   for (int i = 0; i + 1 < g.rows; ++i)
     for (int j = 0; j + 1 < g.columns; ++j) {
       const std::size_t k = static_cast<std::size_t>(i) * g.columns + j;
-      const int ll = number[k], lr = number[k + 1], ul = number[k + g.columns], ur = number[k + g.columns + 1];
+      const int ll = number[k], lr = number[k + 1], ul = number[k + g.columns],
+                ur = number[k + g.columns + 1];
       if (ll >= 0 && lr >= 0 && ur >= 0) triangles.push_back({ll, lr, ur});
       if (ll >= 0 && ur >= 0 && ul >= 0) triangles.push_back({ll, ur, ul});
     }
   if (triangles.empty())
-    throw InputError(Problem{.file = path, .key = "site.terrain", .value = fmt::format("{} of {} nodes are NODATA", missing, number.size()),
-                             .rule = "the grid (after the crop) holds no surface", .remedy = "move the crop box, or fill the grid"});
+    throw InputError(Problem{.file = path,
+                             .key = "site.terrain",
+                             .value = fmt::format("{} of {} nodes are NODATA", missing, number.size()),
+                             .rule = "the grid (after the crop) holds no surface",
+                             .remedy = "move the crop box, or fill the grid"});
   if (missing > 0)
-    out.warnings.push_back({.severity = Problem::Severity::warning, .file = path, .key = "site.terrain",
+    out.warnings.push_back({.severity = Problem::Severity::warning,
+                            .file = path,
+                            .key = "site.terrain",
                             .value = fmt::format("{} of {} nodes", missing, number.size()),
                             .rule = "NODATA, or masked: the terrain has holes or a ragged edge there",
-                            .remedy = "the ground ends there in walls, and a block that gets there falls; fill the grid if that matters"});
+                            .remedy = "the ground ends there in walls, and a block that gets there falls; "
+                                      "fill the grid if that matters"});
 }
 
 /// Warns of pieces of a grid that NODATA cuts off from the largest.
-void warn_of_islands(const std::vector<Vec3>& vertices, const std::vector<std::array<int, 3>>& triangles, const TerrainOptions& options, const std::string& path, std::vector<Problem>& warnings) {
+void warn_of_islands(const std::vector<Vec3>& vertices, const std::vector<std::array<int, 3>>& triangles,
+                     const TerrainOptions& options, const std::string& path, std::vector<Problem>& warnings) {
   DisjointSets sets(static_cast<int>(vertices.size()));
   for (const auto& t : triangles) sets.join(t[0], t[1]), sets.join(t[0], t[2]);
   std::vector<std::size_t> size(vertices.size(), 0);
   for (const auto& t : triangles) ++size[static_cast<std::size_t>(sets.root(t[0]))];
-  std::vector<std::pair<std::size_t, std::size_t>> pieces;   // triangles, a vertex
+  std::vector<std::pair<std::size_t, std::size_t>> pieces;  // triangles, a vertex
   for (std::size_t v = 0; v < size.size(); ++v)
     if (size[v] > 0) pieces.emplace_back(size[v], v);
   if (pieces.size() < 2) return;
-  std::sort(pieces.begin(), pieces.end(), [](const auto& a, const auto& b) { return a.first != b.first ? a.first > b.first : a.second < b.second; });
+  std::sort(pieces.begin(), pieces.end(), [](const auto& a, const auto& b) {
+    return a.first != b.first ? a.first > b.first : a.second < b.second;
+  });
   const Vec3 at = vertices[pieces.back().second] + options.origin;
-  warnings.push_back({.severity = Problem::Severity::warning, .file = path, .key = "site.terrain", .value = fmt::format("{} pieces", pieces.size()),
-                      .rule = fmt::format("NODATA cuts the grid apart: beside the largest, of {} triangles, there are others, the smallest of {} at x = {:.10g}, y = {:.10g}", pieces[0].first, pieces.back().first, at.x(), at.y()),
+  warnings.push_back({.severity = Problem::Severity::warning,
+                      .file = path,
+                      .key = "site.terrain",
+                      .value = fmt::format("{} pieces", pieces.size()),
+                      .rule = fmt::format("NODATA cuts the grid apart: beside the largest, of {} triangles, "
+                                          "there are others, the smallest of {} at x = {:.10g}, y = {:.10g}",
+                                          pieces[0].first, pieces.back().first, at.x(), at.y()),
                       .remedy = "fill the grid between them, or set what is loose to NODATA"});
 }
 
@@ -128,10 +163,12 @@ std::vector<Problem> outliers(const Raster& r, const std::string& path) {
     std::copy(row, row + r.columns, z.begin() + static_cast<std::ptrdiff_t>(i) * r.columns);
   }
   const double dx = r.transform[1], dy = -r.transform[5];
-  return outlier_warning({z, r.columns, r.rows, r.transform[0] + 0.5 * dx, r.transform[3] - (r.rows - 0.5) * dy, dx, dy}, path);
+  return outlier_warning(
+      {z, r.columns, r.rows, r.transform[0] + 0.5 * dx, r.transform[3] - (r.rows - 0.5) * dy, dx, dy}, path);
 }
 
-/// Level strips of width w around the box of the surface: blocks that leave sideways stay on ground a little longer.
+/// Level strips of width w around the box of the surface: blocks that leave sideways stay on ground a little
+/// longer.
 void widen(std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& triangles, double w) {
   // Border edges have one triangle; each becomes a quad that reaches outward, level with the edge.
   std::vector<std::array<int, 3>> half;  // lower, higher, +-1
@@ -173,15 +210,20 @@ void widen(std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& triangl
 }
 
 /// Doubles resolve 1e-9 m up to some 4e6 m: contact needs that resolution.
-void warn_of_far_origin(const TriangleSurface& surface, const std::string& name, std::vector<Problem>& warnings) {
+void warn_of_far_origin(const TriangleSurface& surface, const std::string& name,
+                        std::vector<Problem>& warnings) {
   Box3 box;
   for (const Vec3& v : surface.vertices) box.extend(v);
   const Vec3 c = box.center();
   if (std::max(std::abs(c.x()), std::abs(c.y())) < 1e5) return;
-  warnings.push_back({.severity = Problem::Severity::warning, .file = name, .key = "site.origin",
-                      .value = fmt::format("the terrain's middle is at [{:.0f}, {:.0f}]", c.x(), c.y()),
-                      .rule = "far from the scene's origin: positions lose digits that contact needs",
-                      .remedy = fmt::format("give site.origin, e.g. [{:.0f}, {:.0f}, 0], and block positions relative to it", c.x(), c.y())});
+  warnings.push_back(
+      {.severity = Problem::Severity::warning,
+       .file = name,
+       .key = "site.origin",
+       .value = fmt::format("the terrain's middle is at [{:.0f}, {:.0f}]", c.x(), c.y()),
+       .rule = "far from the scene's origin: positions lose digits that contact needs",
+       .remedy = fmt::format("give site.origin, e.g. [{:.0f}, {:.0f}, 0], and block positions relative to it",
+                             c.x(), c.y())});
 }
 
 }  // namespace
@@ -190,8 +232,11 @@ bool Terrain::over_hole(double x, double y) const {
   if (grid.has_data.empty()) return false;
   const double u = (x - grid.x0) / grid.dx, v = (y - grid.y0) / grid.dy;
   if (u < 0 || v < 0 || u > grid.columns - 1 || v > grid.rows - 1) return false;
-  const int j = std::min(static_cast<int>(u), grid.columns - 2), i = std::min(static_cast<int>(v), grid.rows - 2);
-  const auto data = [&](int a, int b) { return grid.has_data[static_cast<std::size_t>(a) * grid.columns + b] != 0; };
+  const int j = std::min(static_cast<int>(u), grid.columns - 2),
+            i = std::min(static_cast<int>(v), grid.rows - 2);
+  const auto data = [&](int a, int b) {
+    return grid.has_data[static_cast<std::size_t>(a) * grid.columns + b] != 0;
+  };
   if (!data(i, j) || !data(i + 1, j + 1)) return true;
   return u - j >= v - i ? !data(i, j + 1) : !data(i + 1, j);
 }
@@ -199,7 +244,9 @@ bool Terrain::over_hole(double x, double y) const {
 namespace {
 
 /// Overhanging and upright faces have no place in a triangulation in plan.
-void refuse_lines_at_overhangs(const std::vector<Vec3>& vertices, const std::vector<std::array<int, 3>>& triangles, const TerrainOptions& options, const std::string& name) {
+void refuse_lines_at_overhangs(const std::vector<Vec3>& vertices,
+                               const std::vector<std::array<int, 3>>& triangles,
+                               const TerrainOptions& options, const std::string& name) {
   std::size_t count = 0;
   Vec3 first = Vec3::Zero();
   for (const auto& t : triangles) {
@@ -208,13 +255,18 @@ void refuse_lines_at_overhangs(const std::vector<Vec3>& vertices, const std::vec
     if (n.z() < 0 && count++ == 0) first = (a + b + c) / 3 + options.origin;
   }
   if (count == 0) return;
-  throw InputError(Problem{.file = name, .key = "site.breaklines", .value = options.breaklines,
-                           .rule = fmt::format("lines are put into a terrain in plan, and {} faces of this one overhang, one at [{:.8g}, {:.8g}, {:.6g}]", count, first.x(), first.y(), first.z()),
+  throw InputError(Problem{.file = name,
+                           .key = "site.breaklines",
+                           .value = options.breaklines,
+                           .rule = fmt::format("lines are put into a terrain in plan, and {} faces of this "
+                                               "one overhang, one at [{:.8g}, {:.8g}, {:.6g}]",
+                                               count, first.x(), first.y(), first.z()),
                            .remedy = "put the lines into the mesh itself, or leave site.breaklines out"});
 }
 
 /// From faces that are oriented already: breaklines, crop, decimation, materials.
-Terrain assemble(std::vector<Vec3> vertices, std::vector<std::array<int, 3>> triangles, const TerrainOptions& options, const std::string& name) {
+Terrain assemble(std::vector<Vec3> vertices, std::vector<std::array<int, 3>> triangles,
+                 const TerrainOptions& options, const std::string& name) {
   Terrain out;
   std::vector<char> fixed;
   if (!options.breaklines.empty()) {
@@ -233,7 +285,8 @@ Terrain assemble(std::vector<Vec3> vertices, std::vector<std::array<int, 3>> tri
     const Vec3 &a = vertices[t[0]], &b = vertices[t[1]], &c = vertices[t[2]];
     if (options.crop) {
       const auto outside = [&](int k) {
-        return std::max({a[k], b[k], c[k]}) < options.crop->min()[k] || std::min({a[k], b[k], c[k]}) > options.crop->max()[k];
+        return std::max({a[k], b[k], c[k]}) < options.crop->min()[k] ||
+               std::min({a[k], b[k], c[k]}) > options.crop->max()[k];
       };
       if (outside(0) || outside(1)) continue;
     }
@@ -246,13 +299,21 @@ Terrain assemble(std::vector<Vec3> vertices, std::vector<std::array<int, 3>> tri
   }
   triangles.resize(kept);
   if (kept == 0)
-    throw InputError(Problem{.file = name, .key = options.crop ? "site.crop" : "site.terrain", .rule = "no triangle is left",
-                             .remedy = options.crop ? "move the crop box or the origin" : "give a surface mesh"});
+    throw InputError(
+        Problem{.file = name,
+                .key = options.crop ? "site.crop" : "site.terrain",
+                .rule = "no triangle is left",
+                .remedy = options.crop ? "move the crop box or the origin" : "give a surface mesh"});
   if (flat > 0)
-    out.warnings.push_back({.severity = Problem::Severity::warning, .file = name, .key = "site.terrain",
-                            .value = fmt::format("{}", flat), .rule = "triangles of no area were left out", .remedy = "none needed"});
+    out.warnings.push_back({.severity = Problem::Severity::warning,
+                            .file = name,
+                            .key = "site.terrain",
+                            .value = fmt::format("{}", flat),
+                            .rule = "triangles of no area were left out",
+                            .remedy = "none needed"});
   out.triangles_read = kept;
-  if (options.decimation_error > 0) decimate(vertices, triangles, options.decimation_error, out.decimation_reached, fixed);
+  if (options.decimation_error > 0)
+    decimate(vertices, triangles, options.decimation_error, out.decimation_reached, fixed);
   if (options.widen > 0) widen(vertices, triangles, options.widen);
   // Vertices that no triangle uses any more would only slow the search down.
   std::vector<int> number(vertices.size(), -1);
@@ -282,14 +343,21 @@ Terrain assemble(std::vector<Vec3> vertices, std::vector<std::array<int, 3>> tri
 
 }  // namespace
 
-Terrain make_terrain(std::vector<Vec3> vertices, std::vector<std::array<int, 3>> triangles, const TerrainOptions& options,
-                     const std::string& name) {
+Terrain make_terrain(std::vector<Vec3> vertices, std::vector<std::array<int, 3>> triangles,
+                     const TerrainOptions& options, const std::string& name) {
   for (const Vec3& v : vertices)
     if (!v.allFinite())
-      throw InputError(Problem{.file = name, .key = "site.terrain", .rule = "has a coordinate that is not finite", .remedy = "correct the file"});
+      throw InputError(Problem{.file = name,
+                               .key = "site.terrain",
+                               .rule = "has a coordinate that is not finite",
+                               .remedy = "correct the file"});
     else if (v.cwiseAbs().maxCoeff() > farthest)
-      throw InputError(Problem{.file = name, .key = "site.terrain", .value = fmt::format("vertex {} at [{:g}, {:g}, {:g}]", &v - vertices.data() + 1, v.x(), v.y(), v.z()),
-                               .rule = fmt::format("coordinates must not exceed {:g} m", farthest), .remedy = "correct the file"});
+      throw InputError(Problem{.file = name,
+                               .key = "site.terrain",
+                               .value = fmt::format("vertex {} at [{:g}, {:g}, {:g}]",
+                                                    &v - vertices.data() + 1, v.x(), v.y(), v.z()),
+                               .rule = fmt::format("coordinates must not exceed {:g} m", farthest),
+                               .remedy = "correct the file"});
   std::vector<Problem> warnings;
   if (!options.two_sided) warnings = orient_sheets(vertices, triangles, name, options.origin, options.crop);
   Terrain out = assemble(std::move(vertices), std::move(triangles), options, name);
@@ -299,29 +367,36 @@ Terrain make_terrain(std::vector<Vec3> vertices, std::vector<std::array<int, 3>>
 
 namespace {
 
-/// The terrain's mesh with those of its parts: every file's faces are a group, those of one with groups of its own by these.
+/// The terrain's mesh with those of its parts: every file's faces are a group, those of one with groups of
+/// its own by these.
 Mesh join_parts(const std::string& path, const TerrainOptions& options) {
   Mesh mesh;
   const auto append = [&](const std::string& file) {
     const Mesh part = read_mesh(file);
-    const int vertices = static_cast<int>(mesh.vertices.size()), groups = static_cast<int>(mesh.group_names.size());
+    const int vertices = static_cast<int>(mesh.vertices.size()),
+              groups = static_cast<int>(mesh.group_names.size());
     mesh.vertices.insert(mesh.vertices.end(), part.vertices.begin(), part.vertices.end());
     for (std::size_t t = 0; t < part.triangles.size(); ++t) {
       const auto& c = part.triangles[t];
       mesh.triangles.push_back({c[0] + vertices, c[1] + vertices, c[2] + vertices});
       mesh.group.push_back(groups + (part.group.empty() ? 0 : part.group[t]));
     }
-    if (part.group.empty()) mesh.group_names.push_back(file);
-    else mesh.group_names.insert(mesh.group_names.end(), part.group_names.begin(), part.group_names.end());
+    if (part.group.empty())
+      mesh.group_names.push_back(file);
+    else
+      mesh.group_names.insert(mesh.group_names.end(), part.group_names.begin(), part.group_names.end());
   };
   if (!path.empty()) append(path);
   for (const auto& area : options.material_areas)
     if (!area.mesh_file.empty()) append(area.mesh_file);
-  if (mesh.group_names.size() > 1) weld(mesh, 0);   // seams
+  if (mesh.group_names.size() > 1) weld(mesh, 0);  // seams
   const std::vector<std::string>& known = mesh.group_names;
   for (const auto& area : options.material_areas)
     if (!area.part.empty() && std::find(known.begin(), known.end(), area.part) == known.end())
-      throw InputError(Problem{.file = path, .key = "site.area.part", .value = area.part, .rule = "is no solid, group or object of the terrain",
+      throw InputError(Problem{.file = path,
+                               .key = "site.area.part",
+                               .value = area.part,
+                               .rule = "is no solid, group or object of the terrain",
                                .remedy = fmt::format("name one of: {}", fmt::join(known, ", "))});
   return mesh;
 }
@@ -335,7 +410,8 @@ void turn_up(Mesh& mesh, char up) {
 }
 
 void name_parts(const Mesh& mesh, TerrainOptions& options) {
-  const bool asked = std::any_of(options.material_areas.begin(), options.material_areas.end(), [](const auto& a) { return !a.part.empty() || !a.mesh_file.empty(); });
+  const bool asked = std::any_of(options.material_areas.begin(), options.material_areas.end(),
+                                 [](const auto& a) { return !a.part.empty() || !a.mesh_file.empty(); });
   if (!asked) return;
   TriangleSurface surface;
   surface.vertices = mesh.vertices;
@@ -343,33 +419,42 @@ void name_parts(const Mesh& mesh, TerrainOptions& options) {
   surface.triangles = mesh.triangles;
   surface.two_sided = true;
   const auto index = std::make_shared<const contact::SurfaceIndex>(surface);
-  options.part_at = [index, group = mesh.group, names = mesh.group_names](const Vec3& x) -> const std::string& {
+  options.part_at = [index, group = mesh.group,
+                     names = mesh.group_names](const Vec3& x) -> const std::string& {
     static const std::string none;
     const int t = index->triangle_at(x);
     return t < 0 ? none : names[static_cast<std::size_t>(group[static_cast<std::size_t>(t)])];
   };
 }
 
-/// Meshes that stand in the ground of a grid (an embankment, a wall), but for their faces that look down into it.
-void stand_on_grid(TerrainOptions& options, std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& triangles, std::vector<Problem>& warnings) {
+/// Meshes that stand in the ground of a grid (an embankment, a wall), but for their faces that look down into
+/// it.
+void stand_on_grid(TerrainOptions& options, std::vector<Vec3>& vertices,
+                   std::vector<std::array<int, 3>>& triangles, std::vector<Problem>& warnings) {
   const auto stands = [](const auto& area) { return !area.mesh_file.empty(); };
   const auto first = std::find_if(options.material_areas.begin(), options.material_areas.end(), stands);
   if (first == options.material_areas.end()) return;
   Mesh mesh = join_parts("", options);
   name_parts(mesh, options);
   for (Vec3& v : mesh.vertices) v -= options.origin;
-  for (Problem& p : orient_sheets(mesh.vertices, mesh.triangles, first->mesh_file, options.origin, options.crop)) warnings.push_back(std::move(p));
+  for (Problem& p :
+       orient_sheets(mesh.vertices, mesh.triangles, first->mesh_file, options.origin, options.crop))
+    warnings.push_back(std::move(p));
   TriangleSurface ground;
   ground.vertices = vertices;
   ground.triangles = triangles;
   const contact::SurfaceIndex index(ground);
   const int base = static_cast<int>(vertices.size());
-  std::vector<std::string> names;   // of the triangles that are added
+  std::vector<std::string> names;  // of the triangles that are added
   vertices.insert(vertices.end(), mesh.vertices.begin(), mesh.vertices.end());
   for (const auto& t : mesh.triangles) {
-    const Vec3 &a = mesh.vertices[static_cast<std::size_t>(t[0])], &b = mesh.vertices[static_cast<std::size_t>(t[1])], &c = mesh.vertices[static_cast<std::size_t>(t[2])];
+    const Vec3 &a = mesh.vertices[static_cast<std::size_t>(t[0])],
+               &b = mesh.vertices[static_cast<std::size_t>(t[1])],
+               &c = mesh.vertices[static_cast<std::size_t>(t[2])];
     const Vec3 middle = (a + b + c) / 3;
-    if ((b - a).cross(c - a).z() < 0 && contact::plumb_at(index, Vec3(middle.x(), middle.y(), highest + 1)).floor >= middle.z()) continue;
+    if ((b - a).cross(c - a).z() < 0 &&
+        contact::plumb_at(index, Vec3(middle.x(), middle.y(), highest + 1)).floor >= middle.z())
+      continue;
     triangles.push_back({t[0] + base, t[1] + base, t[2] + base});
     names.push_back(options.part_at(middle));
   }
@@ -377,7 +462,9 @@ void stand_on_grid(TerrainOptions& options, std::vector<Vec3>& vertices, std::ve
   ground.vertices = vertices;
   ground.triangles = triangles;
   ground.two_sided = true;
-  options.part_at = [whole = std::make_shared<const contact::SurfaceIndex>(ground), first_part = static_cast<int>(triangles.size() - names.size()), names](const Vec3& x) -> const std::string& {
+  options.part_at = [whole = std::make_shared<const contact::SurfaceIndex>(ground),
+                     first_part = static_cast<int>(triangles.size() - names.size()),
+                     names](const Vec3& x) -> const std::string& {
     static const std::string none;
     const int t = whole->triangle_at(x);
     return t < first_part ? none : names[static_cast<std::size_t>(t - first_part)];
@@ -388,8 +475,13 @@ void stand_on_grid(TerrainOptions& options, std::vector<Vec3>& vertices, std::ve
 
 Terrain load_terrain(const std::string& path, const TerrainOptions& options) {
   if (options.decimation_error < 0 || !std::isfinite(options.decimation_error))
-    throw InputError(Problem{.key = "site.decimation", .value = fmt::format("{}", options.decimation_error), .rule = "must not be negative", .remedy = "give metres"});
-  const bool parts_alone = path.empty() && std::any_of(options.material_areas.begin(), options.material_areas.end(), [](const auto& a) { return !a.mesh_file.empty(); });
+    throw InputError(Problem{.key = "site.decimation",
+                             .value = fmt::format("{}", options.decimation_error),
+                             .rule = "must not be negative",
+                             .remedy = "give metres"});
+  const bool parts_alone =
+      path.empty() && std::any_of(options.material_areas.begin(), options.material_areas.end(),
+                                  [](const auto& a) { return !a.mesh_file.empty(); });
   if (path.empty() && !parts_alone) return make_terrain({}, {}, options, options.breaklines);
   if (parts_alone || is_mesh_file(path)) {
     Mesh mesh = join_parts(path, options);
@@ -398,7 +490,8 @@ Terrain load_terrain(const std::string& path, const TerrainOptions& options) {
     name_parts(mesh, with_parts);
     std::vector<Problem> rounded = rounding_warning(mesh.vertices, mesh.triangles, path);
     for (Vec3& v : mesh.vertices) v -= options.origin;
-    Terrain out = make_terrain(std::move(mesh.vertices), std::move(mesh.triangles), with_parts, path.empty() ? options.material_areas.front().mesh_file : path);
+    Terrain out = make_terrain(std::move(mesh.vertices), std::move(mesh.triangles), with_parts,
+                               path.empty() ? options.material_areas.front().mesh_file : path);
     out.warnings.insert(out.warnings.begin(), rounded.begin(), rounded.end());
     return out;
   }
@@ -415,7 +508,8 @@ Terrain load_terrain(const std::string& path, const TerrainOptions& options) {
   rest.crop.reset();  // already done, on whole cells
   if (rest.crs.empty()) rest.crs = raster.crs;
   stand_on_grid(rest, vertices, triangles, grid.warnings);
-  Terrain out = assemble(std::move(vertices), std::move(triangles), rest, path);   // its triangles face up as they are made
+  Terrain out = assemble(std::move(vertices), std::move(triangles), rest,
+                         path);  // its triangles face up as they are made
   out.grid = std::move(grid.grid);
   out.crs = raster.crs;
   out.warnings.insert(out.warnings.begin(), grid.warnings.begin(), grid.warnings.end());
@@ -423,8 +517,13 @@ Terrain load_terrain(const std::string& path, const TerrainOptions& options) {
   return out;
 }
 
-TriangleSurface slope_from_faces(const Vec3& crest, double dip_direction, const std::vector<SlopeFace>& faces, double width) {
-  if (!(width > 0)) throw InputError(Problem{.key = "width", .value = fmt::format("{}", width), .rule = "must be positive", .remedy = "give metres"});
+TriangleSurface slope_from_faces(const Vec3& crest, double dip_direction, const std::vector<SlopeFace>& faces,
+                                 double width) {
+  if (!(width > 0))
+    throw InputError(Problem{.key = "width",
+                             .value = fmt::format("{}", width),
+                             .rule = "must be positive",
+                             .remedy = "give metres"});
   TriangleSurface s;
   const Vec3 down(std::sin(dip_direction), std::cos(dip_direction), 0), side = Vec3::UnitZ().cross(down);
   Vec3 p = crest;
@@ -435,8 +534,10 @@ TriangleSurface slope_from_faces(const Vec3& crest, double dip_direction, const 
   row();
   for (const SlopeFace& f : faces) {
     if (!(f.length > 0) || !(std::abs(f.dip) < 1.5707))
-      throw InputError(Problem{.key = "face", .value = fmt::format("dip {} rad, length {} m", f.dip, f.length),
-                               .rule = "needs a positive length and a dip between -90 and 90 degrees", .remedy = "correct it"});
+      throw InputError(Problem{.key = "face",
+                               .value = fmt::format("dip {} rad, length {} m", f.dip, f.length),
+                               .rule = "needs a positive length and a dip between -90 and 90 degrees",
+                               .remedy = "correct it"});
     p += f.length * (std::cos(f.dip) * down - std::sin(f.dip) * Vec3::UnitZ());
     const int a = static_cast<int>(s.vertices.size()) - 2;
     row();

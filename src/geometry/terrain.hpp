@@ -1,11 +1,13 @@
-/// Terrain as a fixed triangle surface, from meshes (STL, OBJ, PLY, OFF) and rasters (ESRI ASCII grid, GeoTIFF).
+/// Terrain as a fixed triangle surface, from meshes (STL, OBJ, PLY, OFF) and rasters (ESRI ASCII grid,
+/// GeoTIFF).
 ///
 ///   scene coordinates = map coordinates - origin
 ///
-/// Grid nodes are cell centres; each quad is split from its lower left to its upper right node. A triangle with a
-/// NODATA corner does not exist, and the place is remembered: `over_hole` tells a block over a hole from one beside
-/// the terrain. Solid lies on one side unless `two_sided`: the faces of a mesh are oriented by connectivity, each sheet so
-/// that most of its plan area faces up, and overhanging faces keep that orientation (terrain_sheets.hpp).
+/// Grid nodes are cell centres; each quad is split from its lower left to its upper right node. A triangle
+/// with a NODATA corner does not exist, and the place is remembered: `over_hole` tells a block over a hole
+/// from one beside the terrain. Solid lies on one side unless `two_sided`: the faces of a mesh are oriented
+/// by connectivity, each sheet so that most of its plan area faces up, and overhanging faces keep that
+/// orientation (terrain_sheets.hpp).
 #pragma once
 #include <functional>
 #include <optional>
@@ -22,24 +24,25 @@ namespace talus::geometry {
 struct TerrainOptions {
   bool two_sided = false;
   int default_material = 0;
-  Vec3 origin = Vec3::Zero();       // map coordinates of the scene origin [m]
-  std::optional<Box3> crop;         // scene coordinates; x and y count [m]
-  double decimation_error = 0;      // largest vertical error allowed [m]; 0: all triangles are kept
-  double widen = 0;                 // lateral limits moved outward by this much, level with the edge [m]
-  std::string crs;                  // the scene's; a raster in another system is an error; empty: not checked
-  std::string breaklines;           // GeoJSON lines with heights, map coordinates; empty: none
+  Vec3 origin = Vec3::Zero();   // map coordinates of the scene origin [m]
+  std::optional<Box3> crop;     // scene coordinates; x and y count [m]
+  double decimation_error = 0;  // largest vertical error allowed [m]; 0: all triangles are kept
+  double widen = 0;             // lateral limits moved outward by this much, level with the edge [m]
+  std::string crs;              // the scene's; a raster in another system is an error; empty: not checked
+  std::string breaklines;       // GeoJSON lines with heights, map coordinates; empty: none
   struct MaterialArea {
-    std::string polygon_file;       // GeoJSON, map coordinates; empty: raster
-    std::string raster_file;        // classes of ground; the cells that hold `value` are the area
+    std::string polygon_file;  // GeoJSON, map coordinates; empty: raster
+    std::string raster_file;   // classes of ground; the cells that hold `value` are the area
     double value = 0;
-    int material = 0;               // later areas win
-    std::string part{};             // solid of an STL file, or group or object of an OBJ file, of the terrain
-    std::string mesh_file{};        // a mesh that is a part of the terrain
+    int material = 0;         // later areas win
+    std::string part{};       // solid of an STL file, or group or object of an OBJ file, of the terrain
+    std::string mesh_file{};  // a mesh that is a part of the terrain
   };
   std::vector<MaterialArea> material_areas;
-  char up = 'z';                    // of mesh files: their axis that points up, 'x', 'y' or 'z'
-  std::vector<Roughness> roughness; // by material
-  /// Of mesh files: the name of the solid, group or file nearest to a place in scene coordinates; empty: no parts.
+  char up = 'z';                     // of mesh files: their axis that points up, 'x', 'y' or 'z'
+  std::vector<Roughness> roughness;  // by material
+  /// Of mesh files: the name of the solid, group or file nearest to a place in scene coordinates; empty: no
+  /// parts.
   std::function<const std::string&(const Vec3&)> part_at;
 };
 
@@ -47,16 +50,16 @@ struct TerrainOptions {
 struct GridHoles {
   double x0 = 0, y0 = 0, dx = 0, dy = 0;  // node (0, 0) is the south-west one [m]
   int columns = 0, rows = 0;
-  std::vector<char> has_data;             // rows x columns, south first
+  std::vector<char> has_data;  // rows x columns, south first
 };
 
 struct Terrain {
   TriangleSurface surface;
-  std::string crs;                  // of the file, if it names one
+  std::string crs;  // of the file, if it names one
   GridHoles grid;
-  double decimation_reached = 0;    // bound of the decimated surface's vertical error [m]
-  std::size_t triangles_read = 0;   // before decimation
-  std::vector<Problem> warnings;    // holes, dropped triangles
+  double decimation_reached = 0;   // bound of the decimated surface's vertical error [m]
+  std::size_t triangles_read = 0;  // before decimation
+  std::vector<Problem> warnings;   // holes, dropped triangles
 
   /// True if (x, y) lies within the grid's limits but no triangle covers it.
   bool over_hole(double x, double y) const;
@@ -66,8 +69,8 @@ struct Terrain {
 Terrain load_terrain(const std::string& path, const TerrainOptions& options = {});
 
 /// Terrain surface from a mesh in memory (orientation, crop, materials and decimation as above).
-Terrain make_terrain(std::vector<Vec3> vertices, std::vector<std::array<int, 3>> triangles, const TerrainOptions& options,
-                     const std::string& name);
+Terrain make_terrain(std::vector<Vec3> vertices, std::vector<std::array<int, 3>> triangles,
+                     const TerrainOptions& options, const std::string& name);
 
 /// A slope in words: planar sub-faces one below the other, each going down along `dip_direction` at its dip
 /// for its length; the profile is extruded sideways by `width`.
@@ -75,9 +78,11 @@ struct SlopeFace {
   double dip = 0;     // [rad]; negative: rises
   double length = 0;  // along the face [m]
 };
-TriangleSurface slope_from_faces(const Vec3& crest, double dip_direction, const std::vector<SlopeFace>& faces, double width);
+TriangleSurface slope_from_faces(const Vec3& crest, double dip_direction, const std::vector<SlopeFace>& faces,
+                                 double width);
 
-/// Areas of a GeoJSON file: polygons and multipolygons, rings of [x, y] in map coordinates; holes by the even-odd rule.
+/// Areas of a GeoJSON file: polygons and multipolygons, rings of [x, y] in map coordinates; holes by the
+/// even-odd rule.
 struct Area {
   std::vector<std::vector<Eigen::Vector2d>> rings;
   std::string crs;  // of the file, if it names one
@@ -99,25 +104,32 @@ struct PlanLines {
 };
 PlanLines read_plan_lines(const std::string& path);
 
-/// Surface whose edges hold the given lines: a constrained Delaunay triangulation in plan of the surface's vertices and the lines'. Without a
-/// surface, of the lines alone. Vertices nearer to a line (in plan) than half the mean edge of the surface give way to it. `fixed` is set for
-/// the lines' vertices. Lines may meet at their points only; throws InputError naming the place where they cross.
-void insert_lines(std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& triangles, const std::vector<std::vector<Vec3>>& lines,
-                  const std::string& name, std::vector<char>& fixed);
+/// Surface whose edges hold the given lines: a constrained Delaunay triangulation in plan of the surface's
+/// vertices and the lines'. Without a surface, of the lines alone. Vertices nearer to a line (in plan) than
+/// half the mean edge of the surface give way to it. `fixed` is set for the lines' vertices. Lines may meet
+/// at their points only; throws InputError naming the place where they cross.
+void insert_lines(std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& triangles,
+                  const std::vector<std::vector<Vec3>>& lines, const std::string& name,
+                  std::vector<char>& fixed);
 
-/// Sets the material of each triangle by the areas; throws InputError where an area lies in another coordinate system or off the terrain.
-void assign_materials(TriangleSurface& surface, const TerrainOptions& options, std::vector<Problem>& warnings);
+/// Sets the material of each triangle by the areas; throws InputError where an area lies in another
+/// coordinate system or off the terrain.
+void assign_materials(TriangleSurface& surface, const TerrainOptions& options,
+                      std::vector<Problem>& warnings);
 
 /// Throws InputError if both systems are known and differ.
-void expect_same_crs(const std::string& scene, const std::string& file_crs, const std::string& file, const std::string& key);
+void expect_same_crs(const std::string& scene, const std::string& file_crs, const std::string& file,
+                     const std::string& key);
 
-/// Height of the highest point of the surface, above overhangs, within a rectangle in plan; -infinity if none lies there.
+/// Height of the highest point of the surface, above overhangs, within a rectangle in plan; -infinity if none
+/// lies there.
 double highest_within(const TriangleSurface& surface, const Eigen::AlignedBox2d& rectangle);
 
-/// Removes vertices while the surface stays within `error` [m] of the given one, measured vertically, everywhere.
-/// Border vertices stay, and those that `fixed` marks (empty: none), with the edges between them. `error_reached` is a bound of the largest difference of the result, at most `error`. Vertices of
+/// Removes vertices while the surface stays within `error` [m] of the given one, measured vertically,
+/// everywhere. Border vertices stay, and those that `fixed` marks (empty: none), with the edges between them.
+/// `error_reached` is a bound of the largest difference of the result, at most `error`. Vertices of
 /// overhanging and upright faces stay, since a vertical error means nothing there.
-void decimate(std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& triangles, double error, double& error_reached,
-              const std::vector<char>& fixed = {});
+void decimate(std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& triangles, double error,
+              double& error_reached, const std::vector<char>& fixed = {});
 
 }  // namespace talus::geometry

@@ -24,7 +24,8 @@ LineGraph graph_of(const std::vector<std::vector<Vec3>>& lines) {
   LineGraph g;
   for (const auto& line : lines)
     for (std::size_t k = 0; k < line.size(); ++k) {
-      if (k > 0) g.edges.emplace_back(static_cast<int>(g.points.size()) - 1, static_cast<int>(g.points.size()));
+      if (k > 0)
+        g.edges.emplace_back(static_cast<int>(g.points.size()) - 1, static_cast<int>(g.points.size()));
       g.points.push_back(line[k]);
     }
   return g;
@@ -37,11 +38,13 @@ double mean_plan_edge(const std::vector<Vec3>& vertices, const std::vector<std::
   return triangles.empty() ? 0 : sum / (3 * static_cast<double>(triangles.size()));
 }
 
-/// Marks the vertices nearer than `reach` to an edge of the graph, in plan. Edges are entered in cells of that size.
+/// Marks the vertices nearer than `reach` to an edge of the graph, in plan. Edges are entered in cells of
+/// that size.
 std::vector<char> near_lines(const std::vector<Vec3>& vertices, const LineGraph& g, double reach) {
   std::map<std::pair<long, long>, std::vector<int>> cells;
   const auto cell = [&](const Eigen::Vector2d& p) {
-    return std::pair{static_cast<long>(std::floor(p.x() / reach)), static_cast<long>(std::floor(p.y() / reach))};
+    return std::pair{static_cast<long>(std::floor(p.x() / reach)),
+                     static_cast<long>(std::floor(p.y() / reach))};
   };
   for (std::size_t e = 0; e < g.edges.size(); ++e) {
     const Eigen::Vector2d a = g.points[g.edges[e].first].head<2>(), b = g.points[g.edges[e].second].head<2>();
@@ -60,7 +63,8 @@ std::vector<char> near_lines(const std::vector<Vec3>& vertices, const LineGraph&
         const auto found = cells.find({i + di, j + dj});
         if (found == cells.end()) continue;
         for (const int e : found->second) {
-          const Eigen::Vector2d a = g.points[g.edges[e].first].head<2>(), d = g.points[g.edges[e].second].head<2>() - a;
+          const Eigen::Vector2d a = g.points[g.edges[e].first].head<2>(),
+                                d = g.points[g.edges[e].second].head<2>() - a;
           const double s = d.squaredNorm() > 0 ? std::clamp((p - a).dot(d) / d.squaredNorm(), 0.0, 1.0) : 0.0;
           if ((p - a - s * d).norm() < reach) near[v] = 1;
         }
@@ -69,15 +73,21 @@ std::vector<char> near_lines(const std::vector<Vec3>& vertices, const LineGraph&
   return near;
 }
 
-InputError at_place(const std::string& name, const Vec3& p, const std::string& rule, const std::string& remedy) {
-  return InputError(Problem{.file = name, .key = "site.breaklines", .value = fmt::format("near [{:.6g}, {:.6g}, {:.6g}] in scene coordinates", p.x(), p.y(), p.z()),
-                            .rule = rule, .remedy = remedy});
+InputError at_place(const std::string& name, const Vec3& p, const std::string& rule,
+                    const std::string& remedy) {
+  return InputError(
+      Problem{.file = name,
+              .key = "site.breaklines",
+              .value = fmt::format("near [{:.6g}, {:.6g}, {:.6g}] in scene coordinates", p.x(), p.y(), p.z()),
+              .rule = rule,
+              .remedy = remedy});
 }
 
 }  // namespace
 
-void insert_lines(std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& triangles, const std::vector<std::vector<Vec3>>& lines,
-                  const std::string& name, std::vector<char>& fixed) {
+void insert_lines(std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& triangles,
+                  const std::vector<std::vector<Vec3>>& lines, const std::string& name,
+                  std::vector<char>& fixed) {
   const LineGraph g = graph_of(lines);
   for (const Vec3& p : g.points)
     if (!p.allFinite()) throw at_place(name, p, "a point is not finite", "correct the file");
@@ -97,10 +107,13 @@ void insert_lines(std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& 
   }
   const PlanTriangulation plan = constrained_delaunay(points, g.edges);
   if (plan.crossing)
-    throw at_place(name, g.points[g.edges[plan.crossing->first].first], "two lines cross between their points", "give both lines the point where they meet");
+    throw at_place(name, g.points[g.edges[plan.crossing->first].first],
+                   "two lines cross between their points", "give both lines the point where they meet");
   for (std::size_t i = 0; i < points.size(); ++i)
     if (std::abs(points[i].z() - points[plan.same[i]].z()) > 1e-6)
-      throw at_place(name, points[i], fmt::format("two points lie above each other, {:.6g} m apart", std::abs(points[i].z() - points[plan.same[i]].z())),
+      throw at_place(name, points[i],
+                     fmt::format("two points lie above each other, {:.6g} m apart",
+                                 std::abs(points[i].z() - points[plan.same[i]].z())),
                      "move the upper one back: a terrain has one height at each place");
   triangles.clear();
   for (const auto& t : plan.triangles) {

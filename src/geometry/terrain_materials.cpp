@@ -1,4 +1,5 @@
-// Materials of the ground by polygons and by rasters of classes, and the check that all are in one coordinate system.
+// Materials of the ground by polygons and by rasters of classes, and the check that all are in one coordinate
+// system.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -13,7 +14,8 @@ namespace {
 using Limits = Eigen::AlignedBox2d;
 
 std::string text(const Limits& b) {
-  return fmt::format("x {:.8g} to {:.8g}, y {:.8g} to {:.8g}", b.min().x(), b.max().x(), b.min().y(), b.max().y());
+  return fmt::format("x {:.8g} to {:.8g}, y {:.8g} to {:.8g}", b.min().x(), b.max().x(), b.min().y(),
+                     b.max().y());
 }
 
 /// Whether a place, in map coordinates, belongs to an area; and the area's limits.
@@ -35,7 +37,8 @@ Cover raster_cover(const std::string& path, double value, const std::string& crs
   const Raster r = read_raster(path);
   expect_same_crs(crs, r.crs, path, "site.area.raster");
   const double dx = r.transform[1], dy = -r.transform[5], west = r.transform[0], north = r.transform[3];
-  const Limits limits(Eigen::Vector2d(west, north - r.rows * dy), Eigen::Vector2d(west + r.columns * dx, north));
+  const Limits limits(Eigen::Vector2d(west, north - r.rows * dy),
+                      Eigen::Vector2d(west + r.columns * dx, north));
   return {[=](double x, double y) {
             const double j = std::floor((x - west) / dx), i = std::floor((north - y) / dy);
             if (j < 0 || i < 0 || j >= r.columns || i >= r.rows) return false;
@@ -46,11 +49,16 @@ Cover raster_cover(const std::string& path, double value, const std::string& crs
 
 }  // namespace
 
-void expect_same_crs(const std::string& scene, const std::string& file_crs, const std::string& file, const std::string& key) {
+void expect_same_crs(const std::string& scene, const std::string& file_crs, const std::string& file,
+                     const std::string& key) {
   if (scene.empty() || file_crs.empty() || same_crs(scene, file_crs) != 0) return;
-  throw InputError(Problem{.file = file, .key = key, .value = file_crs.substr(0, 80),
-                           .rule = "is in another coordinate system than the terrain or site.crs: " + scene.substr(0, 80),
-                           .remedy = "transform it (gdalwarp -t_srs for rasters, ogr2ogr -t_srs for GeoJSON), or correct site.crs"});
+  throw InputError(Problem{
+      .file = file,
+      .key = key,
+      .value = file_crs.substr(0, 80),
+      .rule = "is in another coordinate system than the terrain or site.crs: " + scene.substr(0, 80),
+      .remedy =
+          "transform it (gdalwarp -t_srs for rasters, ogr2ogr -t_srs for GeoJSON), or correct site.crs"});
 }
 
 void assign_materials(TriangleSurface& s, const TerrainOptions& options, std::vector<Problem>& warnings) {
@@ -58,7 +66,8 @@ void assign_materials(TriangleSurface& s, const TerrainOptions& options, std::ve
   s.material.assign(s.triangles.size(), options.default_material);
   std::vector<Vec3> middle;
   Limits terrain;
-  for (const auto& c : s.triangles) middle.push_back((s.vertices[c[0]] + s.vertices[c[1]] + s.vertices[c[2]]) / 3 + options.origin);
+  for (const auto& c : s.triangles)
+    middle.push_back((s.vertices[c[0]] + s.vertices[c[1]] + s.vertices[c[2]]) / 3 + options.origin);
   for (const Vec3& v : s.vertices) terrain.extend((v + options.origin).head<2>());
   for (const auto& area : options.material_areas) {
     if (const std::string& name = area.part.empty() ? area.mesh_file : area.part; !name.empty()) {
@@ -66,23 +75,35 @@ void assign_materials(TriangleSurface& s, const TerrainOptions& options, std::ve
       for (std::size_t t = 0; t < middle.size() && options.part_at; ++t)
         if (options.part_at(middle[t] - options.origin) == name) s.material[t] = area.material, ++covered;
       if (covered == 0)
-        warnings.push_back({.severity = Problem::Severity::warning, .file = name, .key = area.part.empty() ? "site.area.mesh" : "site.area.part", .value = name, .rule = "is no part of the terrain as it is kept", .remedy = "check the crop, or leave the area out"});
+        warnings.push_back({.severity = Problem::Severity::warning,
+                            .file = name,
+                            .key = area.part.empty() ? "site.area.mesh" : "site.area.part",
+                            .value = name,
+                            .rule = "is no part of the terrain as it is kept",
+                            .remedy = "check the crop, or leave the area out"});
       continue;
     }
     const bool is_polygon = !area.polygon_file.empty();
     const std::string& file = is_polygon ? area.polygon_file : area.raster_file;
     const std::string key = is_polygon ? "site.area.polygon" : "site.area.raster";
-    const Cover cover = is_polygon ? polygon_cover(file, options.crs) : raster_cover(file, area.value, options.crs);
+    const Cover cover =
+        is_polygon ? polygon_cover(file, options.crs) : raster_cover(file, area.value, options.crs);
     if (!cover.limits.intersects(terrain))
-      throw InputError(Problem{.file = file, .key = key, .value = text(cover.limits),
-                               .rule = fmt::format("lies off the terrain, which spans {} on the map", text(terrain)),
-                               .remedy = "give both in one coordinate system, and site.origin in it as well"});
+      throw InputError(
+          Problem{.file = file,
+                  .key = key,
+                  .value = text(cover.limits),
+                  .rule = fmt::format("lies off the terrain, which spans {} on the map", text(terrain)),
+                  .remedy = "give both in one coordinate system, and site.origin in it as well"});
     std::size_t covered = 0;
     for (std::size_t t = 0; t < middle.size(); ++t)
       if (cover.holds(middle[t].x(), middle[t].y())) s.material[t] = area.material, ++covered;
     if (covered == 0)
-      warnings.push_back({.severity = Problem::Severity::warning, .file = file, .key = key,
-                          .value = is_polygon ? "" : fmt::format("class {:g}", area.value), .rule = "covers the middle of no triangle of the terrain",
+      warnings.push_back({.severity = Problem::Severity::warning,
+                          .file = file,
+                          .key = key,
+                          .value = is_polygon ? "" : fmt::format("class {:g}", area.value),
+                          .rule = "covers the middle of no triangle of the terrain",
                           .remedy = "check the area, or leave it out"});
   }
 }

@@ -1,7 +1,7 @@
 /// The ground as a solid: a one-sided surface ends in vertical walls.
 ///
-/// Without them the solid below the surface would have no side: what rolls over the border, or over the rim of a hole, would swing
-/// in under the surface and be pushed out of it from below, with energy from nowhere.
+/// Without them the solid below the surface would have no side: what rolls over the border, or over the rim
+/// of a hole, would swing in under the surface and be pushed out of it from below, with energy from nowhere.
 #pragma once
 #include <span>
 
@@ -9,9 +9,11 @@
 
 namespace talus::geometry {
 
-/// The surface with walls from its borders down to z = `bottom` [m], appended to its triangles and of the material of the triangle above. None where
-/// other ground goes on beyond the border, level with it or higher: another sheet of the surface, or a plane; and none at the upper and lateral edges of
-/// overhanging and upright faces, behind which the rock goes on upwards. A wall above an overhang ends at the underside. A two-sided surface stays as it is.
+/// The surface with walls from its borders down to z = `bottom` [m], appended to its triangles and of the
+/// material of the triangle above. None where other ground goes on beyond the border, level with it or
+/// higher: another sheet of the surface, or a plane; and none at the upper and lateral edges of overhanging
+/// and upright faces, behind which the rock goes on upwards. A wall above an overhang ends at the underside.
+/// A two-sided surface stays as it is.
 TriangleSurface with_border_walls(TriangleSurface surface, std::span<const Plane> planes, double bottom);
 
 }  // namespace talus::geometry

@@ -1,5 +1,5 @@
-/// Fast reading of numbers and words from a text held in memory (private to the mesh readers). Line and column are
-/// counted only when a message needs them.
+/// Fast reading of numbers and words from a text held in memory (private to the mesh readers). Line and
+/// column are counted only when a message needs them.
 #pragma once
 #include <charconv>
 #include <string>
@@ -22,7 +22,7 @@ class TextCursor {
     while (p_ < end_ && (*p_ == ' ' || *p_ == '\t' || *p_ == '\r')) ++p_;
   }
   void skip_to_blank() {
-    while (p_ < end_ && static_cast<unsigned char>(*p_) > ' ') ++p_;
+    while (p_<end_&& static_cast<unsigned char>(*p_)> ' ') ++p_;
   }
   void skip_back_to_blank() {
     while (p_ > begin_ && static_cast<unsigned char>(p_[-1]) > ' ') --p_;
@@ -38,7 +38,7 @@ class TextCursor {
   std::string_view word() {
     skip_space();
     const char* b = p_;
-    while (p_ < end_ && static_cast<unsigned char>(*p_) > ' ') ++p_;
+    while (p_<end_&& static_cast<unsigned char>(*p_)> ' ') ++p_;
     return {b, static_cast<std::size_t>(p_ - b)};
   }
   std::string_view rest_of_line() {
@@ -68,15 +68,21 @@ class TextCursor {
   void position(const char* p) { p_ = p; }
   const char* end() const { return end_; }
 
-  [[noreturn]] void fail(const std::string& key, const std::string& rule, const std::string& remedy = "correct the file") {
+  [[noreturn]] void fail(const std::string& key, const std::string& rule,
+                         const std::string& remedy = "correct the file") {
     const char* line_begin = begin_;
     int line = 1;
     for (const char* c = begin_; c < p_ && c < end_; ++c)
       if (*c == '\n') ++line, line_begin = c + 1;
     const char* e = p_;
-    while (e < end_ && static_cast<unsigned char>(*e) > ' ' && e - p_ < 40) ++e;
-    throw InputError(Problem{.file = name_, .line = line, .column = static_cast<int>(p_ - line_begin) + 1, .key = key,
-                             .value = std::string(p_, e), .rule = rule, .remedy = remedy});
+    while (e<end_&& static_cast<unsigned char>(*e)> ' ' && e - p_ < 40) ++e;
+    throw InputError(Problem{.file = name_,
+                             .line = line,
+                             .column = static_cast<int>(p_ - line_begin) + 1,
+                             .key = key,
+                             .value = std::string(p_, e),
+                             .rule = rule,
+                             .remedy = remedy});
   }
 
  private:

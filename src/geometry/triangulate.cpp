@@ -15,7 +15,8 @@ double turn(const Vec2& a, const Vec2& b, const Vec2& c) { return cross(b - a, c
 }  // namespace
 
 std::vector<std::array<int, 3>> triangulate_polygon(const std::vector<Vec3>& vertices,
-                                                    const std::vector<std::vector<int>>& loops, const Vec3& normal) {
+                                                    const std::vector<std::vector<int>>& loops,
+                                                    const Vec3& normal) {
   std::vector<std::array<int, 3>> out;
   if (loops.empty() || loops[0].size() < 3) return out;
   // In-plane axes (u, v, normal), right-handed.
@@ -33,7 +34,8 @@ std::vector<std::array<int, 3>> triangulate_polygon(const std::vector<Vec3>& ver
   for (const Corner& c : ring) scale_sq = std::max(scale_sq, c.p.squaredNorm());
   const double tiny = 1e-14 * scale_sq;
 
-  // A hole becomes part of the ring by a bridge from its rightmost corner to a corner of the ring that it sees.
+  // A hole becomes part of the ring by a bridge from its rightmost corner to a corner of the ring that it
+  // sees.
   std::vector<std::vector<Corner>> holes;
   for (std::size_t h = 1; h < loops.size(); ++h) {
     std::vector<Corner> hole;
@@ -49,7 +51,8 @@ std::vector<std::array<int, 3>> triangulate_polygon(const std::vector<Vec3>& ver
   });
   const auto crosses = [&](const Vec2& a, const Vec2& b, const Vec2& c, const Vec2& d) {
     const double s1 = turn(a, b, c), s2 = turn(a, b, d), s3 = turn(c, d, a), s4 = turn(c, d, b);
-    return ((s1 > tiny && s2 < -tiny) || (s1 < -tiny && s2 > tiny)) && ((s3 > tiny && s4 < -tiny) || (s3 < -tiny && s4 > tiny));
+    return ((s1 > tiny && s2 < -tiny) || (s1 < -tiny && s2 > tiny)) &&
+           ((s3 > tiny && s4 < -tiny) || (s3 < -tiny && s4 > tiny));
   };
   for (std::size_t h = 0; h < holes.size(); ++h) {
     const auto& hole = holes[h];
@@ -73,13 +76,17 @@ std::vector<std::array<int, 3>> triangulate_polygon(const std::vector<Vec3>& ver
         const Vec2 &c = ring[k].p, &d = ring[(k + 1) % ring.size()].p;
         blocked = crosses(m, q, c, d);
         // A corner that lies on the bridge blocks it too.
-        if (!blocked && k != i && std::abs(turn(m, q, c)) <= tiny && (c - m).dot(q - m) > tiny && (c - q).dot(m - q) > tiny) blocked = true;
+        if (!blocked && k != i && std::abs(turn(m, q, c)) <= tiny && (c - m).dot(q - m) > tiny &&
+            (c - q).dot(m - q) > tiny)
+          blocked = true;
       }
       for (std::size_t g = h; g < holes.size() && !blocked; ++g)
         for (std::size_t k = 0; k < holes[g].size() && !blocked; ++k) {
           const Vec2 &c = holes[g][k].p, &d = holes[g][(k + 1) % holes[g].size()].p;
           blocked = crosses(m, q, c, d);
-          if (!blocked && (g != h || k != 0) && std::abs(turn(m, q, c)) <= tiny && (c - m).dot(q - m) > tiny && (c - q).dot(m - q) > tiny) blocked = true;
+          if (!blocked && (g != h || k != 0) && std::abs(turn(m, q, c)) <= tiny &&
+              (c - m).dot(q - m) > tiny && (c - q).dot(m - q) > tiny)
+            blocked = true;
         }
       if (!blocked) {
         best = i;
@@ -104,7 +111,8 @@ std::vector<std::array<int, 3>> triangulate_polygon(const std::vector<Vec3>& ver
       const Vec2 &a = ring[ia].p, &b = ring[i].p, &c = ring[ic].p;
       const double area = turn(a, b, c);
       if (area <= tiny) continue;
-      const double quality = area / std::max({(a - b).squaredNorm(), (b - c).squaredNorm(), (c - a).squaredNorm()});
+      const double quality =
+          area / std::max({(a - b).squaredNorm(), (b - c).squaredNorm(), (c - a).squaredNorm()});
       if (quality <= best_quality) continue;
       bool empty = true;
       for (std::size_t k = 0; k < n_ring && empty; ++k) {

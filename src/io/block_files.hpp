@@ -10,10 +10,12 @@
 
 namespace talus::io {
 
-/// The blocks as one mesh, a group for each. `when`: empty, "end" or a time [s]. Blocks that are not there yet are left out. Throws InputError.
+/// The blocks as one mesh, a group for each. `when`: empty, "end" or a time [s]. Blocks that are not there
+/// yet are left out. Throws InputError.
 geometry::Mesh read_blocks(const std::filesystem::path& results, const std::string& when);
 
-/// Every group of a mesh file as a block, in the layout of results.h5 with one history row. Throws InputError, WriteError.
+/// Every group of a mesh file as a block, in the layout of results.h5 with one history row. Throws
+/// InputError, WriteError.
 void write_blocks(const std::filesystem::path& path, const std::string& mesh_file);
 
 }  // namespace talus::io

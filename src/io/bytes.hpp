@@ -1,5 +1,5 @@
-/// Values to bytes and back, little-endian as in memory, for the journal. A reader that runs past its end throws
-/// std::out_of_range, which build_results() turns into InputError.
+/// Values to bytes and back, little-endian as in memory, for the journal. A reader that runs past its end
+/// throws std::out_of_range, which build_results() turns into InputError.
 #pragma once
 #include <cstdint>
 #include <cstring>
@@ -29,8 +29,10 @@ class ByteWriter {
   template <class T>
   void put(const std::vector<T>& values) {
     put(static_cast<std::uint64_t>(values.size()));
-    if constexpr (std::is_arithmetic_v<T>) raw(values.data(), values.size() * sizeof(T));
-    else for (const T& v : values) put(v);
+    if constexpr (std::is_arithmetic_v<T>)
+      raw(values.data(), values.size() * sizeof(T));
+    else
+      for (const T& v : values) put(v);
   }
   void raw(const void* data, std::size_t size) { bytes_.append(static_cast<const char*>(data), size); }
   const std::string& bytes() const { return bytes_; }
@@ -57,8 +59,10 @@ class ByteReader {
   template <class T>
   void get(std::vector<T>& values) {
     values.resize(count(1));
-    if constexpr (std::is_arithmetic_v<T>) raw(values.data(), values.size() * sizeof(T));
-    else for (T& v : values) get(v);
+    if constexpr (std::is_arithmetic_v<T>)
+      raw(values.data(), values.size() * sizeof(T));
+    else
+      for (T& v : values) get(v);
   }
   template <class T>
   T take() {

@@ -13,7 +13,9 @@ namespace talus::io {
 template <class T>
 void check_indices(const std::vector<T>& values, std::size_t limit, const char* what) {
   for (const T v : values)
-    if (v < 0 || static_cast<std::size_t>(v) >= limit) throw bad_file("results.h5", what, fmt::format("index {} of {}", v, limit), "use results that Talus wrote");
+    if (v < 0 || static_cast<std::size_t>(v) >= limit)
+      throw bad_file("results.h5", what, fmt::format("index {} of {}", v, limit),
+                     "use results that Talus wrote");
 }
 
 }  // namespace talus::io

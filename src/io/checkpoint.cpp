@@ -38,7 +38,9 @@ Guard measure(const std::filesystem::path& path) {
 }
 
 /// HDF5 has no dataset of an empty name, and '/' would open a group.
-std::string key(const char* group, const std::string& name) { return fmt::format("/{}/{}", group, safe_name(name)); }
+std::string key(const char* group, const std::string& name) {
+  return fmt::format("/{}/{}", group, safe_name(name));
+}
 
 }  // namespace
 
@@ -70,32 +72,43 @@ void save_checkpoint(const std::filesystem::path& path, const Checkpoint& c) {
   part.swap_in();
 }
 
-Checkpoint load_checkpoint(const std::filesystem::path& path, const std::string& scene_hash, const std::string& version) {
+Checkpoint load_checkpoint(const std::filesystem::path& path, const std::string& scene_hash,
+                           const std::string& version) {
   const std::string remedy = "run the scene again without --resume";
   Guard guard;
   {
     std::ifstream in(path, std::ios::binary);
     if (!in) throw bad_file(path, {}, "there is no checkpoint", remedy);
     in.read(reinterpret_cast<char*>(&guard), sizeof guard);
-    if (!in || std::string_view(guard.magic, 8) != magic) throw bad_file(path, {}, "is no checkpoint of Talus", remedy);
+    if (!in || std::string_view(guard.magic, 8) != magic)
+      throw bad_file(path, {}, "is no checkpoint of Talus", remedy);
   }
   const Guard found = measure(path);
   if (found.length != guard.length)
-    throw bad_file(path, {}, fmt::format("is damaged: {} bytes where {} were written", found.length, guard.length), remedy);
-  if (found.crc != guard.crc) throw bad_file(path, {}, "is damaged: its checksum does not fit its contents", remedy);
+    throw bad_file(path, {},
+                   fmt::format("is damaged: {} bytes where {} were written", found.length, guard.length),
+                   remedy);
+  if (found.crc != guard.crc)
+    throw bad_file(path, {}, "is damaged: its checksum does not fit its contents", remedy);
 
   const Hdf5File file = Hdf5File::open(path);
   Checkpoint c;
   c.scene_hash = file.text_attribute("/", "scene_hash");
   c.version = file.text_attribute("/", "version");
   if (c.version != version)
-    throw bad_file(path, "version", fmt::format("was written by version {}, this is version {}", c.version, version), "resume with that version, or " + remedy);
+    throw bad_file(path, "version",
+                   fmt::format("was written by version {}, this is version {}", c.version, version),
+                   "resume with that version, or " + remedy);
   if (c.scene_hash != scene_hash)
-    throw bad_file(path, "scene", fmt::format("belongs to another scene (hash {:.12}, this scene has {:.12})", c.scene_hash, scene_hash),
+    throw bad_file(path, "scene",
+                   fmt::format("belongs to another scene (hash {:.12}, this scene has {:.12})", c.scene_hash,
+                               scene_hash),
                    "resume with the scene that the directory holds, or " + remedy);
-  for (const std::string& name : file.list("/numbers")) c.numbers[file.text_attribute("/numbers/" + name, "name")] = file.read<double>("/numbers/" + name).values;
+  for (const std::string& name : file.list("/numbers"))
+    c.numbers[file.text_attribute("/numbers/" + name, "name")] = file.read<double>("/numbers/" + name).values;
   for (const std::string& name : file.list("/integers"))
-    c.integers[file.text_attribute("/integers/" + name, "name")] = file.read<std::int64_t>("/integers/" + name).values;
+    c.integers[file.text_attribute("/integers/" + name, "name")] =
+        file.read<std::int64_t>("/integers/" + name).values;
   return c;
 }
 

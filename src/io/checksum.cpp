@@ -7,7 +7,8 @@
 namespace talus::io {
 namespace {
 
-// Slicing by eight: table k advances the register by k further zero bytes, so that eight bytes cost eight look-ups.
+// Slicing by eight: table k advances the register by k further zero bytes, so that eight bytes cost eight
+// look-ups.
 using Tables = std::array<std::array<std::uint64_t, 256>, 8>;
 
 constexpr Tables make_tables() {

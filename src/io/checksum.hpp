@@ -1,4 +1,5 @@
-/// CRC-64 (ECMA-182 polynomial, reflected: "CRC-64/XZ") of bytes. Guards journals and checkpoints against damage, not forgery.
+/// CRC-64 (ECMA-182 polynomial, reflected: "CRC-64/XZ") of bytes. Guards journals and checkpoints against
+/// damage, not forgery.
 #pragma once
 #include <cstdint>
 #include <string_view>

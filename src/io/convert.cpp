@@ -31,19 +31,22 @@ std::vector<std::string> components(const std::string& dataset, std::size_t n) {
   return names;
 }
 
-/// Names of what one item holds: by its components, and by number along an axis before them, such as stations of a member.
+/// Names of what one item holds: by its components, and by number along an axis before them, such as stations
+/// of a member.
 std::vector<std::string> parts(const std::string& dataset, const Dims& dims, std::size_t axis) {
   if (axis + 1 == dims.size()) return components(dataset, dims[axis]);
   std::vector<std::string> names;
   for (std::size_t i = 0; i < dims[axis]; ++i)
-    for (const std::string& part : parts(dataset, dims, axis + 1)) names.push_back(fmt::format("{}.{}", i, part));
+    for (const std::string& part : parts(dataset, dims, axis + 1))
+      names.push_back(fmt::format("{}.{}", i, part));
   return names;
 }
 
 std::string last_part(const std::string& path) { return path.substr(path.rfind('/') + 1); }
 
 /// Names of the middle axis: blocks, probes.
-std::vector<std::string> items(const Hdf5File& file, const std::string& group, const std::string& dataset, std::size_t n) {
+std::vector<std::string> items(const Hdf5File& file, const std::string& group, const std::string& dataset,
+                               std::size_t n) {
   const std::string names = dataset == "probe_displacement" ? group + "/probe_name" : group + "/name";
   if (file.exists(names) && file.is_text(names)) {
     std::vector<std::string> texts = file.read_texts(names);
@@ -64,25 +67,30 @@ void add(const Hdf5File& file, const std::string& path, std::size_t rows, std::v
   const std::string unit = file.text_attribute(path, "unit");
   const std::string suffix = unit.empty() || unit == "1" ? "" : " [" + unit + "]";
   const bool per_block = group == "/history/blocks" || dataset == "probe_displacement";
-  if (a.dims.size() == 1) c.names = {dataset + suffix};
+  if (a.dims.size() == 1)
+    c.names = {dataset + suffix};
   else if (a.dims.size() == 2 && !per_block)
     for (const std::string& x : components(dataset, a.dims[1])) c.names.push_back(dataset + "." + x + suffix);
   else if (a.dims.size() == 2)
-    for (const std::string& item : items(file, group, dataset, a.dims[1])) c.names.push_back(item + "." + dataset + suffix);
+    for (const std::string& item : items(file, group, dataset, a.dims[1]))
+      c.names.push_back(item + "." + dataset + suffix);
   else
     for (const std::string& item : items(file, group, dataset, a.dims[1]))
-      for (const std::string& x : parts(dataset, a.dims, 2)) c.names.push_back(item + "." + dataset + "." + x + suffix);
+      for (const std::string& x : parts(dataset, a.dims, 2))
+        c.names.push_back(item + "." + dataset + "." + x + suffix);
   all.push_back(std::move(c));
 }
 
-/// Of each centroid over the terrain: in a file of heights above the sea one does not see how high a block flies.
+/// Of each centroid over the terrain: in a file of heights above the sea one does not see how high a block
+/// flies.
 void add_heights(const Hdf5File& file, std::size_t rows, std::vector<Columns>& all) {
   const Array<double> position = file.read<double>("/history/blocks/position");
   Columns c;
   c.rows = rows;
   c.values = heights_over_ground(file, position.values);
   if (c.values.empty() || position.rows() != rows) return;
-  for (const std::string& name : items(file, "/history/blocks", "position", position.dims[1])) c.names.push_back(name + ".height_over_ground [m]");
+  for (const std::string& name : items(file, "/history/blocks", "position", position.dims[1]))
+    c.names.push_back(name + ".height_over_ground [m]");
   all.push_back(std::move(c));
 }
 
@@ -98,15 +106,18 @@ std::string csv_text(const std::string& results, const std::string& path) {
     throw bad_file(results, path, "there is no such history", "use /ledger or one of" + known);
   }
   std::vector<Columns> all;
-  const bool history = path.starts_with("/history/blocks") || path.starts_with("/history/structures") || path.starts_with("/ledger");
+  const bool history = path.starts_with("/history/blocks") || path.starts_with("/history/structures") ||
+                       path.starts_with("/ledger");
   std::size_t rows = 0;
   if (history && file.exists("/history/time")) {
     rows = file.dims("/history/time")[0];
     add(file, "/history/time", rows, all);
   }
-  if (path == "/history" || path == "/history/structures" || path == "/history/contacts") {   // groups of groups
+  if (path == "/history" || path == "/history/structures" ||
+      path == "/history/contacts") {  // groups of groups
     std::string below;
-    for (const std::string& name : file.list(path)) below += fmt::format("{}{}/{}", below.empty() ? "" : " ", path, name);
+    for (const std::string& name : file.list(path))
+      below += fmt::format("{}{}/{}", below.empty() ? "" : " ", path, name);
     throw bad_file(results, path, "holds several histories", "name one of " + below);
   }
   if (file.is_group(path)) {
@@ -123,7 +134,9 @@ std::string csv_text(const std::string& results, const std::string& path) {
     add(file, path, rows, all);
   }
   if (path == "/history/blocks" && rows > 0) add_heights(file, rows, all);
-  if (all.empty()) throw bad_file(results, path, "holds no numbers by row", "name a group or dataset of /history or /ledger");
+  if (all.empty())
+    throw bad_file(results, path, "holds no numbers by row",
+                   "name a group or dataset of /history or /ledger");
 
   fmt::memory_buffer text;
   const char* separator = "";
@@ -140,8 +153,10 @@ std::string csv_text(const std::string& results, const std::string& path) {
       for (std::size_t k = 0; k < w; ++k) {
         const double v = c.values[r * w + k];
         // Before birth there is no value: an empty field is what spreadsheets understand.
-        if (std::isnan(v)) fmt::format_to(std::back_inserter(text), "{}", separator);
-        else fmt::format_to(std::back_inserter(text), "{}{}", separator, v);
+        if (std::isnan(v))
+          fmt::format_to(std::back_inserter(text), "{}", separator);
+        else
+          fmt::format_to(std::back_inserter(text), "{}{}", separator, v);
         separator = ",";
       }
     }
@@ -153,9 +168,11 @@ std::string csv_text(const std::string& results, const std::string& path) {
 FileAndPart file_and_part(const std::string& in) {
   std::error_code ignored;
   if (std::filesystem::is_regular_file(in, ignored)) return {in, {}};
-  for (std::size_t hash = in.rfind('#'); hash != std::string::npos && hash > 0; hash = in.rfind('#', hash - 1))
-    if (std::filesystem::is_regular_file(in.substr(0, hash), ignored)) return {in.substr(0, hash), in.substr(hash + 1)};
-  std::size_t hash = in.rfind("#/");   // no such file
+  for (std::size_t hash = in.rfind('#'); hash != std::string::npos && hash > 0;
+       hash = in.rfind('#', hash - 1))
+    if (std::filesystem::is_regular_file(in.substr(0, hash), ignored))
+      return {in.substr(0, hash), in.substr(hash + 1)};
+  std::size_t hash = in.rfind("#/");  // no such file
   if (hash == std::string::npos) hash = in.find('#', in.rfind('/') + 1);
   if (hash == std::string::npos) return {in, {}};
   return {in.substr(0, hash), in.substr(hash + 1)};
@@ -164,11 +181,21 @@ FileAndPart file_and_part(const std::string& in) {
 void convert(const std::string& in, const std::string& out) {
   const auto [file, part] = file_and_part(in);
   const std::string path = part.value_or("/history/blocks");
-  const std::string from = std::filesystem::path(file).extension().string(), to = std::filesystem::path(out).extension().string();
-  if (from != ".h5" && from != ".hdf5") throw bad_file(in, {}, "cannot be converted into that", "convert results.h5#/path to .csv, results.h5#/history/blocks to .geojson, results.h5#/maps/kinetic to a grid, a mesh to a mesh, a volume mesh (.msh, .inp) to the other or to its surface, a grid (.asc, .tif) to a grid or a mesh");
-  if (to != ".csv") throw bad_file(out, {}, fmt::format("results cannot be written as \"{}\"", to), "name a .csv file; paths of blocks go to .geojson, maps (results.h5#/maps/kinetic) to .tif or .asc, shapes (results.h5#/geometry/blocks) to a mesh");
-  if (path.empty() || path[0] != '/') throw bad_file(in, path, "a path within the file begins with /", "write results.h5#/history/blocks");
-  const std::string text = csv_text(file, path.size() > 1 && path.back() == '/' ? path.substr(0, path.size() - 1) : path);
+  const std::string from = std::filesystem::path(file).extension().string(),
+                    to = std::filesystem::path(out).extension().string();
+  if (from != ".h5" && from != ".hdf5")
+    throw bad_file(in, {}, "cannot be converted into that",
+                   "convert results.h5#/path to .csv, results.h5#/history/blocks to .geojson, "
+                   "results.h5#/maps/kinetic to a grid, a mesh to a mesh, a volume mesh (.msh, .inp) to the "
+                   "other or to its surface, a grid (.asc, .tif) to a grid or a mesh");
+  if (to != ".csv")
+    throw bad_file(out, {}, fmt::format("results cannot be written as \"{}\"", to),
+                   "name a .csv file; paths of blocks go to .geojson, maps (results.h5#/maps/kinetic) to "
+                   ".tif or .asc, shapes (results.h5#/geometry/blocks) to a mesh");
+  if (path.empty() || path[0] != '/')
+    throw bad_file(in, path, "a path within the file begins with /", "write results.h5#/history/blocks");
+  const std::string text =
+      csv_text(file, path.size() > 1 && path.back() == '/' ? path.substr(0, path.size() - 1) : path);
   write_file(out, text);
 }
 

@@ -5,14 +5,16 @@
 ///   results.h5#/history/contacts/structure   one row per contact and step
 ///   results.h5#/history/blocks/position, results.h5#/geometry/blocks/vertices: one dataset
 ///
-/// The first line holds the column names with their units, "B1.position.x [m]". Numbers keep all their digits.
+/// The first line holds the column names with their units, "B1.position.x [m]". Numbers keep all their
+/// digits.
 #pragma once
 #include <optional>
 #include <string>
 
 namespace talus::io {
 
-/// "FILE#PART" in two. A name may itself hold '#': the longest that is a file, and if there is none the part begins with "#/" or after the last folder.
+/// "FILE#PART" in two. A name may itself hold '#': the longest that is a file, and if there is none the part
+/// begins with "#/" or after the last folder.
 struct FileAndPart {
   std::string file;
   std::optional<std::string> part;

@@ -19,13 +19,17 @@ namespace talus::io {
 namespace {
 
 // Everything a run may leave behind; whatever else lies in the directory belongs to the user and stays.
-// The checkpoint goes before the journal that it points into, so that a kill between them leaves no checkpoint without one.
-constexpr std::string_view known_files[] = {"checkpoint.h5", "journal.bin", "summary.json", "scene.toml",  "scene.resolved.json",
-                                            "log.jsonl",     "results.h5",  "results.xdmf", "results.pvd", "report.html",
-                                            "scene.toml.part", "scene.resolved.json.part", "summary.json.part", "results.h5.part",
-                                            "results.xdmf.part", "results.pvd.part", "report.html.part", "checkpoint.h5.part",
-                                            "final_state.h5", "final_state.h5.part", "capacity.json", "capacity.json.part",
-                                            "ensemble.h5", "ensemble.h5.part", "details.json", "details.json.part", "ensemble.gpkg", "fragility.json", "fragility.json.part"};
+// The checkpoint goes before the journal that it points into, so that a kill between them leaves no
+// checkpoint without one.
+constexpr std::string_view known_files[] = {
+    "checkpoint.h5",       "journal.bin",        "summary.json",      "scene.toml",
+    "scene.resolved.json", "log.jsonl",          "results.h5",        "results.xdmf",
+    "results.pvd",         "report.html",        "scene.toml.part",   "scene.resolved.json.part",
+    "summary.json.part",   "results.h5.part",    "results.xdmf.part", "results.pvd.part",
+    "report.html.part",    "checkpoint.h5.part", "final_state.h5",    "final_state.h5.part",
+    "capacity.json",       "capacity.json.part", "ensemble.h5",       "ensemble.h5.part",
+    "details.json",        "details.json.part",  "ensemble.gpkg",     "fragility.json",
+    "fragility.json.part"};
 constexpr std::string_view known_folders[] = {"fields", "members", "maps", "journal", "fragility"};
 
 void sync_path(const fs::path& path, int flags) {
@@ -41,7 +45,14 @@ void sync_path(const fs::path& path, int flags) {
 }
 
 InputError refusal(const fs::path& directory, std::string rule, std::string remedy) {
-  return InputError(Problem{Problem::Severity::error, {}, 0, 0, "output directory", directory.string(), std::move(rule), std::move(remedy)});
+  return InputError(Problem{Problem::Severity::error,
+                            {},
+                            0,
+                            0,
+                            "output directory",
+                            directory.string(),
+                            std::move(rule),
+                            std::move(remedy)});
 }
 
 /// Of the directory, with a lock of this kind; -1 where there is none to be had but for another's.
@@ -50,7 +61,9 @@ int locked(const fs::path& directory, int kind) {
   if (fd < 0 || ::flock(fd, kind | LOCK_NB) == 0) return fd;
   const bool busy = errno == EWOULDBLOCK;
   ::close(fd);
-  if (busy) throw refusal(directory, "another talus is writing there", "wait for its end, or name another directory with -o");
+  if (busy)
+    throw refusal(directory, "another talus is writing there",
+                  "wait for its end, or name another directory with -o");
   return -1;
 }
 
@@ -75,8 +88,12 @@ void spare_inputs(const fs::path& directory, std::span<const fs::path> inputs) {
   const fs::path fields = fs::weakly_canonical(directory / "fields", none);
   for (const fs::path& input : inputs) {
     bool replaced = fs::weakly_canonical(input, none).parent_path() == fields;
-    for (const std::string_view name : known_files) replaced = replaced || fs::equivalent(directory / name, input, none);
-    if (replaced) throw refusal(directory, fmt::format("holds {}, which the scene reads and this run would replace", input.string()), "name another directory with -o");
+    for (const std::string_view name : known_files)
+      replaced = replaced || fs::equivalent(directory / name, input, none);
+    if (replaced)
+      throw refusal(directory,
+                    fmt::format("holds {}, which the scene reads and this run would replace", input.string()),
+                    "name another directory with -o");
   }
 }
 
@@ -99,22 +116,29 @@ void check_directory(const fs::path& directory) {
     // The nearest existing ancestor decides whether it can be created.
     fs::path parent = fs::absolute(directory).lexically_normal();
     while (parent.has_relative_path() && !fs::exists(parent, error)) parent = parent.parent_path();
-    if (!fs::is_directory(parent, error)) throw refusal(directory, fmt::format("{} is a file", parent.string()), "name another directory with -o");
+    if (!fs::is_directory(parent, error))
+      throw refusal(directory, fmt::format("{} is a file", parent.string()),
+                    "name another directory with -o");
     if (::access(parent.c_str(), W_OK | X_OK) != 0)
-      throw refusal(directory, fmt::format("{} cannot be written: {}", parent.string(), std::strerror(errno)), "name another directory with -o");
+      throw refusal(directory, fmt::format("{} cannot be written: {}", parent.string(), std::strerror(errno)),
+                    "name another directory with -o");
     return;
   }
-  if (!fs::is_directory(status)) throw refusal(directory, "is a file, not a directory", "name another directory with -o");
+  if (!fs::is_directory(status))
+    throw refusal(directory, "is a file, not a directory", "name another directory with -o");
   if (::access(directory.c_str(), W_OK | X_OK) != 0)
-    throw refusal(directory, fmt::format("cannot be written: {}", std::strerror(errno)), "name another directory with -o");
+    throw refusal(directory, fmt::format("cannot be written: {}", std::strerror(errno)),
+                  "name another directory with -o");
   require_idle(directory);
   if (fs::exists(directory / marker_name, error)) return;
   // A run that was killed while it marked its new directory leaves half a marker there and nothing else.
   const std::string half = std::string(marker_name) + ".part";
   bool foreign = false;
-  for (const fs::directory_entry& entry : fs::directory_iterator(directory, error)) foreign = foreign || entry.path().filename() != half;
+  for (const fs::directory_entry& entry : fs::directory_iterator(directory, error))
+    foreign = foreign || entry.path().filename() != half;
   if (foreign || error)
-    throw refusal(directory, fmt::format("holds files that are not results of Talus (no {} in it)", marker_name),
+    throw refusal(directory,
+                  fmt::format("holds files that are not results of Talus (no {} in it)", marker_name),
                   "name an empty or new directory with -o");
 }
 
@@ -122,11 +146,14 @@ DirectoryLock claim_directory(const fs::path& directory) {
   check_directory(directory);
   std::error_code error;
   fs::create_directories(directory, error);
-  if (error) throw refusal(directory, fmt::format("cannot be created: {}", error.message()), "name another directory with -o");
+  if (error)
+    throw refusal(directory, fmt::format("cannot be created: {}", error.message()),
+                  "name another directory with -o");
   DirectoryLock lock(directory);
   for (const std::string_view name : known_files) fs::remove(directory / name, error);
   for (const std::string_view name : known_folders) fs::remove_all(directory / name, error);
-  write_file(directory / marker_name, "Results of Talus. A directory with this file may be overwritten by the next run.\n");
+  write_file(directory / marker_name,
+             "Results of Talus. A directory with this file may be overwritten by the next run.\n");
   return lock;
 }
 
@@ -138,13 +165,16 @@ PartFile::~PartFile() {
 
 void PartFile::swap_in(bool durable) {
   if (durable) sync_path(part_, O_RDONLY);
-  if (::rename(part_.c_str(), target_.c_str()) != 0) throw WriteError(system_error("rename a finished file to", target_));
+  if (::rename(part_.c_str(), target_.c_str()) != 0)
+    throw WriteError(system_error("rename a finished file to", target_));
   part_.clear();
   const fs::path parent = target_.parent_path();
   if (durable) sync_path(parent.empty() ? fs::path(".") : parent, O_RDONLY | O_DIRECTORY);
 }
 
-void write_file(const fs::path& path, std::string_view bytes, bool durable) { write_file(path, std::span(&bytes, 1), durable); }
+void write_file(const fs::path& path, std::string_view bytes, bool durable) {
+  write_file(path, std::span(&bytes, 1), durable);
+}
 
 void write_file(const fs::path& path, std::span<const std::string_view> pieces, bool durable) {
   PartFile file(path);
@@ -167,7 +197,8 @@ void write_file(const fs::path& path, std::span<const std::string_view> pieces, 
 
 std::string read_file(const fs::path& path) {
   std::ifstream in(path, std::ios::binary);
-  if (!in) throw bad_file(path, {}, fmt::format("cannot be read: {}", std::strerror(errno)), "check the path");
+  if (!in)
+    throw bad_file(path, {}, fmt::format("cannot be read: {}", std::strerror(errno)), "check the path");
   std::string bytes((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
   if (in.bad()) throw bad_file(path, {}, "reading it failed", "check the disk");
   return bytes;

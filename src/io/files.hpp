@@ -1,8 +1,9 @@
 /// Output directories and files that are whole or absent.
 ///
-/// An output directory is ours if it holds the marker file `.talus-output`. A directory that is absent, empty or ours may be
-/// written to; any other is refused with InputError before anything is touched. A file is written beside its final name, synced,
-/// and renamed over it, so that a reader, or a crash, never meets half of it.
+/// An output directory is ours if it holds the marker file `.talus-output`. A directory that is absent, empty
+/// or ours may be written to; any other is refused with InputError before anything is touched. A file is
+/// written beside its final name, synced, and renamed over it, so that a reader, or a crash, never meets half
+/// of it.
 #pragma once
 #include <filesystem>
 #include <span>
@@ -14,8 +15,8 @@
 
 namespace talus::io {
 
-/// The disk is full, the directory has vanished, a file is locked: the run cannot go on recording. The message names the file,
-/// the operation and the system's reason.
+/// The disk is full, the directory has vanished, a file is locked: the run cannot go on recording. The
+/// message names the file, the operation and the system's reason.
 class WriteError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -23,8 +24,9 @@ class WriteError : public std::runtime_error {
 
 inline constexpr std::string_view marker_name = ".talus-output";
 
-/// The one process that writes to an output directory, as long as it lives (flock on the directory itself, so that a kill leaves nothing behind). Throws
-/// InputError if another one does. File systems without such locks are taken at their word.
+/// The one process that writes to an output directory, as long as it lives (flock on the directory itself, so
+/// that a kill leaves nothing behind). Throws InputError if another one does. File systems without such locks
+/// are taken at their word.
 class DirectoryLock {
  public:
   explicit DirectoryLock(const std::filesystem::path& directory);
@@ -39,22 +41,25 @@ class DirectoryLock {
 /// Throws InputError if another process writes to `directory`.
 void require_idle(const std::filesystem::path& directory);
 
-/// Throws InputError if `directory` exists and is neither empty nor ours, cannot be written, or is written to by another process. Changes nothing.
+/// Throws InputError if `directory` exists and is neither empty nor ours, cannot be written, or is written to
+/// by another process. Changes nothing.
 void check_directory(const std::filesystem::path& directory);
 
 /// Throws InputError if one of `inputs` is a file that a run replaces in its directory.
 void spare_inputs(const std::filesystem::path& directory, std::span<const std::filesystem::path> inputs);
 
-/// Checks, creates, locks, marks; removes what an earlier run of ours left there (known names only, never anything else).
+/// Checks, creates, locks, marks; removes what an earlier run of ours left there (known names only, never
+/// anything else).
 [[nodiscard]] DirectoryLock claim_directory(const std::filesystem::path& directory);
 
-/// Whole or absent: temporary file, fsync, rename, fsync of the directory. Files that can be made again need not be durable.
+/// Whole or absent: temporary file, fsync, rename, fsync of the directory. Files that can be made again need
+/// not be durable.
 void write_file(const std::filesystem::path& path, std::string_view bytes, bool durable = true);
 /// The same, of pieces one after another.
 void write_file(const std::filesystem::path& path, std::span<const std::string_view> pieces, bool durable);
 
-/// A file in the making beside its final name. swap_in() syncs it and renames it over that name; without, it is removed at the end, so
-/// that a full disk gets its space back.
+/// A file in the making beside its final name. swap_in() syncs it and renames it over that name; without, it
+/// is removed at the end, so that a full disk gets its space back.
 class PartFile {
  public:
   explicit PartFile(std::filesystem::path target);
@@ -72,14 +77,17 @@ class PartFile {
 std::string read_file(const std::filesystem::path& path);
 
 /// One thing wrong with a file or a dataset in it.
-inline InputError bad_file(const std::filesystem::path& file, std::string key, std::string rule, std::string remedy) {
-  return InputError(Problem{Problem::Severity::error, file.string(), 0, 0, std::move(key), {}, std::move(rule), std::move(remedy)});
+inline InputError bad_file(const std::filesystem::path& file, std::string key, std::string rule,
+                           std::string remedy) {
+  return InputError(Problem{
+      Problem::Severity::error, file.string(), 0, 0, std::move(key), {}, std::move(rule), std::move(remedy)});
 }
 
 /// Text for the last system error on `path`.
 std::string system_error(std::string_view operation, const std::filesystem::path& path);
 
-/// A name from a scene as one component of a file or dataset path: separators and control characters become '_', never "." or "..".
+/// A name from a scene as one component of a file or dataset path: separators and control characters become
+/// '_', never "." or "..".
 std::string safe_name(std::string_view name);
 
 }  // namespace talus::io

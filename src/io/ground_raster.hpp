@@ -1,4 +1,5 @@
-/// A triangle surface as heights on a grid: what the report's map draws, and what tells where the terrain ends.
+/// A triangle surface as heights on a grid: what the report's map draws, and what tells where the terrain
+/// ends.
 #pragma once
 #include <array>
 #include <vector>

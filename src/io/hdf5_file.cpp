@@ -31,25 +31,42 @@ class Id {
   herr_t (*close_)(hid_t);
 };
 
-/// No messages of the library's own, and no tidying up at the end of the program: after a write that failed on a full disk it would write
-/// again there, and crash.
+/// No messages of the library's own, and no tidying up at the end of the program: after a write that failed
+/// on a full disk it would write again there, and crash.
 void prepare_library() {
   static const herr_t once = H5dont_atexit();
   (void)once;
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
 }
 
-template <class T> hid_t native();
-template <> hid_t native<double>() { return H5T_NATIVE_DOUBLE; }
-template <> hid_t native<float>() { return H5T_NATIVE_FLOAT; }
-template <> hid_t native<std::int64_t>() { return H5T_NATIVE_INT64; }
-template <> hid_t native<std::int32_t>() { return H5T_NATIVE_INT32; }
-template <> hid_t native<std::uint8_t>() { return H5T_NATIVE_UINT8; }
+template <class T>
+hid_t native();
+template <>
+hid_t native<double>() {
+  return H5T_NATIVE_DOUBLE;
+}
+template <>
+hid_t native<float>() {
+  return H5T_NATIVE_FLOAT;
+}
+template <>
+hid_t native<std::int64_t>() {
+  return H5T_NATIVE_INT64;
+}
+template <>
+hid_t native<std::int32_t>() {
+  return H5T_NATIVE_INT32;
+}
+template <>
+hid_t native<std::uint8_t>() {
+  return H5T_NATIVE_UINT8;
+}
 
 [[noreturn]] void write_failed(const std::filesystem::path& file, const std::string& path) {
   throw WriteError(fmt::format("cannot write {} in {}: disk full or file system error", path, file.string()));
 }
-[[noreturn]] void read_failed(const std::filesystem::path& file, const std::string& path, const std::string& rule) {
+[[noreturn]] void read_failed(const std::filesystem::path& file, const std::string& path,
+                              const std::string& rule) {
   throw bad_file(file, path, rule, "use results that Talus wrote");
 }
 
@@ -70,10 +87,12 @@ Id link_properties() {
   return {p, H5Pclose};
 }
 
-/// Arrays above this are stored in chunks, if deflated then shuffled: sleeping blocks then cost next to nothing.
+/// Arrays above this are stored in chunks, if deflated then shuffled: sleeping blocks then cost next to
+/// nothing.
 constexpr std::size_t chunk_bytes = 1 << 18;
 
-Id dataset_properties(const Dims& dims, std::size_t item, Hdf5File::Packing packing = Hdf5File::Packing::deflated) {
+Id dataset_properties(const Dims& dims, std::size_t item,
+                      Hdf5File::Packing packing = Hdf5File::Packing::deflated) {
   const hid_t p = H5Pcreate(H5P_DATASET_CREATE);
   // Creation times are kept out, so that two equal runs write equal bytes.
   H5Pset_obj_track_times(p, 0);
@@ -113,7 +132,8 @@ void describe(hid_t dataset, const std::string& unit, const std::string& descrip
 }
 
 template <class T>
-void write_hyperslab(hid_t file, const std::filesystem::path& name, const std::string& path, std::size_t first, std::size_t rows, const T* values) {
+void write_hyperslab(hid_t file, const std::filesystem::path& name, const std::string& path,
+                     std::size_t first, std::size_t rows, const T* values) {
   if (rows == 0) return;
   const Id dataset(H5Dopen2(file, path.c_str(), H5P_DEFAULT), H5Dclose);
   const Id space(dataset < 0 ? -1 : H5Dget_space(dataset), H5Sclose);
@@ -133,8 +153,10 @@ void write_hyperslab(hid_t file, const std::filesystem::path& name, const std::s
 
 }  // namespace
 
-Hdf5File::Hdf5File(std::filesystem::path path, std::int64_t id, bool writing) : path_(std::move(path)), id_(id), writing_(writing) {}
-Hdf5File::Hdf5File(Hdf5File&& other) noexcept : path_(std::move(other.path_)), id_(std::exchange(other.id_, -1)), writing_(other.writing_) {}
+Hdf5File::Hdf5File(std::filesystem::path path, std::int64_t id, bool writing)
+    : path_(std::move(path)), id_(id), writing_(writing) {}
+Hdf5File::Hdf5File(Hdf5File&& other) noexcept
+    : path_(std::move(other.path_)), id_(std::exchange(other.id_, -1)), writing_(other.writing_) {}
 Hdf5File::~Hdf5File() {
   if (id_ >= 0) H5Fclose(id_);
 }
@@ -143,7 +165,8 @@ void Hdf5File::close() {
   if (id_ < 0) return;
   const hid_t id = std::exchange(id_, -1);
   const bool stored = !writing_ || H5Fflush(id, H5F_SCOPE_LOCAL) >= 0;
-  if (H5Fclose(id) < 0 || !stored) throw WriteError(fmt::format("cannot store {}: disk full or file system error", path_.string()));
+  if (H5Fclose(id) < 0 || !stored)
+    throw WriteError(fmt::format("cannot store {}: disk full or file system error", path_.string()));
 }
 
 Hdf5File Hdf5File::create(const std::filesystem::path& path, std::size_t user_block) {
@@ -166,22 +189,30 @@ Hdf5File Hdf5File::open(const std::filesystem::path& path) {
 }
 
 template <class T>
-void Hdf5File::write(const std::string& path, std::span<const T> values, const Dims& dims, const std::string& unit, const std::string& description) {
+void Hdf5File::write(const std::string& path, std::span<const T> values, const Dims& dims,
+                     const std::string& unit, const std::string& description) {
   const Id properties = dataset_properties(dims, sizeof(T));
   const Id dataset = create_dataset(id_, path, native<T>(), dims, properties);
   std::size_t n = 1;
   for (const std::size_t d : dims) n *= d;
   if (dataset < 0 || n != values.size()) write_failed(path_, path);
-  if (n > 0 && H5Dwrite(dataset, native<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0) write_failed(path_, path);
+  if (n > 0 && H5Dwrite(dataset, native<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0)
+    write_failed(path_, path);
   describe(dataset, unit, description);
 }
-template void Hdf5File::write<double>(const std::string&, std::span<const double>, const Dims&, const std::string&, const std::string&);
-template void Hdf5File::write<float>(const std::string&, std::span<const float>, const Dims&, const std::string&, const std::string&);
-template void Hdf5File::write<std::int64_t>(const std::string&, std::span<const std::int64_t>, const Dims&, const std::string&, const std::string&);
-template void Hdf5File::write<std::int32_t>(const std::string&, std::span<const std::int32_t>, const Dims&, const std::string&, const std::string&);
-template void Hdf5File::write<std::uint8_t>(const std::string&, std::span<const std::uint8_t>, const Dims&, const std::string&, const std::string&);
+template void Hdf5File::write<double>(const std::string&, std::span<const double>, const Dims&,
+                                      const std::string&, const std::string&);
+template void Hdf5File::write<float>(const std::string&, std::span<const float>, const Dims&,
+                                     const std::string&, const std::string&);
+template void Hdf5File::write<std::int64_t>(const std::string&, std::span<const std::int64_t>, const Dims&,
+                                            const std::string&, const std::string&);
+template void Hdf5File::write<std::int32_t>(const std::string&, std::span<const std::int32_t>, const Dims&,
+                                            const std::string&, const std::string&);
+template void Hdf5File::write<std::uint8_t>(const std::string&, std::span<const std::uint8_t>, const Dims&,
+                                            const std::string&, const std::string&);
 
-void Hdf5File::write(const std::string& path, const std::vector<std::string>& texts, const std::string& description) {
+void Hdf5File::write(const std::string& path, const std::vector<std::string>& texts,
+                     const std::string& description) {
   const Id type = text_type();
   const Id properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
   H5Pset_obj_track_times(properties, 0);
@@ -189,7 +220,8 @@ void Hdf5File::write(const std::string& path, const std::vector<std::string>& te
   if (dataset < 0) write_failed(path_, path);
   std::vector<const char*> p;
   for (const std::string& t : texts) p.push_back(t.c_str());
-  if (!p.empty() && H5Dwrite(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, p.data()) < 0) write_failed(path_, path);
+  if (!p.empty() && H5Dwrite(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, p.data()) < 0)
+    write_failed(path_, path);
   describe(dataset, {}, description);
 }
 
@@ -203,7 +235,9 @@ template <class T>
 bool number_attribute_on(hid_t file, const std::string& path, const std::string& name, T value) {
   const Id object = open_object(file, path);
   const Id space(H5Screate(H5S_SCALAR), H5Sclose);
-  const Id attribute(object < 0 ? -1 : H5Acreate2(object, name.c_str(), native<T>(), space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+  const Id attribute(
+      object < 0 ? -1 : H5Acreate2(object, name.c_str(), native<T>(), space, H5P_DEFAULT, H5P_DEFAULT),
+      H5Aclose);
   return attribute >= 0 && H5Awrite(attribute, native<T>(), &value) >= 0;
 }
 }  // namespace
@@ -225,10 +259,12 @@ void Hdf5File::group(const std::string& path) {
 
 void Hdf5File::hard_link(const std::string& existing, const std::string& alias) {
   const Id links = link_properties();
-  if (H5Lcreate_hard(id_, existing.c_str(), id_, alias.c_str(), links, H5P_DEFAULT) < 0) write_failed(path_, alias);
+  if (H5Lcreate_hard(id_, existing.c_str(), id_, alias.c_str(), links, H5P_DEFAULT) < 0)
+    write_failed(path_, alias);
 }
 
-void Hdf5File::create_rows(const std::string& path, const Dims& dims, const std::string& unit, const std::string& description, Packing packing) {
+void Hdf5File::create_rows(const std::string& path, const Dims& dims, const std::string& unit,
+                           const std::string& description, Packing packing) {
   const Id properties = dataset_properties(dims, sizeof(double), packing);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   H5Pset_fill_value(properties, H5T_NATIVE_DOUBLE, &nan);
@@ -244,10 +280,12 @@ void Hdf5File::create_rows_int(const std::string& path, const Dims& dims, const 
   describe(dataset, "1", description);
 }
 
-void Hdf5File::write_rows(const std::string& path, std::size_t first, std::size_t rows, const double* values) {
+void Hdf5File::write_rows(const std::string& path, std::size_t first, std::size_t rows,
+                          const double* values) {
   write_hyperslab(id_, path_, path, first, rows, values);
 }
-void Hdf5File::write_rows(const std::string& path, std::size_t first, std::size_t rows, const std::int64_t* values) {
+void Hdf5File::write_rows(const std::string& path, std::size_t first, std::size_t rows,
+                          const std::int64_t* values) {
   write_hyperslab(id_, path_, path, first, rows, values);
 }
 
@@ -304,7 +342,8 @@ template <class T>
 Array<T> Hdf5File::read_rows(const std::string& path, std::size_t first, std::size_t rows) const {
   Array<T> array;
   array.dims = dims(path);
-  if (array.dims.empty() || first + rows > array.dims[0]) read_failed(path_, path, "has fewer rows than asked for");
+  if (array.dims.empty() || first + rows > array.dims[0])
+    read_failed(path_, path, "has fewer rows than asked for");
   array.dims[0] = rows;
   const std::size_t n = rows * array.stride();
   // A damaged header may claim any extent: what cannot be stored in the file is not allocated.
@@ -341,10 +380,12 @@ std::vector<std::string> Hdf5File::read_texts(const std::string& path) const {
   std::vector<std::string> texts;
   const Id dataset(H5Dopen2(id_, path.c_str(), H5P_DEFAULT), H5Dclose);
   const Id stored(H5Dget_type(dataset), H5Tclose);
-  if (d.size() != 1 || H5Tget_class(stored) != H5T_STRING || H5Tis_variable_str(stored) <= 0) read_failed(path_, path, "is no list of texts");
+  if (d.size() != 1 || H5Tget_class(stored) != H5T_STRING || H5Tis_variable_str(stored) <= 0)
+    read_failed(path_, path, "is no list of texts");
   const Id type = text_type();
   std::vector<char*> p(d[0], nullptr);
-  if (!p.empty() && H5Dread(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, p.data()) < 0) read_failed(path_, path, "cannot be read");
+  if (!p.empty() && H5Dread(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, p.data()) < 0)
+    read_failed(path_, path, "cannot be read");
   for (const char* t : p) texts.emplace_back(t != nullptr ? t : "");
   const Id space(H5Dget_space(dataset), H5Sclose);
   if (!p.empty()) H5Dvlen_reclaim(type, space, H5P_DEFAULT, p.data());

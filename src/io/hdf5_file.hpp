@@ -1,5 +1,6 @@
-/// A thin layer over the serial HDF5 C library: typed arrays by path, row-wise writing, attributes. No HDF5 type leaves this header.
-/// Failures to read throw InputError naming file and dataset; failures to write throw WriteError.
+/// A thin layer over the serial HDF5 C library: typed arrays by path, row-wise writing, attributes. No HDF5
+/// type leaves this header. Failures to read throw InputError naming file and dataset; failures to write
+/// throw WriteError.
 #pragma once
 #include <cstdint>
 #include <filesystem>
@@ -37,9 +38,10 @@ class Hdf5File {
 
   // Writing. Groups on the way are created.
   template <class T>  // double, float, std::int64_t, std::int32_t, std::uint8_t
-  void write(const std::string& path, std::span<const T> values, const Dims& dims, const std::string& unit = {},
+  void write(const std::string& path, std::span<const T> values, const Dims& dims,
+             const std::string& unit = {}, const std::string& description = {});
+  void write(const std::string& path, const std::vector<std::string>& texts,
              const std::string& description = {});
-  void write(const std::string& path, const std::vector<std::string>& texts, const std::string& description = {});
   void attribute(const std::string& path, const std::string& name, const std::string& text);
   void attribute(const std::string& path, const std::string& name, double value);
   void attribute(const std::string& path, const std::string& name, std::int64_t value);
@@ -48,7 +50,8 @@ class Hdf5File {
   /// Creates an array of doubles to be filled by write_rows; what is never written reads as NaN.
   /// What hardly shrinks is quicker kept `plain` than deflated.
   enum class Packing { deflated, plain };
-  void create_rows(const std::string& path, const Dims& dims, const std::string& unit, const std::string& description, Packing packing = Packing::deflated);
+  void create_rows(const std::string& path, const Dims& dims, const std::string& unit,
+                   const std::string& description, Packing packing = Packing::deflated);
   void create_rows_int(const std::string& path, const Dims& dims, const std::string& description);
   void write_rows(const std::string& path, std::size_t first, std::size_t rows, const double* values);
   void write_rows(const std::string& path, std::size_t first, std::size_t rows, const std::int64_t* values);

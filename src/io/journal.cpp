@@ -66,7 +66,8 @@ void JournalWriter::flush() {
     if (n < 0 && errno == EINTR) continue;
     if (n < 0) {
       const std::string text = system_error("write", path_);
-      buffer_.erase(0, buffer_.size() - rest.size());  // what was not written stays, so that a later flush goes on
+      buffer_.erase(
+          0, buffer_.size() - rest.size());  // what was not written stays, so that a later flush goes on
       throw WriteError(text);
     }
     rest.remove_prefix(static_cast<std::size_t>(n));
@@ -77,13 +78,15 @@ void JournalWriter::flush() {
 void JournalWriter::sync() {
   flush();
   if (::fdatasync(fd_) != 0) throw WriteError(system_error("sync", path_));
-  struct stat now{};
-  if (::fstat(fd_, &now) != 0 || now.st_nlink == 0) throw WriteError(fmt::format("cannot go on: {} was removed while the run wrote to it", path_.string()));
+  struct stat now {};
+  if (::fstat(fd_, &now) != 0 || now.st_nlink == 0)
+    throw WriteError(fmt::format("cannot go on: {} was removed while the run wrote to it", path_.string()));
 }
 
-JournalReader::JournalReader(const std::filesystem::path& path, std::uint64_t limit) : in_(path, std::ios::binary), limit_(limit) {
+JournalReader::JournalReader(const std::filesystem::path& path, std::uint64_t limit)
+    : in_(path, std::ios::binary), limit_(limit) {
   char head[8] = {};
-  if (!in_.is_open()) throw WriteError(system_error("read", path));   // removed while a run writes to it
+  if (!in_.is_open()) throw WriteError(system_error("read", path));  // removed while a run writes to it
   if (!in_.read(head, 8) || std::string_view(head, 8) != journal_magic)
     throw bad_file(path, {}, "is no journal of Talus", "run the scene again");
   in_.seekg(0, std::ios::end);
@@ -104,7 +107,9 @@ bool JournalReader::next(RecordKind& kind, std::string& payload) {
   if (!in_.read(reinterpret_cast<char*>(&head), sizeof head)) return end();
   if (head.length > limit_ - position_ - sizeof head - sizeof crc) return end();
   payload.resize(head.length);
-  if (!in_.read(payload.data(), static_cast<std::streamsize>(head.length)) || !in_.read(reinterpret_cast<char*>(&crc), sizeof crc)) return end();
+  if (!in_.read(payload.data(), static_cast<std::streamsize>(head.length)) ||
+      !in_.read(reinterpret_cast<char*>(&crc), sizeof crc))
+    return end();
   if (crc != crc64(payload, crc64(view(head)))) return end();
   position_ += sizeof head + head.length + sizeof crc;
   kind = static_cast<RecordKind>(head.kind);

@@ -3,8 +3,8 @@
 ///   file   = "TALUSJ01" record*
 ///   record = kind u32, 0 u32, length u64, payload, crc64(kind .. payload) u64
 ///
-/// A reader stops at the first record that is cut short or fails its checksum; everything before it is whole. Bytes handed to the
-/// system by flush() survive a kill -9; sync() makes them survive a power cut.
+/// A reader stops at the first record that is cut short or fails its checksum; everything before it is whole.
+/// Bytes handed to the system by flush() survive a kill -9; sync() makes them survive a power cut.
 #pragma once
 #include <cstdint>
 #include <filesystem>
@@ -14,7 +14,17 @@
 
 namespace talus::io {
 
-enum class RecordKind : std::uint32_t { header = 1, history = 2, contacts = 3, field = 4, extend = 5, outcome = 6, warning = 7, lines = 8, crossings = 9 };
+enum class RecordKind : std::uint32_t {
+  header = 1,
+  history = 2,
+  contacts = 3,
+  field = 4,
+  extend = 5,
+  outcome = 6,
+  warning = 7,
+  lines = 8,
+  crossings = 9
+};
 
 class JournalWriter {
  public:

@@ -36,35 +36,66 @@ MemberTrack::Verdict MemberTrack::verdict() const {
   const std::array<double, 2> drift = residual_drift();
   const double residual = std::hypot(drift[0], drift[1]) / member_.length;
   const double share = member_.volume > 0 ? last_.lost_volume / member_.volume : 0;
-  const double crack = 1e3 * peaks_.crack_width;   // [mm]
+  const double crack = 1e3 * peaks_.crack_width;  // [mm]
   std::string basis;
-  struct Reason { bool holds; std::string text; };
+  struct Reason {
+    bool holds;
+    std::string text;
+  };
   const auto any_of = [&](std::initializer_list<Reason> reasons) {
     for (const Reason& r : reasons)
       if (r.holds) basis += (basis.empty() ? "" : ", ") + r.text;
     return !basis.empty();
   };
-  const std::string gone = fmt::format("{:.3g} % of its volume gone", 100 * share), leans = fmt::format("{}{} {:.2g} %", under_load_ ? "" : "residual ", std::string(member_.span ? "deflection" : "drift") + (under_load_ ? " under a load that still acts" : ""), 100 * residual), wide = fmt::format("a crack of {:.3g} mm", crack);
-  const auto bars = [](int count, const char* what) { return fmt::format("{} bar{} {}", count, count == 1 ? "" : "s", what); };
+  const std::string gone = fmt::format("{:.3g} % of its volume gone", 100 * share),
+                    leans = fmt::format("{}{} {:.2g} %", under_load_ ? "" : "residual ",
+                                        std::string(member_.span ? "deflection" : "drift") +
+                                            (under_load_ ? " under a load that still acts" : ""),
+                                        100 * residual),
+                    wide = fmt::format("a crack of {:.3g} mm", crack);
+  const auto bars = [](int count, const char* what) {
+    return fmt::format("{} bar{} {}", count, count == 1 ? "" : "s", what);
+  };
   if (elastic_)
-    return {0, "", fmt::format("not judged: elastic in this run (damage = \"none\"), so cracks, lost parts and what breaks were not computed{}; V_dyn/V_Rd with design strengths {:.2f}, with mean strengths {:.2f} at most",
-                               last_.bars_yielded > 0 ? ", " + bars(last_.bars_yielded, "yielded") : "", peaks_.use_design.value, peaks_.use_mean.value), peaks_.use_design.value};
+    return {
+        0, "",
+        fmt::format(
+            "not judged: elastic in this run (damage = \"none\"), so cracks, lost parts and what breaks were "
+            "not computed{}; V_dyn/V_Rd with design strengths {:.2f}, with mean strengths {:.2f} at most",
+            last_.bars_yielded > 0 ? ", " + bars(last_.bars_yielded, "yielded") : "", peaks_.use_design.value,
+            peaks_.use_mean.value),
+        peaks_.use_design.value};
   int grade = 0;
-  if (any_of({{top_came_off(), member_.span ? "a part of it has come off" : "its top has come off"}, {last_.ends_unseated > 0, last_.ends_unseated > 1 ? "both ends off their bearings" : "an end off its bearings"}, {share > 0.1, gone}, {residual > 0.05, leans}})) grade = 4;
-  else if (any_of({{last_.bars_broken > 0, bars(last_.bars_broken, "broken")}, {share > 0.01, gone}, {residual > 0.01, leans}, {peaks_.use_mean.value > 1, "V_dyn above V_Rd with mean strengths"}})) grade = 3;
-  else if (any_of({{last_.bars_yielded > 0, bars(last_.bars_yielded, "yielded")}, {crack > 0.4, wide}, {peaks_.use_design.value > 1, "V_dyn above the design V_Rd"}})) grade = 2;
-  else if (any_of({{crack > 0.1, wide}})) grade = 1;
+  if (any_of({{top_came_off(), member_.span ? "a part of it has come off" : "its top has come off"},
+              {last_.ends_unseated > 0,
+               last_.ends_unseated > 1 ? "both ends off their bearings" : "an end off its bearings"},
+              {share > 0.1, gone},
+              {residual > 0.05, leans}}))
+    grade = 4;
+  else if (any_of({{last_.bars_broken > 0, bars(last_.bars_broken, "broken")},
+                   {share > 0.01, gone},
+                   {residual > 0.01, leans},
+                   {peaks_.use_mean.value > 1, "V_dyn above V_Rd with mean strengths"}}))
+    grade = 3;
+  else if (any_of({{last_.bars_yielded > 0, bars(last_.bars_yielded, "yielded")},
+                   {crack > 0.4, wide},
+                   {peaks_.use_design.value > 1, "V_dyn above the design V_Rd"}}))
+    grade = 2;
+  else if (any_of({{crack > 0.1, wide}}))
+    grade = 1;
   if (grade == 0) basis = "no crack above 0.1 mm, no bar yields";
   return {grade, names[grade], std::move(basis), peaks_.use_design.value};
 }
 
 MemberTrack::Function MemberTrack::function() const {
-  constexpr double joint = 0.05, deflected = 1.0 / 250, visible = 1.0 / 1000;   // [m], of the length
+  constexpr double joint = 0.05, deflected = 1.0 / 250, visible = 1.0 / 1000;  // [m], of the length
   if (!member_.span || !has_verdict() || elastic_) return {};
   const Verdict judged = verdict();
   const std::array<double, 2> drift = residual_drift();
   const double deflection = std::hypot(drift[0], drift[1]), shift = std::abs(last_.end_shift - first_shift_);
-  const std::string of_class = fmt::format("damage class {}", judged.grade), bent = fmt::format("residual deflection {:.3g} mm, 1/{:.0f} of the span", 1e3 * deflection, member_.length / std::max(deflection, 1e-6));
+  const std::string of_class = fmt::format("damage class {}", judged.grade),
+                    bent = fmt::format("residual deflection {:.3g} mm, 1/{:.0f} of the span",
+                                       1e3 * deflection, member_.length / std::max(deflection, 1e-6));
   if (judged.grade >= 3) return {"closed", of_class};
   if (shift > joint) return {"closed", fmt::format("an end has moved by {:.3g} mm", 1e3 * shift)};
   if (deflection > deflected * member_.length) return {"closed", bent};
@@ -75,8 +106,10 @@ MemberTrack::Function MemberTrack::function() const {
 
 json MemberTrack::summary() const {
   const auto pair = [](const std::array<double, 2>& v) { return json::array({v[0], v[1]}); };
-  const auto peak = [](const LoadPeak& p) { return json{{"value", p.value}, {"time", p.time}, {"station", p.station}}; };
-  const bool concrete = has_verdict();   // what is elastic alone cannot be damaged, which is no finding
+  const auto peak = [](const LoadPeak& p) {
+    return json{{"value", p.value}, {"time", p.time}, {"station", p.station}};
+  };
+  const bool concrete = has_verdict();  // what is elastic alone cannot be damaged, which is no finding
   const std::array<double, 2> residual = residual_drift();
   const Verdict judged = verdict();
   const Function use = function();
@@ -95,7 +128,8 @@ json MemberTrack::summary() const {
           {"peak_drift", peaks_.drift},
           {"residual_drift", top_came_off() ? json() : pair(residual)},
           {"residual_drift_under_load", under_load_},
-          {"residual_drift_ratio", top_came_off() ? json() : json(std::hypot(residual[0], residual[1]) / member_.length)},
+          {"residual_drift_ratio",
+           top_came_off() ? json() : json(std::hypot(residual[0], residual[1]) / member_.length)},
           {"top_came_off", top_came_off()},
           {"crack_width_peak", peaks_.crack_width},
           {"crack_width_end", last_.crack_width},

@@ -1,19 +1,19 @@
 /// What summary.json says of one member (pier, column, span of a deck) of a structure.
 ///
-///   V_dyn / V_Rd = max over time and stations of sqrt((V_x / V_Rd,x)^2 + (V_y / V_Rd,y)^2), V the mean over load_window of every step
-///   residual drift = mean over the last tenth of the run, without the drift under permanent load; of a span the deflection of its middle against its ends
+///   V_dyn / V_Rd = max over time and stations of sqrt((V_x / V_Rd,x)^2 + (V_y / V_Rd,y)^2), V the mean over
+///   load_window of every step residual drift = mean over the last tenth of the run, without the drift under
+///   permanent load; of a span the deflection of its middle against its ends
 ///
 /// Damage class, our own, by what an inspection would find (the first that holds, from the top):
-///   4 lost      a tenth of the member is gone, its top has come off, an end of a span has left its bearings, or the residual drift exceeds 5 % of its length
-///   3 severe    a bar is broken, 1 % of the member is gone, the residual drift exceeds 1 %, or V_dyn exceeds V_Rd with mean strengths
-///   2 moderate  a bar has yielded, a crack exceeds 0.4 mm, or V_dyn exceeds the design resistance
-///   1 slight    a crack exceeds 0.1 mm
-///   0 none
+///   4 lost      a tenth of the member is gone, its top has come off, an end of a span has left its bearings,
+///   or the residual drift exceeds 5 % of its length 3 severe    a bar is broken, 1 % of the member is gone,
+///   the residual drift exceeds 1 %, or V_dyn exceeds V_Rd with mean strengths 2 moderate  a bar has yielded,
+///   a crack exceeds 0.4 mm, or V_dyn exceeds the design resistance 1 slight    a crack exceeds 0.1 mm 0 none
 ///
 /// Function of a span, our own: the first that holds of
-///   closed      class 3 or 4, an end has moved by more than 50 mm (the joint), or the residual deflection exceeds 1/250 of its length
-///   restricted  class 2, or the residual deflection exceeds 1/1000: to be inspected before traffic
-///   open        otherwise
+///   closed      class 3 or 4, an end has moved by more than 50 mm (the joint), or the residual deflection
+///   exceeds 1/250 of its length restricted  class 2, or the residual deflection exceeds 1/1000: to be
+///   inspected before traffic open        otherwise
 #pragma once
 #include <nlohmann/json_fwd.hpp>
 #include <string>
@@ -30,14 +30,22 @@ class MemberTrack {
   void add(double time, const MemberState& state, const MemberPeaks& peaks);
   nlohmann::ordered_json summary() const;
   /// Damage class and what it rests on; of what is elastic alone there is none.
-  struct Verdict { int grade = 0; const char* name = ""; std::string basis; double use_design = 0; };
+  struct Verdict {
+    int grade = 0;
+    const char* name = "";
+    std::string basis;
+    double use_design = 0;
+  };
   bool has_verdict() const { return member_.shear_design[0] > 0; }
   bool elastic() const { return elastic_; }
   /// Something presses on it in the last tenth of the run: its drift then is no residual one.
   void set_under_load(bool under_load) { under_load_ = under_load; }
   Verdict verdict() const;
   /// What traffic a span may carry after the run, and why; of anything else nothing.
-  struct Function { const char* state = ""; std::string basis; };
+  struct Function {
+    const char* state = "";
+    std::string basis;
+  };
   Function function() const;
   const std::string& name() const { return member_.name; }
 
@@ -50,9 +58,9 @@ class MemberTrack {
   MemberPeaks peaks_;
   MemberState last_;
   std::vector<double> time_;
-  std::vector<std::array<double, 2>> drift_;   // without that of the first row
+  std::vector<std::array<double, 2>> drift_;  // without that of the first row
   std::array<double, 2> first_drift_{};
-  double first_shift_ = 0;                     // of a span's ends [m]
+  double first_shift_ = 0;  // of a span's ends [m]
 };
 
 }  // namespace talus::io

@@ -30,7 +30,7 @@ struct Recorder::Impl {
   sim::HistoryRow last_row;
   std::vector<PvdEntry> pvd;
   std::size_t fields = 0;
-  std::uint64_t built_at = 0;          // journal position of the last results.h5
+  std::uint64_t built_at = 0;  // journal position of the last results.h5
   bool finished = false;
 
   fs::path journal_path() const { return options.directory / "journal.bin"; }
@@ -48,13 +48,15 @@ struct Recorder::Impl {
 namespace {
 
 bool same(const Structure::Snapshot& a, const Structure::Snapshot& b) {
-  return a.hexes == b.hexes && a.displacement == b.displacement && a.velocity == b.velocity && a.damage_tension == b.damage_tension &&
-         a.damage_compression == b.damage_compression && a.stress_von_mises == b.stress_von_mises && a.bar_strain == b.bar_strain;
+  return a.hexes == b.hexes && a.displacement == b.displacement && a.velocity == b.velocity &&
+         a.damage_tension == b.damage_tension && a.damage_compression == b.damage_compression &&
+         a.stress_von_mises == b.stress_von_mises && a.bar_strain == b.bar_strain;
 }
 
 constexpr const char* terrain_file = "fields/terrain.vtu";
 
-/// What the files of each structure begin with: its name, with "_" after it where the files of the blocks or of another structure have it.
+/// What the files of each structure begin with: its name, with "_" after it where the files of the blocks or
+/// of another structure have it.
 std::vector<std::string> file_stems(std::span<const sim::RunHeader::StructureInfo> structures) {
   std::set<std::string> taken = {"blocks"};
   std::vector<std::string> stems;
@@ -69,7 +71,8 @@ std::vector<std::string> file_stems(std::span<const sim::RunHeader::StructureInf
 
 }  // namespace
 
-/// Files and .pvd entries of one frame; with write = false only the entries (the files are there from before a restart).
+/// Files and .pvd entries of one frame; with write = false only the entries (the files are there from before
+/// a restart).
 void Recorder::Impl::paraview(const FieldRow& row, bool write) {
   if (!options.paraview) return;
   const fs::path& dir = options.directory;
@@ -94,15 +97,17 @@ void Recorder::Impl::paraview(const FieldRow& row, bool write) {
       if (write && !s.bars.empty()) write_bars_vtu(dir / last_file[2 * i + 1], s);
     }
     pvd.push_back({row.time, part++, name, last_file[2 * i]});
-    if (!last_file[2 * i + 1].empty()) pvd.push_back({row.time, part++, name + " bars", last_file[2 * i + 1]});
+    if (!last_file[2 * i + 1].empty())
+      pvd.push_back({row.time, part++, name + " bars", last_file[2 * i + 1]});
   }
 }
 
-/// Rebuilds results.h5 if the journal has grown by half, a large one to the fourfold: the sum of all rebuilds is then a geometric series.
+/// Rebuilds results.h5 if the journal has grown by half, a large one to the fourfold: the sum of all rebuilds
+/// is then a geometric series.
 void Recorder::Impl::grow() {
   constexpr std::uint64_t large = 256u << 20;
   if (journal->position() < (built_at < large ? built_at + built_at / 2 : 4 * built_at)) return;
-  journal->sync();   // also tells a journal that was removed
+  journal->sync();  // also tells a journal that was removed
   build_results(options.directory, nullptr, journal->position());
   write_pvd();
   built_at = journal->position();
@@ -116,7 +121,8 @@ Recorder::Recorder(RecorderOptions options, const sim::RunHeader& header) : impl
   impl_->header = header;
   const fs::path& dir = impl_->options.directory;
   if (!impl_->options.scene_file.empty()) write_file(dir / "scene.toml", scene);
-  if (!impl_->options.resolved_json.empty()) write_file(dir / "scene.resolved.json", impl_->options.resolved_json);
+  if (!impl_->options.resolved_json.empty())
+    write_file(dir / "scene.resolved.json", impl_->options.resolved_json);
   impl_->log = std::make_unique<JsonLog>((dir / "log.jsonl").string());
   impl_->journal = std::make_unique<JournalWriter>(impl_->journal_path(), 0);
   impl_->journal->append(RecordKind::header, encode_header(header));
@@ -131,7 +137,9 @@ Recorder::Recorder(RecorderOptions options, std::uint64_t position) : impl_(std:
   impl_->lock.emplace(options.directory);
   impl_->options = std::move(options);
   const fs::path journal = impl_->journal_path();
-  if (!fs::exists(journal)) throw bad_file(journal, {}, "is missing, and the checkpoint goes on from it", "run the scene again without --resume");
+  if (!fs::exists(journal))
+    throw bad_file(journal, {}, "is missing, and the checkpoint goes on from it",
+                   "run the scene again without --resume");
   {
     JournalReader reader(journal, position);
     RecordKind kind;
@@ -158,7 +166,9 @@ Recorder::Recorder(RecorderOptions options, std::uint64_t position) : impl_(std:
       }
     }
     if (reader.position() != position)
-      throw bad_file(journal, {}, fmt::format("ends or is damaged at byte {}, but the checkpoint goes up to byte {}", reader.position(), position),
+      throw bad_file(journal, {},
+                     fmt::format("ends or is damaged at byte {}, but the checkpoint goes up to byte {}",
+                                 reader.position(), position),
                      "run the scene again without --resume");
   }
   impl_->log = std::make_unique<JsonLog>((impl_->options.directory / "log.jsonl").string(), true);
@@ -187,7 +197,8 @@ void Recorder::crossings(std::span<const LineRow> rows) {
   if (!rows.empty()) impl_->journal->append(RecordKind::crossings, encode_line_rows(rows));
 }
 
-void Recorder::field(double time, std::span<const Pose> poses, std::span<const Structure::Snapshot> structures) {
+void Recorder::field(double time, std::span<const Pose> poses,
+                     std::span<const Structure::Snapshot> structures) {
   const FieldRow row{time, {poses.begin(), poses.end()}, {structures.begin(), structures.end()}};
   impl_->paraview(row, true);
   impl_->journal->append(RecordKind::field, impl_->codec.encode(row));
@@ -219,7 +230,8 @@ std::uint64_t Recorder::checkpoint() {
 std::string Recorder::finish(const Outcome& outcome, const sim::FinalState* state) {
   impl_->journal->append(RecordKind::outcome, encode_outcome(outcome));
   impl_->journal->sync();
-  const BuiltResults built = build_results(impl_->options.directory, &outcome, impl_->journal->position(), state);
+  const BuiltResults built =
+      build_results(impl_->options.directory, &outcome, impl_->journal->position(), state);
   impl_->write_pvd();
   write_file(impl_->options.directory / "summary.json", built.summary_json);
   if (has_ended(outcome.status)) {

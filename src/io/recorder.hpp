@@ -1,12 +1,14 @@
 /// Writes the output directory of a run: journal, results.h5, fields for ParaView, log, summary.
 ///
-/// How the pieces share the work: rows go to an append-only journal with checksums (journal.hpp); results.h5 is built from it when
-/// the journal has grown by half since the last time (a large one: to the fourfold), and at the end, and swapped in by rename. It is therefore readable at any
-/// moment, and all rebuilding together costs at most three times the last one. Field files for ParaView are written as they come, each
+/// How the pieces share the work: rows go to an append-only journal with checksums (journal.hpp); results.h5
+/// is built from it when the journal has grown by half since the last time (a large one: to the fourfold),
+/// and at the end, and swapped in by rename. It is therefore readable at any moment, and all rebuilding
+/// together costs at most three times the last one. Field files for ParaView are written as they come, each
 /// whole or absent.
 ///
-/// A run calls, in this order of time: history (t = 0, every history interval, the end), contacts (of the coupled steps since),
-/// field (t = 0, every output interval, the end), extend (before the first row with fragments), checkpoint, finish.
+/// A run calls, in this order of time: history (t = 0, every history interval, the end), contacts (of the
+/// coupled steps since), field (t = 0, every output interval, the end), extend (before the first row with
+/// fragments), checkpoint, finish.
 #pragma once
 #include <filesystem>
 #include <memory>
@@ -25,17 +27,18 @@ namespace talus::io {
 
 struct RecorderOptions {
   std::filesystem::path directory;
-  std::string scene_file;            // copied to scene.toml if it is a file; may be empty
-  std::string resolved_json;         // scene.resolved.json; may be empty
-  bool paraview = true;              // .vtu, .pvd
+  std::string scene_file;     // copied to scene.toml if it is a file; may be empty
+  std::string resolved_json;  // scene.resolved.json; may be empty
+  bool paraview = true;       // .vtu, .pvd
 };
 
 class Recorder {
  public:
-  /// A new run. The directory must be absent, empty or ours: InputError otherwise, before anything is written.
+  /// A new run. The directory must be absent, empty or ours: InputError otherwise, before anything is
+  /// written.
   Recorder(RecorderOptions options, const sim::RunHeader& header);
-  /// Goes on with a run that was cut off: the journal is cut back to `position`, which the checkpoint holds. Throws InputError if
-  /// the journal does not reach that far.
+  /// Goes on with a run that was cut off: the journal is cut back to `position`, which the checkpoint holds.
+  /// Throws InputError if the journal does not reach that far.
   Recorder(RecorderOptions options, std::uint64_t position);
   ~Recorder();
   Recorder(Recorder&&) noexcept;
@@ -54,11 +57,12 @@ class Recorder {
   /// Those of the header, and of the run so far; of a run that goes on, from its start.
   const std::vector<std::string>& warnings() const;
 
-  /// Makes everything recorded so far durable and returns the journal's position, to be stored in the checkpoint.
+  /// Makes everything recorded so far durable and returns the journal's position, to be stored in the
+  /// checkpoint.
   std::uint64_t checkpoint();
-  /// Builds results.h5, .xdmf, .pvd, summary.json. A status that is no end (has_ended) keeps the journal, so that the run can be resumed.
-  /// `state` goes into results.h5, for a later run to start from. summary.json is swapped in last: where it tells of the end, all else is there.
-  /// Returns its text.
+  /// Builds results.h5, .xdmf, .pvd, summary.json. A status that is no end (has_ended) keeps the journal, so
+  /// that the run can be resumed. `state` goes into results.h5, for a later run to start from. summary.json
+  /// is swapped in last: where it tells of the end, all else is there. Returns its text.
   std::string finish(const Outcome& outcome, const sim::FinalState* state = nullptr);
 
   JsonLog& log();  // log.jsonl
@@ -70,8 +74,8 @@ class Recorder {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Builds results.h5 and summary.json of a directory whose run was cut off (kill, power). False if it has no journal, that is, if
-/// the run finished.
+/// Builds results.h5 and summary.json of a directory whose run was cut off (kill, power). False if it has no
+/// journal, that is, if the run finished.
 bool recover(const std::filesystem::path& directory);
 
 }  // namespace talus::io

@@ -15,21 +15,28 @@ using sim::LedgerRow;
 using sim::RunHeader;
 
 // One list of fields for each kind of record, in their order in the journal, for writing and for reading.
-auto writing(ByteWriter& w) { return [&w](const auto& value) { w.put(value); }; }
-auto reading(ByteReader& r) { return [&r](auto& value) { r.get(value); }; }
+auto writing(ByteWriter& w) {
+  return [&w](const auto& value) { w.put(value); };
+}
+auto reading(ByteReader& r) {
+  return [&r](auto& value) { r.get(value); };
+}
 
 void block_fields(auto& b, auto&& f) {
   f(b.name), f(b.mass), f(b.volume), f(b.fixed), f(b.fragment);
-  f(b.shape.vertices), f(b.shape.face_offset), f(b.shape.face_vertices), f(b.shape.triangles), f(b.shape.triangle_face);
+  f(b.shape.vertices), f(b.shape.face_offset), f(b.shape.face_vertices), f(b.shape.triangles),
+      f(b.shape.triangle_face);
   f(b.young), f(b.poisson), f(b.from);
 }
 
 void member_fields(auto& m, auto&& f) {
-  f(m.name), f(m.span), f(m.base), f(m.axis_x), f(m.axis_y), f(m.length), f(m.volume), f(m.section), f(m.stations), f(m.axial_preload), f(m.shear_design), f(m.shear_mean);
+  f(m.name), f(m.span), f(m.base), f(m.axis_x), f(m.axis_y), f(m.length), f(m.volume), f(m.section),
+      f(m.stations), f(m.axial_preload), f(m.shear_design), f(m.shear_mean);
 }
 
 void member_state_fields(auto& m, auto&& f) {
-  f(m.axial), f(m.shear), f(m.moment), f(m.drift), f(m.crack_width), f(m.lost_volume), f(m.bars_yielded), f(m.bars_broken), f(m.ends_unseated), f(m.end_shift);
+  f(m.axial), f(m.shear), f(m.moment), f(m.drift), f(m.crack_width), f(m.lost_volume), f(m.bars_yielded),
+      f(m.bars_broken), f(m.ends_unseated), f(m.end_shift);
 }
 
 void load_peak_fields(auto& p, auto&& f) { f(p.value), f(p.time), f(p.station); }
@@ -39,31 +46,38 @@ void member_peak_fields(auto& m, auto&& f) {
   f(m.axial_least), f(m.axial_largest), f(m.drift), f(m.crack_width);
 }
 
-void contact_fields(auto& c, auto&& f) { f(c.time), f(c.dt), f(c.block), f(c.structure), f(c.point), f(c.force), f(c.normal), f(c.area); }
+void contact_fields(auto& c, auto&& f) {
+  f(c.time), f(c.dt), f(c.block), f(c.structure), f(c.point), f(c.force), f(c.normal), f(c.area);
+}
 
 void ledger_fields(auto& l, auto&& f) {
-  f(l.kinetic), f(l.potential), f(l.strain), f(l.contact), f(l.friction_work), f(l.damping_work), f(l.damage_work), f(l.algorithmic), f(l.external_work), f(l.residual);
+  f(l.kinetic), f(l.potential), f(l.strain), f(l.contact), f(l.friction_work), f(l.damping_work),
+      f(l.damage_work), f(l.algorithmic), f(l.external_work), f(l.residual);
   f(l.yield_work), f(l.ploughing_work), f(l.vegetation_work);
   f(l.linear_momentum), f(l.angular_momentum);
 }
 
 void structure_row_fields(auto& s, auto&& f) {
-  f(s.base_force), f(s.base_moment), f(s.probe_displacement), f(s.damage_max), f(s.damaged_volume), f(s.spalled_volume);
+  f(s.base_force), f(s.base_moment), f(s.probe_displacement), f(s.damage_max), f(s.damaged_volume),
+      f(s.spalled_volume);
   for (auto* p : {&s.peaks.force, &s.peaks.shear, &s.peaks.moment}) load_peak_fields(*p, f);
   f(s.peaks.moment_at), f(s.peaks.moment_member);
-  for (auto* p : {&s.peaks.tension, &s.peaks.compression}) f(p->value), f(p->time), f(p->strength), f(p->share), f(p->at);
+  for (auto* p : {&s.peaks.tension, &s.peaks.compression})
+    f(p->value), f(p->time), f(p->strength), f(p->share), f(p->at);
 }
 
 void mesh_fields(auto& s, auto&& f) { f(s.nodes), f(s.hexes), f(s.bars); }
 
 void value_fields(auto& s, auto&& f) {
-  f(s.displacement), f(s.velocity), f(s.damage_tension), f(s.damage_compression), f(s.stress_von_mises), f(s.crack_width);
+  f(s.displacement), f(s.velocity), f(s.damage_tension), f(s.damage_compression), f(s.stress_von_mises),
+      f(s.crack_width);
   f(s.bar_points), f(s.bar_strain), f(s.bar_stress), f(s.bar_state);
 }
 
 /// A block's values of a history row, side by side.
 void motion_fields(auto& row, std::size_t i, auto&& f) {
-  f(row.position[i].data(), 3), f(row.velocity[i].data(), 3), f(row.spin[i].data(), 3), f(row.orientation[i].data(), 4), f(row.strain[i].data(), 6);
+  f(row.position[i].data(), 3), f(row.velocity[i].data(), 3), f(row.spin[i].data(), 3),
+      f(row.orientation[i].data(), 4), f(row.strain[i].data(), 6);
   f(&row.kinetic_translational[i], 1), f(&row.kinetic_rotational[i], 1);
 }
 
@@ -75,34 +89,42 @@ void put_list(ByteWriter& w, const Items& items, F&& item) {
 }
 template <class Items, class F>
 void get_list(ByteReader& r, Items& items, F&& item) {
-  for (auto n = r.take<std::uint64_t>(); n > 0; --n) item(items.emplace_back());   // a count that lies ends with the record
+  for (auto n = r.take<std::uint64_t>(); n > 0; --n)
+    item(items.emplace_back());  // a count that lies ends with the record
 }
 
 void check_corners(const std::vector<std::array<int, 3>>& triangles, std::size_t vertices) {
   for (const auto& t : triangles)
     for (const int v : t)
-      if (v < 0 || static_cast<std::size_t>(v) >= vertices) throw std::out_of_range("a triangle names a vertex that is not there");
+      if (v < 0 || static_cast<std::size_t>(v) >= vertices)
+        throw std::out_of_range("a triangle names a vertex that is not there");
 }
 
-/// A journal that is whole by its checksum may still be none of ours: whoever reads a shape goes by its indices.
+/// A journal that is whole by its checksum may still be none of ours: whoever reads a shape goes by its
+/// indices.
 void check_shape(const Polyhedron& s) {
   check_corners(s.triangles, s.vertices.size());
   int before = 0;
   for (const int at : s.face_offset) {
-    if (at < before || static_cast<std::size_t>(at) > s.face_vertices.size()) throw std::out_of_range("a face ends beyond the list of its vertices");
+    if (at < before || static_cast<std::size_t>(at) > s.face_vertices.size())
+      throw std::out_of_range("a face ends beyond the list of its vertices");
     before = at;
   }
   for (const int v : s.face_vertices)
-    if (v < 0 || static_cast<std::size_t>(v) >= s.vertices.size()) throw std::out_of_range("a face names a vertex that is not there");
+    if (v < 0 || static_cast<std::size_t>(v) >= s.vertices.size())
+      throw std::out_of_range("a face names a vertex that is not there");
 }
 
-/// Groups of `width` doubles: a bit for each that differs from `before`, then those groups; `before` becomes `now`.
-void put_changed(ByteWriter& w, std::vector<double>& before, const std::vector<double>& now, std::size_t width) {
+/// Groups of `width` doubles: a bit for each that differs from `before`, then those groups; `before` becomes
+/// `now`.
+void put_changed(ByteWriter& w, std::vector<double>& before, const std::vector<double>& now,
+                 std::size_t width) {
   const std::size_t n = now.size() / width;
   w.put(static_cast<std::uint64_t>(n));
   std::string mask((n + 7) / 8, '\0');
   const auto changed = [&](std::size_t i) {
-    return (i + 1) * width > before.size() || std::memcmp(&before[i * width], &now[i * width], width * sizeof(double)) != 0;
+    return (i + 1) * width > before.size() ||
+           std::memcmp(&before[i * width], &now[i * width], width * sizeof(double)) != 0;
   };
   for (std::size_t i = 0; i < n; ++i)
     if (changed(i)) mask[i / 8] = static_cast<char>(mask[i / 8] | (1 << (i % 8)));
@@ -125,17 +147,19 @@ void get_changed(ByteReader& r, std::vector<double>& values, std::size_t width) 
 template <class T>
 bool same(const std::vector<T>& a, const std::vector<T>& b) {
   static_assert(std::is_arithmetic_v<T> || sizeof(T) % sizeof(int) == 0);
-  return a.size() == b.size() && (a.empty() || std::memcmp(static_cast<const void*>(a.data()), b.data(), a.size() * sizeof(T)) == 0);
+  return a.size() == b.size() &&
+         (a.empty() || std::memcmp(static_cast<const void*>(a.data()), b.data(), a.size() * sizeof(T)) == 0);
 }
 
 bool same_mesh(const Structure::Snapshot& a, const Structure::Snapshot& b) {
   return same(a.nodes, b.nodes) && same(a.hexes, b.hexes) && same(a.bars, b.bars);
 }
 bool same_values(const Structure::Snapshot& a, const Structure::Snapshot& b) {
-  return same(a.displacement, b.displacement) && same(a.velocity, b.velocity) && same(a.damage_tension, b.damage_tension) &&
-         same(a.damage_compression, b.damage_compression) && same(a.stress_von_mises, b.stress_von_mises) &&
-         same(a.crack_width, b.crack_width) && same(a.bar_points, b.bar_points) && same(a.bar_strain, b.bar_strain) && same(a.bar_stress, b.bar_stress) &&
-         same(a.bar_state, b.bar_state);
+  return same(a.displacement, b.displacement) && same(a.velocity, b.velocity) &&
+         same(a.damage_tension, b.damage_tension) && same(a.damage_compression, b.damage_compression) &&
+         same(a.stress_von_mises, b.stress_von_mises) && same(a.crack_width, b.crack_width) &&
+         same(a.bar_points, b.bar_points) && same(a.bar_strain, b.bar_strain) &&
+         same(a.bar_stress, b.bar_stress) && same(a.bar_state, b.bar_state);
 }
 
 std::vector<double> flat(const std::vector<Pose>& poses) {
@@ -168,15 +192,18 @@ std::vector<RunHeader::BlockInfo> decode_blocks(std::string_view bytes) {
 std::string encode_header(const RunHeader& h) {
   ByteWriter w;
   const auto put = writing(w);
-  put(h.title), put(h.duration), put(h.crs), put(h.map_origin), put(encode_blocks(h.blocks)), put(h.terrain.vertices), put(h.terrain.triangles);
+  put(h.title), put(h.duration), put(h.crs), put(h.map_origin), put(encode_blocks(h.blocks)),
+      put(h.terrain.vertices), put(h.terrain.triangles);
   put_list(w, h.planes, [&](const Plane& p) { put(p.point), put(p.normal); });
   put_list(w, h.structures, [&](const RunHeader::StructureInfo& s) {
     put(s.name), put(s.probes), put(s.probe_at), put(s.plan);
     put_list(w, s.members, [&](const Member& m) { member_fields(m, put); });
-    put(s.young), put(s.poisson), put(s.f_cm), put(s.loaded), put(s.axes), put(s.effective_depth), put(s.reinforcement_ratio), put(s.form), put(s.cushion);
+    put(s.young), put(s.poisson), put(s.f_cm), put(s.loaded), put(s.axes), put(s.effective_depth),
+        put(s.reinforcement_ratio), put(s.form), put(s.cushion);
   });
   put(h.materials), put(h.plan), put(h.warnings), put(h.prescribed_impact);
-  for (const RunHeader::StructureInfo& s : h.structures) put(s.meets), put(s.load_until), put(Vec3(s.permanent.head<3>())), put(Vec3(s.permanent.tail<3>()));
+  for (const RunHeader::StructureInfo& s : h.structures)
+    put(s.meets), put(s.load_until), put(Vec3(s.permanent.head<3>())), put(Vec3(s.permanent.tail<3>()));
   return w.bytes();
 }
 
@@ -192,10 +219,11 @@ RunHeader decode_header(std::string_view bytes) {
   get_list(r, h.structures, [&](RunHeader::StructureInfo& s) {
     get(s.name), get(s.probes), get(s.probe_at), get(s.plan);
     get_list(r, s.members, [&](Member& m) { member_fields(m, get); });
-    get(s.young), get(s.poisson), get(s.f_cm), get(s.loaded), get(s.axes), get(s.effective_depth), get(s.reinforcement_ratio), get(s.form), get(s.cushion);
+    get(s.young), get(s.poisson), get(s.f_cm), get(s.loaded), get(s.axes), get(s.effective_depth),
+        get(s.reinforcement_ratio), get(s.form), get(s.cushion);
   });
   get(h.materials), get(h.plan);
-  if (r.left() > 0) get(h.warnings), get(h.prescribed_impact);   // not in what earlier versions wrote
+  if (r.left() > 0) get(h.warnings), get(h.prescribed_impact);  // not in what earlier versions wrote
   if (r.left() > 0)
     for (RunHeader::StructureInfo& s : h.structures) {
       Vec3 force, moment;
@@ -205,7 +233,8 @@ RunHeader decode_header(std::string_view bytes) {
     }
   for (const RunHeader::StructureInfo& s : h.structures)
     for (const int other : s.meets)
-      if (other < 0 || static_cast<std::size_t>(other) >= h.structures.size()) throw std::out_of_range("a structure meets one that is not there");
+      if (other < 0 || static_cast<std::size_t>(other) >= h.structures.size())
+        throw std::out_of_range("a structure meets one that is not there");
   return h;
 }
 
@@ -224,12 +253,13 @@ std::vector<ContactRow> decode_contacts(std::string_view bytes) {
 
 std::string RecordCodec::encode(const HistoryRow& row) {
   const std::size_t n = row.position.size();
-  if (row.velocity.size() != n || row.spin.size() != n || row.orientation.size() != n || row.strain.size() != n ||
-      row.kinetic_translational.size() != n || row.kinetic_rotational.size() != n)
+  if (row.velocity.size() != n || row.spin.size() != n || row.orientation.size() != n ||
+      row.strain.size() != n || row.kinetic_translational.size() != n || row.kinetic_rotational.size() != n)
     throw std::logic_error("history row with arrays of different lengths");
   std::vector<double> now(n * history_width);
   double* p = now.data();
-  for (std::size_t i = 0; i < n; ++i) motion_fields(row, i, [&](const double* v, int k) { p = std::copy(v, v + k, p); });
+  for (std::size_t i = 0; i < n; ++i)
+    motion_fields(row, i, [&](const double* v, int k) { p = std::copy(v, v + k, p); });
   ByteWriter w;
   w.put(row.time);
   put_changed(w, blocks_, now, history_width);
@@ -270,7 +300,7 @@ HistoryRow RecordCodec::decode_history(std::string_view bytes) {
     get_list(r, s.peaks.members, [&](MemberPeaks& m) { member_peak_fields(m, get); });
   });
   ledger_fields(row.ledger, get);
-  if (r.left() > 0) get(row.ledger.step_dependence);   // not in what earlier versions wrote
+  if (r.left() > 0) get(row.ledger.step_dependence);  // not in what earlier versions wrote
   return row;
 }
 

@@ -1,6 +1,7 @@
-/// The rows of sim/frame.hpp as bytes and back. A block, or a structure, whose numbers have not changed a bit since the row before
-/// costs one bit: sleeping rock masses and quiet structures take next to no space. The codec therefore carries the row before, and
-/// encoding and decoding the same sequence leaves it in the same state.
+/// The rows of sim/frame.hpp as bytes and back. A block, or a structure, whose numbers have not changed a bit
+/// since the row before costs one bit: sleeping rock masses and quiet structures take next to no space. The
+/// codec therefore carries the row before, and encoding and decoding the same sequence leaves it in the same
+/// state.
 #pragma once
 #include <span>
 #include <string>
@@ -25,7 +26,8 @@ std::vector<sim::RunHeader::BlockInfo> decode_blocks(std::string_view bytes);
 std::string encode_contacts(std::span<const sim::ContactRow> rows);
 std::vector<sim::ContactRow> decode_contacts(std::string_view bytes);
 
-/// Numbers of a block in a history row, in the order position, velocity, spin, orientation, strain, kinetic energies.
+/// Numbers of a block in a history row, in the order position, velocity, spin, orientation, strain, kinetic
+/// energies.
 inline constexpr std::size_t history_width = 3 + 3 + 3 + 4 + 6 + 2;
 
 class RecordCodec {

@@ -18,7 +18,8 @@ __asm__(
     ".section .rodata\n"
     ".global talus_report_page\n"
     "talus_report_page:\n"
-    ".incbin \"" TALUS_REPORT_PAGE "\"\n"
+    ".incbin \"" TALUS_REPORT_PAGE
+    "\"\n"
     ".global talus_report_page_end\n"
     "talus_report_page_end:\n"
     ".byte 0\n"
@@ -35,18 +36,19 @@ constexpr const char* capacity_remedy = "delete it, and let talus capacity make 
 }  // namespace
 
 ReportData::ReportData(const fs::path& directory)
-    : file(Hdf5File::open(directory / "results.h5")), summary(read_json(directory / "summary.json", summary_remedy)),
-      time(file.read<double>("/history/time").values), names(file.read_texts("/history/blocks/name")) {
+    : file(Hdf5File::open(directory / "results.h5")),
+      summary(read_json(directory / "summary.json", summary_remedy)),
+      time(file.read<double>("/history/time").values),
+      names(file.read_texts("/history/blocks/name")) {
   check_summary(summary, directory / "summary.json");
   meta["summary"] = summary;
   std::error_code none;
   if (const fs::path capacity = directory / "capacity.json"; fs::exists(capacity, none)) try {
       meta["capacity"] = read_json(capacity, capacity_remedy).at("members");
       for (auto& member : meta["capacity"]) member.erase("curve_built"), member.erase("curve_now");
-    } catch (const nlohmann::json::exception& fault) {
-      throw bad_json(capacity, fault, capacity_remedy);
-    }
-  for (const auto& m : summary.value("impacts", nlohmann::ordered_json::array())) windows.emplace_back(m.value("start", 0.0) - 0.1, m.value("end", 0.0) + 0.4);
+    } catch (const nlohmann::json::exception& fault) { throw bad_json(capacity, fault, capacity_remedy); }
+  for (const auto& m : summary.value("impacts", nlohmann::ordered_json::array()))
+    windows.emplace_back(m.value("start", 0.0) - 0.1, m.value("end", 0.0) + 0.4);
 }
 
 namespace {
@@ -57,11 +59,13 @@ using json = nlohmann::ordered_json;
 std::string fill(std::string_view page, const ReportData& d, const std::string& data) {
   // "<" cannot end the script element that holds the JSON.
   std::string text;
-  for (const char c : d.meta.dump(-1, ' ', false, json::error_handler_t::replace)) c == '<' ? text += "\\u003c" : text += c;
+  for (const char c : d.meta.dump(-1, ' ', false, json::error_handler_t::replace))
+    c == '<' ? text += "\\u003c" : text += c;
   const std::string title = xml_text(d.summary.value("title", std::string("Results")));
   std::string out;
   out.reserve(page.size() + data.size() + text.size());
-  const std::map<std::string_view, const std::string*> slots = {{"%%TALUS_TITLE%%", &title}, {"%%TALUS_META%%", &text}, {"%%TALUS_DATA%%", &data}};
+  const std::map<std::string_view, const std::string*> slots = {
+      {"%%TALUS_TITLE%%", &title}, {"%%TALUS_META%%", &text}, {"%%TALUS_DATA%%", &data}};
   std::size_t at = 0;
   while (at < page.size()) {
     const std::size_t mark = page.find("%%TALUS_", at);
@@ -89,20 +93,23 @@ std::string page(const fs::path& directory) {
   add_curves(d);
   json arrays = d.blob.index();
   d.meta["arrays"] = std::move(arrays);
-  return fill({talus_report_page, static_cast<std::size_t>(talus_report_page_end - talus_report_page)}, d, base64(d.blob.bytes()));
+  return fill({talus_report_page, static_cast<std::size_t>(talus_report_page_end - talus_report_page)}, d,
+              base64(d.blob.bytes()));
 }
 
 }  // namespace
 
 fs::path write_report(const fs::path& directory) {
   std::error_code error;
-  if (fs::exists(directory / "journal.bin", error) && !fs::exists(directory / "summary.json", error)) recover(directory);
+  if (fs::exists(directory / "journal.bin", error) && !fs::exists(directory / "summary.json", error))
+    recover(directory);
   if (!fs::exists(directory / "results.h5", error) || !fs::exists(directory / "summary.json", error))
-    throw bad_file(directory, {}, "holds no results (results.h5 and summary.json)", "name the output directory of a run");
+    throw bad_file(directory, {}, "holds no results (results.h5 and summary.json)",
+                   "name the output directory of a run");
   const fs::path path = directory / "report.html";
   try {
     write_file(path, page(directory));
-  } catch (const json::exception& fault) {   // a key of another kind than the run wrote
+  } catch (const json::exception& fault) {  // a key of another kind than the run wrote
     throw bad_json(directory / "summary.json", fault, summary_remedy);
   }
   return path;

@@ -1,7 +1,9 @@
-/// What goes into report.html, gathered from results.h5 and summary.json by the add_... functions. Internal to io.
+/// What goes into report.html, gathered from results.h5 and summary.json by the add_... functions. Internal
+/// to io.
 ///
-/// Arrays go to `blob` (docs/output.md tells none of them: the page is their only reader), everything else to `meta`. Points are stored relative to
-/// the local origin that add_site() chooses from `region`, so that it comes after all that has a place.
+/// Arrays go to `blob` (docs/output.md tells none of them: the page is their only reader), everything else to
+/// `meta`. Points are stored relative to the local origin that add_site() chooses from `region`, so that it
+/// comes after all that has a place.
 #pragma once
 #include <fmt/format.h>
 
@@ -19,17 +21,20 @@ namespace talus::io {
 struct ReportData {
   explicit ReportData(const std::filesystem::path& directory);
   Hdf5File file;
-  nlohmann::ordered_json summary;                              // its order is the order of the page
+  nlohmann::ordered_json summary;  // its order is the order of the page
   nlohmann::ordered_json meta = nlohmann::ordered_json::object();
   Blob blob;
-  std::vector<double> time;                                    // of the history rows [s]
-  std::vector<std::string> names;                              // of the blocks
-  Windows windows;                                             // around the impacts
-  Box3 region;                                                 // what happened [m]
-  std::vector<double> block_positions;                         // [frames, blocks, 3] [m]
+  std::vector<double> time;             // of the history rows [s]
+  std::vector<std::string> names;       // of the blocks
+  Windows windows;                      // around the impacts
+  Box3 region;                          // what happened [m]
+  std::vector<double> block_positions;  // [frames, blocks, 3] [m]
   std::size_t frames = 0;
-  struct Pending { std::string key; std::vector<Vec3> nodes; };
-  std::vector<Pending> pending;                                // points that wait for the origin
+  struct Pending {
+    std::string key;
+    std::vector<Vec3> nodes;
+  };
+  std::vector<Pending> pending;  // points that wait for the origin
 };
 
 void add_poses(ReportData& d);

@@ -28,21 +28,29 @@ class Blob {
  private:
   template <class T>
   static const char* type() {
-    if constexpr (std::is_same_v<T, float>) return "f32";
-    else if constexpr (std::is_same_v<T, double>) return "f64";
-    else if constexpr (std::is_same_v<T, std::int16_t>) return "i16";
-    else if constexpr (std::is_same_v<T, std::uint16_t>) return "u16";
-    else if constexpr (std::is_same_v<T, std::uint8_t>) return "u8";
-    else return "u32";
+    if constexpr (std::is_same_v<T, float>)
+      return "f32";
+    else if constexpr (std::is_same_v<T, double>)
+      return "f64";
+    else if constexpr (std::is_same_v<T, std::int16_t>)
+      return "i16";
+    else if constexpr (std::is_same_v<T, std::uint16_t>)
+      return "u16";
+    else if constexpr (std::is_same_v<T, std::uint8_t>)
+      return "u8";
+    else
+      return "u32";
   }
   std::string bytes_;
   nlohmann::json index_ = nlohmann::json::object();
 };
 
-/// Rows of a dataset in ascending order, read many at a time: a row alone would inflate its whole chunk. Refuses rows of another width.
+/// Rows of a dataset in ascending order, read many at a time: a row alone would inflate its whole chunk.
+/// Refuses rows of another width.
 class RowReader {
  public:
-  RowReader(const Hdf5File& file, std::string path, std::size_t width) : file_(file), path_(std::move(path)), width_(width) {}
+  RowReader(const Hdf5File& file, std::string path, std::size_t width)
+      : file_(file), path_(std::move(path)), width_(width) {}
   /// Row k; valid until the next call.
   std::span<const double> row(std::size_t k);
 
@@ -56,14 +64,17 @@ class RowReader {
 /// Time intervals that deserve more frames, s.
 using Windows = std::vector<std::pair<double, double>>;
 
-/// At most `budget` indices of `time`, ascending, first and last included; a third of them inside the windows.
-std::vector<std::size_t> pick_frames(std::span<const double> time, std::size_t budget, const Windows& windows);
+/// At most `budget` indices of `time`, ascending, first and last included; a third of them inside the
+/// windows.
+std::vector<std::size_t> pick_frames(std::span<const double> time, std::size_t budget,
+                                     const Windows& windows);
 
 /// Indices that keep the minimum and maximum of every series in each of about budget / 2 / series intervals.
-std::vector<std::size_t> pick_extremes(std::size_t n, const std::vector<std::span<const double>>& series, std::size_t budget);
+std::vector<std::size_t> pick_extremes(std::size_t n, const std::vector<std::span<const double>>& series,
+                                       std::size_t budget);
 
-/// Triangles with vertices merged on a grid: fine within `region`, coarse outside, coarser until at most `budget` remain.
-/// No cracks arise, since a vertex goes to the same place in every triangle.
+/// Triangles with vertices merged on a grid: fine within `region`, coarse outside, coarser until at most
+/// `budget` remain. No cracks arise, since a vertex goes to the same place in every triangle.
 Mesh decimate(const Mesh& mesh, const Box3& region, std::size_t budget);
 
 /// Outer quadrilaterals of hexahedra: faces that belong to one cell only, and that cell.
@@ -73,8 +84,9 @@ struct Skin {
 };
 Skin skin(std::span<const std::int32_t> hexes);
 
-/// Butterworth low-pass of second order, run forwards and backwards (no phase shift, four poles), of samples at equal steps
-/// [sae-j211]. `cutoff` is the -3 dB frequency of one pass. Beyond 0.4 of the sampling rate the samples come back unchanged.
+/// Butterworth low-pass of second order, run forwards and backwards (no phase shift, four poles), of samples
+/// at equal steps [sae-j211]. `cutoff` is the -3 dB frequency of one pass. Beyond 0.4 of the sampling rate
+/// the samples come back unchanged.
 std::vector<double> low_pass(std::vector<double> samples, double step, double cutoff);
 
 std::string base64(std::string_view bytes);

@@ -12,7 +12,8 @@ constexpr std::size_t triangle_budget = 150'000;
 
 std::vector<Vec3> points(const Array<double>& a) {
   std::vector<Vec3> v(a.rows());
-  for (std::size_t i = 0; i < v.size(); ++i) v[i] = Vec3(a.values[3 * i], a.values[3 * i + 1], a.values[3 * i + 2]);
+  for (std::size_t i = 0; i < v.size(); ++i)
+    v[i] = Vec3(a.values[3 * i], a.values[3 * i + 1], a.values[3 * i + 2]);
   return v;
 }
 
@@ -23,7 +24,8 @@ Mesh within(const Mesh& mesh, const Box3& region) {
     bool in = false;
     for (const int v : t) {
       const Vec3& p = mesh.vertices[static_cast<std::size_t>(v)];
-      in = in || (p.x() >= region.min().x() && p.x() <= region.max().x() && p.y() >= region.min().y() && p.y() <= region.max().y());
+      in = in || (p.x() >= region.min().x() && p.x() <= region.max().x() && p.y() >= region.min().y() &&
+                  p.y() <= region.max().y());
     }
     if (!in) continue;
     std::array<int, 3> s{};
@@ -57,13 +59,15 @@ void add_site(ReportData& d) {
     mesh.vertices = points(d.file.read<double>("/geometry/terrain/vertices"));
     const auto t = d.file.read<std::int32_t>("/geometry/terrain/triangles");
     check_indices(t.values, mesh.vertices.size(), "terrain triangles");
-    for (std::size_t i = 0; i < t.rows(); ++i) mesh.triangles.push_back({t.values[3 * i], t.values[3 * i + 1], t.values[3 * i + 2]});
+    for (std::size_t i = 0; i < t.rows(); ++i)
+      mesh.triangles.push_back({t.values[3 * i], t.values[3 * i + 1], t.values[3 * i + 2]});
   }
   if (d.region.isEmpty())
     for (const Vec3& v : mesh.vertices) d.region.extend(v);
   if (d.region.isEmpty()) d.region.extend(Vec3::Zero());
   // What happened, with room around it.
-  const double largest = d.region.sizes().maxCoeff(), size = largest > 0 ? largest : 4.0;   // [m]; nothing but a plane has none
+  const double largest = d.region.sizes().maxCoeff(),
+               size = largest > 0 ? largest : 4.0;  // [m]; nothing but a plane has none
   const Vec3 room(0.22 * size, 0.22 * size, 0.0);
   Box3 view(d.region.min() - room, d.region.max() + room);
   Vec3 origin = d.region.center();
@@ -77,7 +81,8 @@ void add_site(ReportData& d) {
   d.meta["region"] = box(d.region);
 
   std::vector<float> x(d.block_positions.size());
-  for (std::size_t i = 0; i < x.size(); ++i) x[i] = static_cast<float>(d.block_positions[i] - origin[static_cast<Eigen::Index>(i % 3)]);
+  for (std::size_t i = 0; i < x.size(); ++i)
+    x[i] = static_cast<float>(d.block_positions[i] - origin[static_cast<Eigen::Index>(i % 3)]);
   d.blob.add("frame_position", x, {d.frames, d.names.size(), 3});
   for (const ReportData::Pending& p : d.pending) put_points(d.blob, p.key, p.nodes, origin);
 
@@ -113,16 +118,20 @@ void add_site(ReportData& d) {
   Raster r = rasterise(mesh, view, 360);
   for (int j = 0; j < r.ny; ++j)
     for (int i = 0; i < r.nx; ++i) {
-      float& z = r.z[static_cast<std::size_t>(j) * static_cast<std::size_t>(r.nx) + static_cast<std::size_t>(i)];
+      float& z =
+          r.z[static_cast<std::size_t>(j) * static_cast<std::size_t>(r.nx) + static_cast<std::size_t>(i)];
       for (std::size_t p = 0; p + 5 < planes.size(); p += 6) {
         if (planes[p + 5] < 0.05) continue;
-        const double h = planes[p + 2] - (planes[p + 3] * (r.x0 + i * r.dx - planes[p]) + planes[p + 4] * (r.y0 + j * r.dy - planes[p + 1])) / planes[p + 5];
+        const double h = planes[p + 2] - (planes[p + 3] * (r.x0 + i * r.dx - planes[p]) +
+                                          planes[p + 4] * (r.y0 + j * r.dy - planes[p + 1])) /
+                                             planes[p + 5];
         if (!(z >= h)) z = static_cast<float>(h);
       }
     }
   for (float& z : r.z) z -= static_cast<float>(origin.z());
   d.blob.add("map_height", r.z, {static_cast<std::size_t>(r.ny), static_cast<std::size_t>(r.nx)});
-  d.meta["map"] = {{"nx", r.nx}, {"ny", r.ny}, {"x0", r.x0 - origin.x()}, {"y0", r.y0 - origin.y()}, {"dx", r.dx}, {"dy", r.dy}};
+  d.meta["map"] = {{"nx", r.nx}, {"ny", r.ny}, {"x0", r.x0 - origin.x()}, {"y0", r.y0 - origin.y()},
+                   {"dx", r.dx}, {"dy", r.dy}};
 }
 
 }  // namespace talus::io

@@ -13,12 +13,14 @@ void FieldWriter::add(const FieldRow& f) {
   file_.group(frame.group);
   file_.attribute(frame.group, "time", f.time);
   blocks(f, frame);
-  for (std::size_t i = 0; i < f.structures.size() && i < header_.structures.size(); ++i) structure(f.structures[i], i, frame);
+  for (std::size_t i = 0; i < f.structures.size() && i < header_.structures.size(); ++i)
+    structure(f.structures[i], i, frame);
   frames_.push_back(std::move(frame));
 }
 
 template <class T>
-void FieldWriter::put(const std::string& group, const std::string& name, const std::vector<T>& values, const Dims& dims, const char* unit, const char* description) {
+void FieldWriter::put(const std::string& group, const std::string& name, const std::vector<T>& values,
+                      const Dims& dims, const char* unit, const char* description) {
   const std::string path = group + "/" + name;
   const std::string key = path.substr(path.find('/', 8));  // without "/fields/NNNNNN"
   Last& last = last_[key];
@@ -42,7 +44,8 @@ void FieldWriter::blocks(const FieldRow& f, XdmfFrame& frame) {
       points.insert(points.end(), x.data(), x.data() + 3);
     }
     for (int face = 0; face < s.faces(); ++face) {
-      const int a = s.face_offset[static_cast<std::size_t>(face)], b = s.face_offset[static_cast<std::size_t>(face) + 1];
+      const int a = s.face_offset[static_cast<std::size_t>(face)],
+                b = s.face_offset[static_cast<std::size_t>(face) + 1];
       topology.push_back(3);  // a polygon of XDMF
       topology.push_back(b - a);
       for (int k = a; k < b; ++k) topology.push_back(first + s.face_vertices[static_cast<std::size_t>(k)]);
@@ -87,13 +90,17 @@ void FieldWriter::structure(const Structure::Snapshot& s, std::size_t i, XdmfFra
   if (!s.bars.empty()) {
     put(g, "bars", flat(s.bars), {s.bars.size(), 2}, "1", "reinforcement: rows of bar_points");
     const std::vector<double> p = flat(s.bar_points);
-    put(g, "bar_points", std::vector<float>(p.begin(), p.end()), {s.bar_points.size(), 3}, "m", "scene coordinates");
+    put(g, "bar_points", std::vector<float>(p.begin(), p.end()), {s.bar_points.size(), 3}, "m",
+        "scene coordinates");
     if (s.bar_strain.size() == s.bars.size())
-      put(g, "bar_strain", std::vector<float>(s.bar_strain.begin(), s.bar_strain.end()), {s.bars.size()}, "1", "axial strain");
+      put(g, "bar_strain", std::vector<float>(s.bar_strain.begin(), s.bar_strain.end()), {s.bars.size()}, "1",
+          "axial strain");
     if (s.bar_stress.size() == s.bars.size())
-      put(g, "bar_stress", std::vector<float>(s.bar_stress.begin(), s.bar_stress.end()), {s.bars.size()}, "Pa", "axial stress");
+      put(g, "bar_stress", std::vector<float>(s.bar_stress.begin(), s.bar_stress.end()), {s.bars.size()},
+          "Pa", "axial stress");
     if (s.bar_state.size() == s.bars.size())
-      put(g, "bar_state", std::vector<float>(s.bar_state.begin(), s.bar_state.end()), {s.bars.size()}, "1", "0 elastic, 1 has yielded, 2 broken");
+      put(g, "bar_state", std::vector<float>(s.bar_state.begin(), s.bar_state.end()), {s.bars.size()}, "1",
+          "0 elastic, 1 has yielded, 2 broken");
   }
   frame.structures.push_back(std::move(part));
 }

@@ -37,7 +37,7 @@ class HistoryWriter {
   Hdf5File& file_;
   const sim::RunHeader& header_;
   std::size_t nb_;
-  std::vector<Column> columns_;   // in the order of add()
+  std::vector<Column> columns_;  // in the order of add()
   std::size_t next_ = 0, batch_ = 1, held_ = 0, written_ = 0;
 };
 
@@ -64,7 +64,8 @@ class FieldWriter {
 
  private:
   template <class T>
-  void put(const std::string& group, const std::string& name, const std::vector<T>& values, const Dims& dims, const char* unit, const char* description);
+  void put(const std::string& group, const std::string& name, const std::vector<T>& values, const Dims& dims,
+           const char* unit, const char* description);
   void blocks(const FieldRow& f, XdmfFrame& frame);
   void structure(const Structure::Snapshot& s, std::size_t i, XdmfFrame& frame);
 

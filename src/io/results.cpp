@@ -48,7 +48,8 @@ Count count(const std::filesystem::path& journal, std::uint64_t limit) {
   return c;
 }
 
-/// From what the recorder kept of the scene. The wording of a remedy hangs on it, no more: what is not there counts as by accuracy.
+/// From what the recorder kept of the scene. The wording of a remedy hangs on it, no more: what is not there
+/// counts as by accuracy.
 Steps steps_of(const std::filesystem::path& directory) {
   const std::filesystem::path file = directory / "scene.resolved.json";
   if (!std::filesystem::exists(file)) return Steps::by_accuracy;
@@ -64,10 +65,13 @@ Taken taken_of(const std::filesystem::path& directory) {
   const nlohmann::json scene = nlohmann::json::parse(read_file(file), nullptr, false);
   const nlohmann::json::json_pointer scheme("/coupling/scheme");
   if (!scene.contains(scheme)) return Taken::both_ways;
-  return scene.at(scheme) == "one-way" ? Taken::one_way : scene.at(scheme) == "rigid" ? Taken::nothing : Taken::both_ways;
+  return scene.at(scheme) == "one-way" ? Taken::one_way
+         : scene.at(scheme) == "rigid" ? Taken::nothing
+                                       : Taken::both_ways;
 }
 
-BuiltResults build(const std::filesystem::path& directory, const Outcome* outcome, std::uint64_t limit, const sim::FinalState* state) {
+BuiltResults build(const std::filesystem::path& directory, const Outcome* outcome, std::uint64_t limit,
+                   const sim::FinalState* state) {
   const std::filesystem::path journal = directory / "journal.bin";
   Count c = count(journal, limit);
   if (outcome == nullptr && c.outcome) outcome = &*c.outcome;
@@ -136,7 +140,9 @@ BuiltResults build(const std::filesystem::path& directory, const Outcome* outcom
     if (summary) {
       built.summary_json = summary->text(outcome);
       const std::vector<double> left = summary->left();
-      if (!left.empty()) file.write<double>("/history/blocks/left", left, {left.size()}, "s", "when the block left the model over the edge of the terrain; NaN: it did not");
+      if (!left.empty())
+        file.write<double>("/history/blocks/left", left, {left.size()}, "s",
+                           "when the block left the model over the edge of the terrain; NaN: it did not");
     }
     write_lines(file, line_names, line_rows, c.header.crs);
     if (state != nullptr) write_final_state(file, *state);
@@ -151,11 +157,13 @@ BuiltResults build(const std::filesystem::path& directory, const Outcome* outcom
 
 }  // namespace
 
-BuiltResults build_results(const std::filesystem::path& directory, const Outcome* outcome, std::uint64_t limit, const sim::FinalState* state) {
+BuiltResults build_results(const std::filesystem::path& directory, const Outcome* outcome,
+                           std::uint64_t limit, const sim::FinalState* state) {
   try {
     return build(directory, outcome, limit, state);
   } catch (const std::out_of_range& e) {  // whole by its checksum, and yet no record of ours
-    throw bad_file(directory / "journal.bin", {}, fmt::format("holds a record that cannot be read: {}", e.what()), "run the scene again");
+    throw bad_file(directory / "journal.bin", {},
+                   fmt::format("holds a record that cannot be read: {}", e.what()), "run the scene again");
   }
 }
 
@@ -163,7 +171,8 @@ namespace {
 
 void outcome_fields(auto& o, auto&& f) {
   f(o.status), f(o.message), f(o.audit_made), f(o.counters);
-  f(o.audit.worst_force_imbalance), f(o.audit.worst_moment_imbalance), f(o.audit.impulse_defect), f(o.audit.work_on_blocks), f(o.audit.work_on_structure), f(o.audit.impulse_on_structure);
+  f(o.audit.worst_force_imbalance), f(o.audit.worst_moment_imbalance), f(o.audit.impulse_defect),
+      f(o.audit.work_on_blocks), f(o.audit.work_on_structure), f(o.audit.impulse_on_structure);
 }
 
 }  // namespace

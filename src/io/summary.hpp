@@ -1,14 +1,17 @@
-/// summary.json: what happened in a run, in a few hundred lines that a person or a program can read. Keys: docs/output.md.
+/// summary.json: what happened in a run, in a few hundred lines that a person or a program can read. Keys:
+/// docs/output.md.
 ///
-/// An impact is the contact of one block with one structure, from its first contact row to the last one before a gap of more than
-/// `impact_gap`. Over its coupled steps, with F the sum of the contact forces of a step (means over the step):
+/// An impact is the contact of one block with one structure, from its first contact row to the last one
+/// before a gap of more than `impact_gap`. Over its coupled steps, with F the sum of the contact forces of a
+/// step (means over the step):
 ///
 ///   impulse = sum F dt  [N s],   peak force = max |F|  [N],   mean force = |impulse| / duration  [N]
 ///
-/// and the filtered force of force_track.hpp. What a piece does to the structure it came off is part of that structure's forces, but no impact.
+/// and the filtered force of force_track.hpp. What a piece does to the structure it came off is part of that
+/// structure's forces, but no impact.
 ///
-/// A block has left the model once it is beside the terrain and lower than the ground it was last over: its figures are those of the last row
-/// before. Scenes with planes have no edge to leave over.
+/// A block has left the model once it is beside the terrain and lower than the ground it was last over: its
+/// figures are those of the last row before. Scenes with planes have no edge to leave over.
 #pragma once
 #include <nlohmann/json_fwd.hpp>
 #include <span>
@@ -28,7 +31,7 @@ struct Outcome {
   std::string message;          // why, for interrupted and failed
   sim::RunCounters counters;
   sim::InterfaceAudit audit;
-  bool audit_made = false;      // false: no coupled step was made, the audit is left out
+  bool audit_made = false;  // false: no coupled step was made, the audit is left out
 };
 
 /// Of a status: there is nothing to go on with.
@@ -47,13 +50,15 @@ struct Impact {
   Vec3 impulse = Vec3::Zero();           // on the structure [N s]
   double peak_force = 0, peak_time = 0;  // [N], [s]
   ForceTrack force;
-  double filtered_force = 0;             // greatest low-passed force, set when the text is made [N]
+  double filtered_force = 0;  // greatest low-passed force, set when the text is made [N]
 };
 
-/// The member whose axis the point lies nearest to, among those that reach to its height; null: none does (a deck, a mesh without members).
+/// The member whose axis the point lies nearest to, among those that reach to its height; null: none does (a
+/// deck, a mesh without members).
 const Member* struck_member(const sim::RunHeader::StructureInfo& structure, const Vec3& point);
 
-/// What the lengths of a run's steps go by: simulation.accuracy, simulation.step, or the step that the scheme of 1988 is given.
+/// What the lengths of a run's steps go by: simulation.accuracy, simulation.step, or the step that the scheme
+/// of 1988 is given.
 enum class Steps { by_accuracy, fixed, scheme_1988 };
 
 /// coupling.scheme: what structures take of what strikes them.
@@ -62,7 +67,8 @@ enum class Taken { both_ways, one_way, nothing };
 /// Fed with the rows in their order; holds only what the summary needs.
 class SummaryBuilder {
  public:
-  explicit SummaryBuilder(const sim::RunHeader& header, Steps steps = Steps::by_accuracy, Taken taken = Taken::both_ways);
+  explicit SummaryBuilder(const sim::RunHeader& header, Steps steps = Steps::by_accuracy,
+                          Taken taken = Taken::both_ways);
   void extend(std::span<const sim::RunHeader::BlockInfo> blocks);
   void add(const sim::HistoryRow& row);
   void add(std::span<const sim::ContactRow> rows);
@@ -80,32 +86,48 @@ class SummaryBuilder {
     double acceleration = 0;  // between the last two rows [m/s^2]
     bool born = false;
     double birth = 0, path = 0, max_speed = 0, max_kinetic = 0, kinetic = 0, rotational = 0, max_spin = 0;
-    double time = 0;          // of the last row that counts [s]
-    bool left = false;        // the model
+    double time = 0;    // of the last row that counts [s]
+    bool left = false;  // the model
   };
-  struct LastGround { BlockTrack there; double height = 0; bool beside = false; };   // of a block while it was over the terrain; or as it started beside it
-  struct ProbeTrack { double peak = 0, peak_time = 0; Vec3 last = Vec3::Zero(); };
+  struct LastGround {
+    BlockTrack there;
+    double height = 0;
+    bool beside = false;
+  };  // of a block while it was over the terrain; or as it started beside it
+  struct ProbeTrack {
+    double peak = 0, peak_time = 0;
+    Vec3 last = Vec3::Zero();
+  };
   struct StructureTrack {
     double damage = 0, damaged_volume = 0, spalled_volume = 0;
-    LoadPeaks loads;             // as of the last row
+    LoadPeaks loads;  // as of the last row
     double peak_force = 0, peak_force_time = 0;
     Vec3 first_force = Vec3::Zero(), first_moment = Vec3::Zero(), impulse = Vec3::Zero();
     bool seen = false;
-    double lost_before = 0;      // spalled volume of the first row [m^3]
-    double first_loss = -1;      // when the first piece came off or the first cell was crushed [s]; < 0: never
+    double lost_before = 0;  // spalled volume of the first row [m^3]
+    double first_loss = -1;  // when the first piece came off or the first cell was crushed [s]; < 0: never
     std::vector<ProbeTrack> probes;
     std::vector<MemberTrack> members;
-    double step_time = -1;       // of the coupled step being summed
-    double last_contact = -1;    // of the last contact force; < 0: none [s]
+    double step_time = -1;     // of the coupled step being summed
+    double last_contact = -1;  // of the last contact force; < 0: none [s]
     Vec3 step_force = Vec3::Zero();
   };
-  struct Open { int impact = -1; double time = 0; Vec3 force = Vec3::Zero(); double weight = 0; };
+  struct Open {
+    int impact = -1;
+    double time = 0;
+    Vec3 force = Vec3::Zero();
+    double weight = 0;
+  };
   /// The sentences that stand on top of the report.
   std::vector<std::string> headline() const;
   void structure_lines(std::size_t structure, std::vector<std::string>& lines) const;
   void not_hit_line(std::size_t structure, std::vector<std::string>& lines) const;
-  /// The structure through which one that no block struck was loaded by a strike on another, and when that was struck [s]; < 0: none.
-  struct Through { int structure = -1; double struck = 0; };
+  /// The structure through which one that no block struck was loaded by a strike on another, and when that
+  /// was struck [s]; < 0: none.
+  struct Through {
+    int structure = -1;
+    double struck = 0;
+  };
   Through loaded_through(std::size_t structure) const;
   bool elastic(std::size_t structure) const;
   /// How bad: damage class and V_dyn / V_Rd of every member, the worst first.
@@ -126,10 +148,10 @@ class SummaryBuilder {
   const Impact* first_strike(std::size_t structure) const;
   /// When the structure began to fail before any block was at it [s]; < 0: it did not.
   double failed_before_strike(std::size_t structure) const;
-  std::string elastic_warning(std::size_t structure) const;   // empty: its concrete bears what the run found
+  std::string elastic_warning(std::size_t structure) const;  // empty: its concrete bears what the run found
   std::string against_algorithmic() const;
   std::string algorithmic_warning() const;
-  double least_kinetic() const;   // kinetic energy below which nothing moves that could be judged [J]
+  double least_kinetic() const;  // kinetic energy below which nothing moves that could be judged [J]
   std::vector<std::string> warnings(const nlohmann::ordered_json& formulas) const;
   nlohmann::ordered_json of_structures() const;
   nlohmann::ordered_json of_blocks() const;
@@ -144,15 +166,16 @@ class SummaryBuilder {
   Steps steps_;
   Taken taken_;
   std::vector<BlockTrack> blocks_;
-  std::vector<LastGround> ground_of_;     // empty without an edge
-  Raster ground_;                         // heights of the terrain, coarse
+  std::vector<LastGround> ground_of_;  // empty without an edge
+  Raster ground_;                      // heights of the terrain, coarse
   double lowest_ground_ = 0;
   std::vector<StructureTrack> structures_;
   std::vector<Impact> impacts_;
   std::vector<std::vector<Open>> open_of_;
   sim::LedgerRow first_, last_;
-  bool any_ = false, springs_ = false;   // a row was there; contacts held energy
-  double algorithmic_step_ = 0, algorithmic_from_ = 0, algorithmic_to_ = 0, ledger_time_ = 0;   // between which rows the scheme made or took most [J], [s]
+  bool any_ = false, springs_ = false;  // a row was there; contacts held energy
+  double algorithmic_step_ = 0, algorithmic_from_ = 0, algorithmic_to_ = 0,
+         ledger_time_ = 0;  // between which rows the scheme made or took most [J], [s]
   double time_ = 0, kinetic_peak_ = 0, residual_worst_ = 0, residual_worst_time_ = 0;
 };
 

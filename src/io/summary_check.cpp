@@ -21,24 +21,77 @@ struct Field {
   bool needed = true;
 };
 
-constexpr Field of_run[] = {{"title", Kind::text}, {"status", Kind::text}, {"message", Kind::text, false}, {"time", Kind::object}, {"headline", Kind::texts}, {"impacts", Kind::objects},
-                            {"formulas", Kind::objects, false}, {"structures", Kind::objects}, {"blocks", Kind::objects}, {"energy", Kind::object}, {"warnings", Kind::texts, false},
-                            {"counters", Kind::object, false}, {"audit", Kind::object, false}, {"confidence", Kind::objects, false}, {"plan", Kind::texts, false}};
+constexpr Field of_run[] = {{"title", Kind::text},
+                            {"status", Kind::text},
+                            {"message", Kind::text, false},
+                            {"time", Kind::object},
+                            {"headline", Kind::texts},
+                            {"impacts", Kind::objects},
+                            {"formulas", Kind::objects, false},
+                            {"structures", Kind::objects},
+                            {"blocks", Kind::objects},
+                            {"energy", Kind::object},
+                            {"warnings", Kind::texts, false},
+                            {"counters", Kind::object, false},
+                            {"audit", Kind::object, false},
+                            {"confidence", Kind::objects, false},
+                            {"plan", Kind::texts, false}};
 constexpr Field of_time[] = {{"end", Kind::number}, {"wall_seconds", Kind::number, false}};
 constexpr Field of_energy[] = {{"residual_relative", Kind::number}};
-constexpr Field of_impact[] = {{"structure", Kind::text}, {"block", Kind::text}, {"start", Kind::number}, {"end", Kind::number}, {"speed", Kind::number}, {"kinetic", Kind::number},
-                               {"kinetic_rotational", Kind::number, false}, {"point", Kind::vector}, {"impulse", Kind::vector}, {"peak_force", Kind::number}, {"peak_time", Kind::number},
-                               {"filtered_force", Kind::number, false}, {"mean_force", Kind::number}};
-constexpr Field of_structure[] = {{"name", Kind::text}, {"form", Kind::text, false}, {"loaded", Kind::flag, false}, {"hit", Kind::flag}, {"impulse", Kind::vector}, {"peak_force", Kind::number},
-                                  {"peak_base_force", Kind::number}, {"peak_base_shear", Kind::number, false}, {"peak_base_moment", Kind::number}, {"damage_max", Kind::number},
-                                  {"damaged_volume", Kind::number}, {"spalled_volume", Kind::number}, {"members", Kind::objects, false}, {"probes", Kind::objects}};
-constexpr Field of_member[] = {{"name", Kind::text}, {"axial_preload", Kind::number}, {"peak_shear", Kind::place}, {"peak_moment", Kind::place}, {"shear_utilisation_design", Kind::place},
-                               {"peak_drift", Kind::number}, {"crack_width_peak", Kind::number}, {"damage_class", Kind::number, false}};
-constexpr Field of_probe[] = {{"name", Kind::text}, {"peak_displacement", Kind::number}, {"peak_time", Kind::number}, {"final_displacement", Kind::vector}};
-constexpr Field of_block[] = {{"name", Kind::text}, {"mass", Kind::number}, {"volume", Kind::number}, {"fixed", Kind::flag}, {"fragment", Kind::flag}, {"start", Kind::vector, false},
-                              {"end", Kind::vector, false}, {"runout", Kind::number, false}, {"drop", Kind::number, false}, {"max_speed", Kind::number, false}, {"max_kinetic", Kind::number, false}};
-constexpr Field of_formula[] = {{"structure", Kind::text}, {"block", Kind::text}, {"name", Kind::text}, {"symbol", Kind::text}, {"kind", Kind::text}, {"value", Kind::number}, {"computed", Kind::number},
-                                {"equation", Kind::text}, {"inputs", Kind::text}, {"source", Kind::text}, {"status", Kind::text}, {"note", Kind::text}};
+constexpr Field of_impact[] = {{"structure", Kind::text},
+                               {"block", Kind::text},
+                               {"start", Kind::number},
+                               {"end", Kind::number},
+                               {"speed", Kind::number},
+                               {"kinetic", Kind::number},
+                               {"kinetic_rotational", Kind::number, false},
+                               {"point", Kind::vector},
+                               {"impulse", Kind::vector},
+                               {"peak_force", Kind::number},
+                               {"peak_time", Kind::number},
+                               {"filtered_force", Kind::number, false},
+                               {"mean_force", Kind::number}};
+constexpr Field of_structure[] = {{"name", Kind::text},
+                                  {"form", Kind::text, false},
+                                  {"loaded", Kind::flag, false},
+                                  {"hit", Kind::flag},
+                                  {"impulse", Kind::vector},
+                                  {"peak_force", Kind::number},
+                                  {"peak_base_force", Kind::number},
+                                  {"peak_base_shear", Kind::number, false},
+                                  {"peak_base_moment", Kind::number},
+                                  {"damage_max", Kind::number},
+                                  {"damaged_volume", Kind::number},
+                                  {"spalled_volume", Kind::number},
+                                  {"members", Kind::objects, false},
+                                  {"probes", Kind::objects}};
+constexpr Field of_member[] = {{"name", Kind::text},
+                               {"axial_preload", Kind::number},
+                               {"peak_shear", Kind::place},
+                               {"peak_moment", Kind::place},
+                               {"shear_utilisation_design", Kind::place},
+                               {"peak_drift", Kind::number},
+                               {"crack_width_peak", Kind::number},
+                               {"damage_class", Kind::number, false}};
+constexpr Field of_probe[] = {{"name", Kind::text},
+                              {"peak_displacement", Kind::number},
+                              {"peak_time", Kind::number},
+                              {"final_displacement", Kind::vector}};
+constexpr Field of_block[] = {{"name", Kind::text},
+                              {"mass", Kind::number},
+                              {"volume", Kind::number},
+                              {"fixed", Kind::flag},
+                              {"fragment", Kind::flag},
+                              {"start", Kind::vector, false},
+                              {"end", Kind::vector, false},
+                              {"runout", Kind::number, false},
+                              {"drop", Kind::number, false},
+                              {"max_speed", Kind::number, false},
+                              {"max_kinetic", Kind::number, false}};
+constexpr Field of_formula[] = {{"structure", Kind::text},  {"block", Kind::text},    {"name", Kind::text},
+                                {"symbol", Kind::text},     {"kind", Kind::text},     {"value", Kind::number},
+                                {"computed", Kind::number}, {"equation", Kind::text}, {"inputs", Kind::text},
+                                {"source", Kind::text},     {"status", Kind::text},   {"note", Kind::text}};
 constexpr Field of_confidence[] = {{"quantity", Kind::text}, {"level", Kind::text}, {"basis", Kind::text}};
 
 const char* name_of(Kind kind) {
@@ -57,9 +110,13 @@ const char* name_of(Kind kind) {
 
 bool is_number(const json& v) { return v.is_number() || v.is_null(); }
 
-bool is_list(const json& v, bool (*of)(const json&)) { return v.is_array() && std::all_of(v.begin(), v.end(), of); }
+bool is_list(const json& v, bool (*of)(const json&)) {
+  return v.is_array() && std::all_of(v.begin(), v.end(), of);
+}
 
-bool has_number(const json& table, const char* key) { return table.contains(key) && is_number(table.at(key)); }
+bool has_number(const json& table, const char* key) {
+  return table.contains(key) && is_number(table.at(key));
+}
 
 bool is_of(const json& v, Kind kind) {
   switch (kind) {
@@ -67,7 +124,9 @@ bool is_of(const json& v, Kind kind) {
     case Kind::number: return is_number(v);
     case Kind::flag: return v.is_boolean();
     case Kind::vector: return v.size() == 3 && is_list(v, is_number);
-    case Kind::place: return v.is_null() || (v.is_object() && has_number(v, "value") && has_number(v, "time") && has_number(v, "station"));
+    case Kind::place:
+      return v.is_null() ||
+             (v.is_object() && has_number(v, "value") && has_number(v, "time") && has_number(v, "station"));
     case Kind::texts: return is_list(v, [](const json& x) { return x.is_string(); });
     case Kind::object: return v.is_object();
     case Kind::objects: return is_list(v, [](const json& x) { return x.is_object(); });
@@ -89,14 +148,17 @@ class Check {
       }
     }
   }
-  void list(const json& of, const char* key, std::span<const Field> fields, const std::string& at = {}) const {
+  void list(const json& of, const char* key, std::span<const Field> fields,
+            const std::string& at = {}) const {
     if (!of.contains(key)) return;
-    for (std::size_t i = 0; i < of.at(key).size(); ++i) table(of.at(key)[i], fields, fmt::format("{}{}.{}", at, key, i));
+    for (std::size_t i = 0; i < of.at(key).size(); ++i)
+      table(of.at(key)[i], fields, fmt::format("{}{}.{}", at, key, i));
   }
 
  private:
   [[noreturn]] void refuse(const std::string& key, const std::string& rule) const {
-    throw bad_file(file_, key, rule + ": it is not as this program wrote it", "run the scene again, or bring back the file that the run wrote");
+    throw bad_file(file_, key, rule + ": it is not as this program wrote it",
+                   "run the scene again, or bring back the file that the run wrote");
   }
   const std::filesystem::path& file_;
 };

@@ -22,7 +22,11 @@ double dissipated(const sim::LedgerRow& l) { return l.dissipated(); }
 
 json of_stress(const StressPeak& p) {
   if (!(p.strength > 0 && p.value > p.strength)) return {};
-  return {{"value", p.value}, {"time", p.time}, {"at", vec(p.at)}, {"strength", p.strength}, {"share_beyond", p.share}};
+  return {{"value", p.value},
+          {"time", p.time},
+          {"at", vec(p.at)},
+          {"strength", p.strength},
+          {"share_beyond", p.share}};
 }
 
 json of_impacts(const sim::RunHeader& header, const std::vector<Impact>& list) {
@@ -77,12 +81,10 @@ json of_counters(const sim::RunCounters& c) {
 }
 
 json of_audit(const sim::InterfaceAudit& a) {
-  return {{"force_imbalance", a.worst_force_imbalance},
-          {"moment_imbalance", a.worst_moment_imbalance},
-          {"impulse_defect", a.impulse_defect},
-          {"work_on_blocks", a.work_on_blocks},
-          {"work_on_structure", a.work_on_structure},
-          {"impulse_on_structure", vec(a.impulse_on_structure)}};
+  return {
+      {"force_imbalance", a.worst_force_imbalance}, {"moment_imbalance", a.worst_moment_imbalance},
+      {"impulse_defect", a.impulse_defect},         {"work_on_blocks", a.work_on_blocks},
+      {"work_on_structure", a.work_on_structure},   {"impulse_on_structure", vec(a.impulse_on_structure)}};
 }
 
 json of_plan(const sim::RunHeader& header) {
@@ -95,7 +97,9 @@ json of_plan(const sim::RunHeader& header) {
       if (std::string line = s.plan.substr(at, end - at); !line.empty()) {
         if (!line.starts_with(s.name + ":")) line = s.name + ": " + line;
         // The run's own plan has most of them, indented.
-        const bool told = std::any_of(header.plan.begin(), header.plan.end(), [&](const std::string& l) { return l.ends_with(line) && l.find_first_not_of(' ') + line.size() == l.size(); });
+        const bool told = std::any_of(header.plan.begin(), header.plan.end(), [&](const std::string& l) {
+          return l.ends_with(line) && l.find_first_not_of(' ') + line.size() == l.size();
+        });
         if (!told) plan.push_back(std::move(line));
       }
       at = end + 1;
@@ -121,31 +125,36 @@ json SummaryBuilder::of_structures() const {
     const int by = loaded_through(i).structure;
     json members = json::array();
     for (const MemberTrack& m : s.members) members.push_back(m.summary());
-    structures.push_back({{"name", info.name},
-                          {"form", info.form},
-                          {"loaded", info.loaded},
-                          {"hit", std::any_of(impacts_.begin(), impacts_.end(), [&](const Impact& m) { return m.structure == static_cast<int>(i); })},
-                          {"loaded_through", by < 0 ? json() : json(header_.structures[static_cast<std::size_t>(by)].name)},
-                          {"impulse", vec(s.impulse)},
-                          {"peak_force", s.peak_force},
-                          {"peak_force_time", s.peak_force_time},
-                          {"peak_base_force", s.loads.force.value},
-                          {"peak_base_force_time", s.loads.force.time},
-                          {"peak_base_shear", s.loads.shear.value},
-                          {"peak_base_shear_time", s.loads.shear.time},
-                          {"peak_base_moment", s.loads.moment.value},
-                          {"peak_base_moment_time", s.loads.moment.time},
-                          {"peak_base_moment_at", s.loads.moment.value > 0 ? vec(s.loads.moment_at) : json()},
-                          {"peak_base_moment_member", s.loads.moment_member >= 0 && s.loads.moment_member < static_cast<int>(info.members.size()) ? json(info.members[static_cast<std::size_t>(s.loads.moment_member)].name) : json()},
-                          {"elastic_tension", of_stress(s.loads.tension)},
-                          {"elastic_compression", of_stress(s.loads.compression)},
-                          {"preload_force", vec(s.first_force)},
-                          {"preload_moment", vec(s.first_moment)},
-                          {"damage_max", s.damage},
-                          {"damaged_volume", s.damaged_volume},
-                          {"spalled_volume", s.spalled_volume},
-                          {"members", members},
-                          {"probes", probes}});
+    structures.push_back(
+        {{"name", info.name},
+         {"form", info.form},
+         {"loaded", info.loaded},
+         {"hit", std::any_of(impacts_.begin(), impacts_.end(),
+                             [&](const Impact& m) { return m.structure == static_cast<int>(i); })},
+         {"loaded_through", by < 0 ? json() : json(header_.structures[static_cast<std::size_t>(by)].name)},
+         {"impulse", vec(s.impulse)},
+         {"peak_force", s.peak_force},
+         {"peak_force_time", s.peak_force_time},
+         {"peak_base_force", s.loads.force.value},
+         {"peak_base_force_time", s.loads.force.time},
+         {"peak_base_shear", s.loads.shear.value},
+         {"peak_base_shear_time", s.loads.shear.time},
+         {"peak_base_moment", s.loads.moment.value},
+         {"peak_base_moment_time", s.loads.moment.time},
+         {"peak_base_moment_at", s.loads.moment.value > 0 ? vec(s.loads.moment_at) : json()},
+         {"peak_base_moment_member",
+          s.loads.moment_member >= 0 && s.loads.moment_member < static_cast<int>(info.members.size())
+              ? json(info.members[static_cast<std::size_t>(s.loads.moment_member)].name)
+              : json()},
+         {"elastic_tension", of_stress(s.loads.tension)},
+         {"elastic_compression", of_stress(s.loads.compression)},
+         {"preload_force", vec(s.first_force)},
+         {"preload_moment", vec(s.first_moment)},
+         {"damage_max", s.damage},
+         {"damaged_volume", s.damaged_volume},
+         {"spalled_volume", s.spalled_volume},
+         {"members", members},
+         {"probes", probes}});
   }
   return structures;
 }
@@ -155,7 +164,11 @@ json SummaryBuilder::of_blocks() const {
   for (std::size_t i = 0; i < blocks_.size(); ++i) {
     const BlockTrack& b = blocks_[i];
     const auto& info = header_.blocks[i];
-    json item = {{"name", info.name}, {"mass", info.mass}, {"volume", info.volume}, {"fixed", info.fixed}, {"fragment", info.fragment}};
+    json item = {{"name", info.name},
+                 {"mass", info.mass},
+                 {"volume", info.volume},
+                 {"fixed", info.fixed},
+                 {"fragment", info.fragment}};
     if (b.born) {
       item["start"] = vec(b.start);
       item["end"] = vec(b.end);
@@ -196,29 +209,50 @@ json SummaryBuilder::of_energy() const {
           {"residual_relative", kinetic_peak_ > 0 ? std::abs(residual_worst_) / scale : 0.0}};
 }
 
-/// How well each kind of number is known; a number without a comparison of its own is never better than extrapolated.
+/// How well each kind of number is known; a number without a comparison of its own is never better than
+/// extrapolated.
 json SummaryBuilder::of_confidence() const {
   const bool moved = kinetic_peak_ >= least_kinetic();
-  const auto share = [&](double part) { return kinetic_peak_ > 0 ? std::abs(part) / std::max(kinetic_peak_, least_kinetic()) : 0.0; };
+  const auto share = [&](double part) {
+    return kinetic_peak_ > 0 ? std::abs(part) / std::max(kinetic_peak_, least_kinetic()) : 0.0;
+  };
   json confidence = json::array();
   const auto say = [&](const std::string& quantity, const char* level, std::string basis) {
     confidence.push_back({{"quantity", quantity}, {"level", level}, {"basis", std::move(basis)}});
   };
   say("energy and momentum ledger", "verified",
-      fmt::format("every loss is booked where it occurs; of {} the worst residual of this run is {:.2g}, and the scheme itself {} {:.2g}",
-                  moved ? "the greatest kinetic energy" : "the kinetic energy of all blocks at 1 cm/s, which none reached,", share(residual_worst_),
-                  last_.by_the_scheme() < 0 ? "made" : "took", share(last_.by_the_scheme())));
+      fmt::format("every loss is booked where it occurs; of {} the worst residual of this run is {:.2g}, and "
+                  "the scheme itself {} {:.2g}",
+                  moved ? "the greatest kinetic energy"
+                        : "the kinetic energy of all blocks at 1 cm/s, which none reached,",
+                  share(residual_worst_), last_.by_the_scheme() < 0 ? "made" : "took",
+                  share(last_.by_the_scheme())));
   if (steps_ == Steps::scheme_1988)
-    say("motion of blocks for the given terrain and contact parameters", "extrapolated", "the scheme of 1988: how far blocks rebound, turn and creep depends on its step and its springs (docs/theory/dda-1988.md)");
-  else say("motion of blocks for the given terrain and contact parameters", "verified", "closed forms of flight, sliding, rolling and toppling (talus verify dda)");
-  say("run-out and deposits on the real slope", "extrapolated", "depend on roughness and parameters that were not calibrated for this site");
+    say("motion of blocks for the given terrain and contact parameters", "extrapolated",
+        "the scheme of 1988: how far blocks rebound, turn and creep depends on its step and its springs "
+        "(docs/theory/dda-1988.md)");
+  else
+    say("motion of blocks for the given terrain and contact parameters", "verified",
+        "closed forms of flight, sliding, rolling and toppling (talus verify dda)");
+  say("run-out and deposits on the real slope", "extrapolated",
+      "depend on roughness and parameters that were not calibrated for this site");
   if (!structures_.empty()) {
     switch (taken_) {
-      case Taken::both_ways: say("impulse and momentum passed to the structure", "verified", "closed forms of impacts (talus verify coupling); in this run force and moment on blocks and on nodes were compared in each step (audit)"); break;
-      case Taken::one_way:
-        say("impulse and momentum passed to the structure", "extrapolated", "blocks struck its undeformed skin as a fixed surface, their forces were put on it (coupling.scheme = \"one-way\"): it takes them in full, and did not give way to them");
+      case Taken::both_ways:
+        say("impulse and momentum passed to the structure", "verified",
+            "closed forms of impacts (talus verify coupling); in this run force and moment on blocks and on "
+            "nodes were compared in each step (audit)");
         break;
-      case Taken::nothing: say("forces and impulses on the structure", "extrapolated", "a fixed surface that nothing passes to and that does not respond (coupling.scheme = \"rigid\"); only what blocks do to it is told"); break;
+      case Taken::one_way:
+        say("impulse and momentum passed to the structure", "extrapolated",
+            "blocks struck its undeformed skin as a fixed surface, their forces were put on it "
+            "(coupling.scheme = \"one-way\"): it takes them in full, and did not give way to them");
+        break;
+      case Taken::nothing:
+        say("forces and impulses on the structure", "extrapolated",
+            "a fixed surface that nothing passes to and that does not respond (coupling.scheme = \"rigid\"); "
+            "only what blocks do to it is told");
+        break;
     }
     if (taken_ == Taken::nothing) return confidence;
     // Closed forms are of sound structures: what has cracked carries by its cells and its law.
@@ -226,15 +260,27 @@ json SummaryBuilder::of_confidence() const {
     std::size_t count = 0;
     for (std::size_t i = 0; i < structures_.size(); ++i)
       if (structures_[i].damage > 0) cracked += (count++ > 0 ? ", " : "") + header_.structures[i].name;
-    if (count < structures_.size()) say(count == 0 ? "elastic response, base forces, displacement" : "elastic response, base forces, displacement of structures without a crack", "verified", "beam and wave solutions (talus verify fem)");
+    if (count < structures_.size())
+      say(count == 0 ? "elastic response, base forces, displacement"
+                     : "elastic response, base forces, displacement of structures without a crack",
+          "verified", "beam and wave solutions (talus verify fem)");
     if (count > 0)
-      say(fmt::format("base forces, section forces, displacement of what cracked ({})", cracked), "extrapolated",
-          "no closed form: they depend on the size of the cells and on the damage law; of a 2 m pier that breaks, base force, base moment and drift differed by 34 to 39 % between cells of 0.5 and 0.33 m. Run it "
+      say(fmt::format("base forces, section forces, displacement of what cracked ({})", cracked),
+          "extrapolated",
+          "no closed form: they depend on the size of the cells and on the damage law; of a 2 m pier that "
+          "breaks, base force, base moment and drift differed by 34 to 39 % between cells of 0.5 and 0.33 m. "
+          "Run it "
           "again with finer cells and state what both tell");
-    say("peak contact force", "extrapolated", "low-passed at 300 Hz; a single sub-step's force grows with finer cells and a stiffer contact; compare with the design formulas");
-    bool computed = false;   // damage
-    for (std::size_t i = 0; i < structures_.size(); ++i) computed = computed || (header_.structures[i].f_cm > 0 && !elastic(i));
-    if (computed) say("damage", "extrapolated", "material law calibrated on standard tests, not on this structure; where and how much depends on the size of the cells");
+    say("peak contact force", "extrapolated",
+        "low-passed at 300 Hz; a single sub-step's force grows with finer cells and a stiffer contact; "
+        "compare with the design formulas");
+    bool computed = false;  // damage
+    for (std::size_t i = 0; i < structures_.size(); ++i)
+      computed = computed || (header_.structures[i].f_cm > 0 && !elastic(i));
+    if (computed)
+      say("damage", "extrapolated",
+          "material law calibrated on standard tests, not on this structure; where and how much depends on "
+          "the size of the cells");
   }
   return confidence;
 }
@@ -246,16 +292,17 @@ std::string SummaryBuilder::text(const Outcome* outcome) {
       close_step(open);
       open.force = force;  // the step may still grow
     }
-  for (Impact& m : impacts_)
-    m.filtered_force = std::max(m.filtered_force, m.force.filtered_peak());
+  for (Impact& m : impacts_) m.filtered_force = std::max(m.filtered_force, m.force.filtered_peak());
   for (StructureTrack& s : structures_) {
     const Vec3 force = s.step_force;
     close_step(s);
     s.step_force = force;
   }
   for (std::size_t i = 0; i < structures_.size(); ++i) {
-    const double late = 0.9 * time_;   // a residual drift is the mean from here on
-    for (MemberTrack& m : structures_[i].members) m.set_under_load(structures_[i].last_contact > late || (header_.structures[i].loaded && header_.structures[i].load_until > late));
+    const double late = 0.9 * time_;  // a residual drift is the mean from here on
+    for (MemberTrack& m : structures_[i].members)
+      m.set_under_load(structures_[i].last_contact > late ||
+                       (header_.structures[i].loaded && header_.structures[i].load_until > late));
   }
 
   json j;

@@ -1,4 +1,5 @@
-/// Fields for ParaView: `.vtu` files (raw appended, little-endian) and the `.pvd` that gives each its true time.
+/// Fields for ParaView: `.vtu` files (raw appended, little-endian) and the `.pvd` that gives each its true
+/// time.
 #pragma once
 #include <filesystem>
 #include <span>
@@ -9,12 +10,13 @@
 
 namespace talus::io {
 
-/// Blocks as polyhedra at their poses. Cell data: block (index), displacement, velocity, speed, kinetic_energy; `row` may be null.
-/// Blocks beyond poses.size() are not there yet.
-void write_blocks_vtu(const std::filesystem::path& path, std::span<const sim::RunHeader::BlockInfo> blocks, std::span<const Pose> poses,
-                      std::span<const Vec3> start, const sim::HistoryRow* row);
+/// Blocks as polyhedra at their poses. Cell data: block (index), displacement, velocity, speed,
+/// kinetic_energy; `row` may be null. Blocks beyond poses.size() are not there yet.
+void write_blocks_vtu(const std::filesystem::path& path, std::span<const sim::RunHeader::BlockInfo> blocks,
+                      std::span<const Pose> poses, std::span<const Vec3> start, const sim::HistoryRow* row);
 
-/// Live hexahedra with nodal displacement and velocity, cell damage and stress; reinforcement as line cells of their own file.
+/// Live hexahedra with nodal displacement and velocity, cell damage and stress; reinforcement as line cells
+/// of their own file.
 void write_structure_vtu(const std::filesystem::path& path, const Structure::Snapshot& snapshot);
 void write_bars_vtu(const std::filesystem::path& path, const Structure::Snapshot& snapshot);
 

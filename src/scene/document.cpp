@@ -75,7 +75,8 @@ std::string value_text(const Node& node) {
     if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
   if (text.size() > 64) {
     std::size_t cut = 60;
-    while (cut > 0 && (static_cast<unsigned char>(text[cut]) & 0xc0) == 0x80) --cut;  // never inside a UTF-8 letter
+    while (cut > 0 && (static_cast<unsigned char>(text[cut]) & 0xc0) == 0x80)
+      --cut;  // never inside a UTF-8 letter
     text.resize(cut);
     text += "...";
   }
@@ -93,12 +94,16 @@ std::string name_of(const Node& table) {
 
 /// The name of an entry without one, from its place in the list; empty where there are none such.
 std::string name_by_place(const std::string& list, std::size_t place) {
-  return list == "block" ? fmt::format("B{}", place + 1) : list == "structure" ? fmt::format("S{}", place + 1) : std::string();
+  return list == "block"       ? fmt::format("B{}", place + 1)
+         : list == "structure" ? fmt::format("S{}", place + 1)
+                               : std::string();
 }
 
 std::string name_in(const std::string& list, const Node& array, std::size_t place) {
   const Node& item = array.items[place];
-  return item.kind == Node::Kind::table && item.find("name") == nullptr && item.find("between") == nullptr ? name_by_place(list, place) : name_of(item);
+  return item.kind == Node::Kind::table && item.find("name") == nullptr && item.find("between") == nullptr
+             ? name_by_place(list, place)
+             : name_of(item);
 }
 
 /// Names may hold dots: the longest name that the rest of the key starts with.
@@ -146,7 +151,7 @@ void set_value(Node& root, const std::string& key, const std::string& value, std
     return;
   }
   Node* at = &root;
-  std::string rest = key, list;   // the list that the key is in
+  std::string rest = key, list;  // the list that the key is in
   while (true) {
     if (at->kind == Node::Kind::array) {
       std::size_t used = 0;
@@ -157,9 +162,13 @@ void set_value(Node& root, const std::string& key, const std::string& value, std
           if (std::string name = name_in(list, *at, i); !name.empty()) names.push_back(std::move(name));
         const std::string wanted = rest.substr(0, rest.find('.'));
         const std::string near = nearest_name(wanted, names);
-        if (item) fail("the key ends at a table", "add the key inside it, for example " + key + ".velocity");
-        else if (!near.empty()) fail(fmt::format("there is no \"{}\" here", wanted), fmt::format("did you mean \"{}\"?", near));
-        else fail(fmt::format("there is no \"{}\" here", wanted), "name one of the scene's, or its place from 0");
+        if (item)
+          fail("the key ends at a table", "add the key inside it, for example " + key + ".velocity");
+        else if (!near.empty())
+          fail(fmt::format("there is no \"{}\" here", wanted), fmt::format("did you mean \"{}\"?", near));
+        else
+          fail(fmt::format("there is no \"{}\" here", wanted),
+               "name one of the scene's, or its place from 0");
         return;
       }
       at = item;
@@ -175,8 +184,10 @@ void set_value(Node& root, const std::string& key, const std::string& value, std
     Node* child = at->find(part);
     if (dot == std::string::npos) {
       Node parsed = parse_toml_value(value, where.file);
-      if (child) *child = std::move(parsed);
-      else at->entries.push_back({part, where, std::move(parsed)});
+      if (child)
+        *child = std::move(parsed);
+      else
+        at->entries.push_back({part, where, std::move(parsed)});
       return;
     }
     if (!child) {

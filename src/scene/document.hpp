@@ -1,5 +1,5 @@
-/// A scene file as a tree of values that know where they stand. TOML and scene.resolved.json both become one of these;
-/// the parsers' own types stay in document_toml.cpp and document_json.cpp.
+/// A scene file as a tree of values that know where they stand. TOML and scene.resolved.json both become one
+/// of these; the parsers' own types stay in document_toml.cpp and document_json.cpp.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -12,7 +12,7 @@ namespace talus::scene {
 
 struct Where {
   std::string file;
-  int line = 0, column = 0;   // 1-based; 0 if unknown
+  int line = 0, column = 0;  // 1-based; 0 if unknown
 };
 
 struct Node {
@@ -22,12 +22,12 @@ struct Node {
   bool boolean = false;
   std::int64_t integer = 0;
   double number = 0;
-  std::string text;               // Kind::text, and the source text of Kind::other (dates)
-  std::vector<Node> items;        // Kind::array
-  std::vector<Entry> entries;     // Kind::table
+  std::string text;            // Kind::text, and the source text of Kind::other (dates)
+  std::vector<Node> items;     // Kind::array
+  std::vector<Entry> entries;  // Kind::table
   Where where;
-  std::string label;              // dotted key as the user would say it, "block.B1.size"; set by validate()
-  bool bad = false;               // validate() has reported it: nothing reads it any more
+  std::string label;  // dotted key as the user would say it, "block.B1.size"; set by validate()
+  bool bad = false;   // validate() has reported it: nothing reads it any more
 
   const Node* find(const std::string& key) const;
   Node* find(const std::string& key);
@@ -37,7 +37,7 @@ struct Node {
 
 struct Node::Entry {
   std::string key;
-  Where where;                    // of the key
+  Where where;  // of the key
   Node value;
 };
 
@@ -57,8 +57,8 @@ std::string toml_text(const Node& root);
 /// A value in one line, tables in braces.
 std::string inline_toml(const Node& value);
 
-/// Puts `value` at a dotted key. A part after an array of tables is the `name` of one of them, or its place (0 is the
-/// first); an interface is named by its two materials, "rock/slope".
+/// Puts `value` at a dotted key. A part after an array of tables is the `name` of one of them, or its place
+/// (0 is the first); an interface is named by its two materials, "rock/slope".
 void set_value(Node& root, const std::string& key, const std::string& value, std::vector<Problem>& problems);
 
 }  // namespace talus::scene

@@ -18,15 +18,17 @@ Node convert(const nlohmann::json& value, const std::string& file, int depth) {
     out.text = "nested too deeply";
   } else if (value.is_object()) {
     out.kind = Node::Kind::table;
-    for (const auto& [key, item] : value.items()) out.entries.push_back({key, out.where, convert(item, file, depth + 1)});
+    for (const auto& [key, item] : value.items())
+      out.entries.push_back({key, out.where, convert(item, file, depth + 1)});
   } else if (value.is_array()) {
     out.kind = Node::Kind::array;
     for (const auto& item : value) out.items.push_back(convert(item, file, depth + 1));
   } else if (value.is_string()) {
     out.kind = Node::Kind::text;
     out.text = value.get<std::string>();
-  } else if (value.is_number_float() || value.is_number_unsigned() ) {
-    // An unsigned value beyond the signed range is no count of anything: as a double it fails the range checks.
+  } else if (value.is_number_float() || value.is_number_unsigned()) {
+    // An unsigned value beyond the signed range is no count of anything: as a double it fails the range
+    // checks.
     if (value.is_number_unsigned() && value.get<std::uint64_t>() <= 0x7fffffffffffffffULL) {
       out.kind = Node::Kind::integer;
       out.integer = value.get<std::int64_t>();
@@ -73,7 +75,7 @@ Node parse_json(const std::string& text, const std::string& file, std::vector<Pr
     std::string why = error.what();
     if (const auto colon = why.find(": "); colon != std::string::npos) why = why.substr(colon + 2);
     problem.rule = "not JSON: " + why;
-  } catch (const nlohmann::json::exception& error) {   // a number beyond what a double holds
+  } catch (const nlohmann::json::exception& error) {  // a number beyond what a double holds
     const std::string why = error.what();
     problem.line = 1;
     problem.rule = "not JSON: " + why.substr(std::min(why.find("] ") + 2, why.size()));

@@ -3,15 +3,17 @@
 #include <sstream>
 #include <stdexcept>
 
-// The parser asserts, in a few places, what damaged text can break: there it must refuse the text, not end the program.
+// The parser asserts, in a few places, what damaged text can break: there it must refuse the text, not end
+// the program.
 namespace {
 [[noreturn]] void refuse_text() { throw std::runtime_error("the text cannot be understood"); }
 }  // namespace
-#undef NDEBUG   // with it, the conditions would become promises to the compiler
+#undef NDEBUG  // with it, the conditions would become promises to the compiler
 #define TOML_EXCEPTIONS 1
 #define TOML_ASSERT(condition) (static_cast<bool>(condition) ? static_cast<void>(0) : refuse_text())
 #include <toml++/impl/preprocessor.h>
-// Its tables of letters promise the compiler that no other letters of their ranges come: of those they must say no ("28°" without quotes is such a one).
+// Its tables of letters promise the compiler that no other letters of their ranges come: of those they must
+// say no ("28°" without quotes is such a one).
 #pragma push_macro("TOML_UNREACHABLE")
 #undef TOML_UNREACHABLE
 #define TOML_UNREACHABLE return false
@@ -71,7 +73,9 @@ Node parse_toml(const std::string& text, const std::string& file, std::vector<Pr
     problem.line = static_cast<int>(error.source().begin.line);
     problem.column = static_cast<int>(error.source().begin.column);
     problem.rule = fmt::format("not TOML: {}", error.description());
-    problem.remedy = "correct the syntax here (texts, and values with a unit, stand in quotes); the rest of the file was not read";
+    problem.remedy =
+        "correct the syntax here (texts, and values with a unit, stand in quotes); the rest of the file was "
+        "not read";
   } catch (const std::runtime_error& error) {
     problem.rule = fmt::format("not TOML: {}", error.what());
     problem.remedy = "look for a key or a bracket that is damaged";

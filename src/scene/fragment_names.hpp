@@ -6,8 +6,8 @@
 
 namespace talus::scene {
 
-/// The structure of which a piece may get this name; empty: none. A run that goes on from another (`initial_state`) may have blocks of the names
-/// that pieces had there, and numbers its own past them.
+/// The structure of which a piece may get this name; empty: none. A run that goes on from another
+/// (`initial_state`) may have blocks of the names that pieces had there, and numbers its own past them.
 std::string structure_of_fragment(const Scene& scene, const std::string& name);
 
 }  // namespace talus::scene

@@ -9,7 +9,8 @@ namespace talus::scene {
 const std::vector<Key>& keys() {
   static const std::vector<Key> table = [] {
     std::vector<Key> all;
-    for (auto part : {general_keys(), contact_keys(), block_keys(), rock_mass_keys(), structure_keys(), ensemble_keys()})
+    for (auto part :
+         {general_keys(), contact_keys(), block_keys(), rock_mass_keys(), structure_keys(), ensemble_keys()})
       all.insert(all.end(), std::make_move_iterator(part.begin()), std::make_move_iterator(part.end()));
     return all;
   }();

@@ -14,16 +14,16 @@
 namespace talus::scene {
 namespace {
 
-constexpr double least_density = 100, most_density = 20000;   // [kg/m^3] foam to tungsten
+constexpr double least_density = 100, most_density = 20000;  // [kg/m^3] foam to tungsten
 constexpr auto warning = Problem::Severity::warning;
 
 /// A stress or modulus far below what the key can mean is one in MPa or GPa, written without its unit.
 struct Usual {
   const char* key;
-  double least, most;       // what is beyond is hardly meant
-  double unit;              // that was probably left out
+  double least, most;  // what is beyond is hardly meant
+  double unit;         // that was probably left out
   const char* name;
-  const char* what;         // it is not
+  const char* what;  // it is not
 };
 constexpr Usual of_material[] = {
     {"young", 1e5, 2e12, 1e9, "GPa", "the modulus of no rock, concrete, steel or soil"},
@@ -51,9 +51,13 @@ void warn_of_unusual(const View& view, const Usual (&list)[N]) {
     const auto value = view.maybe(u.key);
     if (!value || !(*value > 0) || (*value >= u.least && *value <= u.most)) continue;
     const Dimension d = view.key_of(u.key).dimension;
-    const bool bare = view.get(u.key)->is_number() && *value < u.least && *value * u.unit >= u.least && *value * u.unit <= u.most;
-    view.problem(u.key, fmt::format("{:.4g} {} is {}", *value, unit_name(d), u.what),
-                 bare ? fmt::format("a bare number is in {}: did you mean \"{:g} {}\"?", unit_name(d), *value, u.name) : std::string("check the number and its unit"), warning);
+    const bool bare = view.get(u.key)->is_number() && *value < u.least && *value * u.unit >= u.least &&
+                      *value * u.unit <= u.most;
+    view.problem(
+        u.key, fmt::format("{:.4g} {} is {}", *value, unit_name(d), u.what),
+        bare ? fmt::format("a bare number is in {}: did you mean \"{:g} {}\"?", unit_name(d), *value, u.name)
+             : std::string("check the number and its unit"),
+        warning);
   }
 }
 
@@ -65,7 +69,8 @@ std::pair<double, double> section_and_length(const StructureSpec& spec) {
     return otherwise;
   };
   if (spec.kind == "column") return {std::min(spec.size.x(), spec.size.y()), spec.size.z()};
-  if (spec.kind == "viaduct") return {std::min(measure("pier_width", 1.5), measure("pier_depth", 1.5)), measure("pier_height", 10)};
+  if (spec.kind == "viaduct")
+    return {std::min(measure("pier_width", 1.5), measure("pier_depth", 1.5)), measure("pier_height", 10)};
   if (spec.kind == "box") return {spec.size.minCoeff(), spec.size.maxCoeff()};
   return {0, 0};
 }
@@ -75,17 +80,29 @@ void warn_of_unusual_bars(const View& rule, const StructureSpec& spec) {
   const auto [side, length] = section_and_length(spec);
   if (!(side > 0) || !(length > 0) || rule.text("part") != "pier") return;
   if (const auto spacing = rule.maybe("spacing"); spacing && rule.text("kind") == "stirrups") {
-    if (*spacing >= length) rule.problem("spacing", fmt::format("is longer than the member ({:.4g} m): it would have no stirrups", length), "check the unit: stirrups stand some 0.1 to 0.4 m apart");
-    else if (*spacing > side) rule.problem("spacing", fmt::format("is wider than the section's least side ({:.4g} m): such stirrups hold no bar and carry no shear", side), "check the unit: stirrups stand some 0.1 to 0.4 m apart", warning);
+    if (*spacing >= length)
+      rule.problem("spacing",
+                   fmt::format("is longer than the member ({:.4g} m): it would have no stirrups", length),
+                   "check the unit: stirrups stand some 0.1 to 0.4 m apart");
+    else if (*spacing > side)
+      rule.problem("spacing",
+                   fmt::format("is wider than the section's least side ({:.4g} m): such stirrups hold no bar "
+                               "and carry no shear",
+                               side),
+                   "check the unit: stirrups stand some 0.1 to 0.4 m apart", warning);
   }
   if (const auto cover = rule.maybe("cover"); cover && *cover > 0.25 * side && *cover < 0.5 * side)
-    rule.problem("cover", fmt::format("puts the bars deep within the section, of {:.4g} m: in bending they do little", side), "check the unit: concrete outside of bars is some 30 to 100 mm", warning);
+    rule.problem(
+        "cover",
+        fmt::format("puts the bars deep within the section, of {:.4g} m: in bending they do little", side),
+        "check the unit: concrete outside of bars is some 30 to 100 mm", warning);
 }
 
-/// Measures of structures beyond anything that is built: a number of millimetres or centimetres that was read as metres.
+/// Measures of structures beyond anything that is built: a number of millimetres or centimetres that was read
+/// as metres.
 struct Built {
   const char* key;
-  double most;              // beyond it nothing is built [m]
+  double most;  // beyond it nothing is built [m]
   const char* what;
 };
 constexpr Built of_structure[] = {
@@ -124,26 +141,41 @@ void refuse_what_nobody_builds(const View& view, const StructureSpec& spec) {
       if (const auto v = quantity_of(item, dimension::length, why)) values.push_back(*v);
       bare = bare && item.is_number();
     };
-    if (node->kind == Node::Kind::array) for (const Node& item : node->items) take(item);
-    else take(*node);
+    if (node->kind == Node::Kind::array)
+      for (const Node& item : node->items) take(item);
+    else
+      take(*node);
     const double most = values.empty() ? 0 : *std::max_element(values.begin(), values.end());
     if (!(most > b.most)) continue;
     view.problem(b.key, fmt::format("{}: {:.6g} m", b.what, most),
-                 bare ? fmt::format("a bare number is in m: did you mean \"{:g} mm\"?", most) : std::string("check the number and its unit"));
+                 bare ? fmt::format("a bare number is in m: did you mean \"{:g} mm\"?", most)
+                      : std::string("check the number and its unit"));
   }
-  if ((spec.kind == "box" || spec.kind == "column") && spec.cell_size > spec.size.maxCoeff() && spec.size.minCoeff() > 0 && view.get("cell_size"))
-    view.problem("cell_size", fmt::format("is larger than the structure, of {:.4g} x {:.4g} x {:.4g} m", spec.size.x(), spec.size.y(), spec.size.z()),
-                 view.get("cell_size")->is_number() ? fmt::format("a bare number is in m: did you mean \"{:g} mm\"?", spec.cell_size) : std::string("check its unit; some four to eight cells across the smallest section"), warning);
+  if ((spec.kind == "box" || spec.kind == "column") && spec.cell_size > spec.size.maxCoeff() &&
+      spec.size.minCoeff() > 0 && view.get("cell_size"))
+    view.problem("cell_size",
+                 fmt::format("is larger than the structure, of {:.4g} x {:.4g} x {:.4g} m", spec.size.x(),
+                             spec.size.y(), spec.size.z()),
+                 view.get("cell_size")->is_number()
+                     ? fmt::format("a bare number is in m: did you mean \"{:g} mm\"?", spec.cell_size)
+                     : std::string("check its unit; some four to eight cells across the smallest section"),
+                 warning);
 }
 
-/// Longitudinal bars lie within the stirrups where both have one cover; with less of it they run through them.
+/// Longitudinal bars lie within the stirrups where both have one cover; with less of it they run through
+/// them.
 void warn_of_bars_through_stirrups(const std::vector<View>& rules) {
   for (const View& bars : rules)
     for (const View& ties : rules) {
-      if (bars.text("kind") != "longitudinal" || ties.text("kind") != "stirrups" || bars.text("part") != ties.text("part")) continue;
+      if (bars.text("kind") != "longitudinal" || ties.text("kind") != "stirrups" ||
+          bars.text("part") != ties.text("part"))
+        continue;
       const auto inner = bars.maybe("cover"), outer = ties.maybe("cover");
       if (!inner || !outer || *inner > *outer - 1e-6) continue;
-      bars.problem("cover", fmt::format("is less than that of the stirrups, {:.4g} m: the bars would run through them", *outer), "give both the same: cover is the concrete outside of the stirrups", warning);
+      bars.problem(
+          "cover",
+          fmt::format("is less than that of the stirrups, {:.4g} m: the bars would run through them", *outer),
+          "give both the same: cover is the concrete outside of the stirrups", warning);
       break;
     }
 }
@@ -154,9 +186,12 @@ void warn_of_bare_angles(const Node& table, const std::string& path, const Readi
     const std::string below = path.empty() ? entry.key : path + "." + entry.key;
     const Key* key = find_key(below);
     const Node& node = entry.value;
-    const bool bare = key && key->type == Type::quantity && key->dimension == dimension::angle && !node.bad && node.is_number() && node.as_number() != 0;
+    const bool bare = key && key->type == Type::quantity && key->dimension == dimension::angle && !node.bad &&
+                      node.is_number() && node.as_number() != 0;
     const double degrees = node.as_number() * 180 / std::numbers::pi;
-    if (bare && node.kind == Node::Kind::number) in.scene.notes.push_back(fmt::format("{} = {}, a bare number in radians: {:.4g} deg.", node.label, value_text(node), degrees));
+    if (bare && node.kind == Node::Kind::number)
+      in.scene.notes.push_back(fmt::format("{} = {}, a bare number in radians: {:.4g} deg.", node.label,
+                                           value_text(node), degrees));
     if (bare && node.kind == Node::Kind::integer) {
       Problem p;
       p.severity = warning;
@@ -180,66 +215,89 @@ std::optional<double> size_of(const View& view, const char* key, const Dimension
   double square = 0;
   std::string why;
   for (const Node& item : node->items)
-    if (const auto v = quantity_of(item, d, why)) square += *v * *v;
-    else return {};
+    if (const auto v = quantity_of(item, d, why))
+      square += *v * *v;
+    else
+      return {};
   return std::sqrt(square);
 }
 
 bool all_bare(const View& view, const char* key) {
   const Node* node = view.get(key);
-  return std::all_of(node->items.begin(), node->items.end(), [](const Node& item) { return item.is_number(); });
+  return std::all_of(node->items.begin(), node->items.end(),
+                     [](const Node& item) { return item.is_number(); });
 }
 
 /// Motions and turns that no falling rock has: rocks were seen to reach some 60 m/s and 50 rad/s.
 void warn_of_unusual_motion(const View& block) {
-  constexpr double fastest = 150, wildest = 150;   // [m/s], [rad/s]
+  constexpr double fastest = 150, wildest = 150;  // [m/s], [rad/s]
   if (const auto v = size_of(block, "velocity", dimension::velocity); v && *v > fastest)
-    block.problem("velocity", fmt::format("{:.4g} m/s is faster than rocks fall", *v), "check the unit: a bare number is in m/s", warning);
+    block.problem("velocity", fmt::format("{:.4g} m/s is faster than rocks fall", *v),
+                  "check the unit: a bare number is in m/s", warning);
   if (const auto w = size_of(block, "spin", dimension::angular_velocity); w && *w > wildest)
-    block.problem("spin", fmt::format("{:.4g} rad/s is faster than rocks turn", *w), "check the unit: a bare number is in rad/s", warning);
+    block.problem("spin", fmt::format("{:.4g} rad/s is faster than rocks turn", *w),
+                  "check the unit: a bare number is in rad/s", warning);
   if (const auto given = block.table("orientation"))
-    if (const auto angle = size_of(*given, "rotation_vector", dimension::angle); angle && *angle > 2 * std::numbers::pi * (1 + 1e-9))
+    if (const auto angle = size_of(*given, "rotation_vector", dimension::angle);
+        angle && *angle > 2 * std::numbers::pi * (1 + 1e-9))
       given->problem("rotation_vector", fmt::format("turns by {:.4g} rad, more than once about", *angle),
-                     all_bare(*given, "rotation_vector") ? "bare numbers are in rad: write each with its unit, \"30 deg\"" : "check the unit", warning);
+                     all_bare(*given, "rotation_vector")
+                         ? "bare numbers are in rad: write each with its unit, \"30 deg\""
+                         : "check the unit",
+                     warning);
 }
 
 /// Time and gravity of a fall: seconds to minutes, on the earth.
 void warn_of_unusual_simulation(const View& view, const Simulation& s) {
-  constexpr double longest = 3600, far = 0.1;   // [s], [m] that a block falls in a step
+  constexpr double longest = 3600, far = 0.1;  // [s], [m] that a block falls in a step
   const double g = s.gravity.norm();
-  if (view.get("gravity") && s.gravity.z() > 0) view.problem("gravity", "points upwards", "z is up: write [0, 0, -9.81]", warning);
+  if (view.get("gravity") && s.gravity.z() > 0)
+    view.problem("gravity", "points upwards", "z is up: write [0, 0, -9.81]", warning);
   if (view.get("gravity") && g > 0 && (g < 1 || g > 30))
-    view.problem("gravity", fmt::format("{:.4g} m/s^2 is not that of the earth, 9.81 m/s^2", g), "check the number and its unit", warning);
+    view.problem("gravity", fmt::format("{:.4g} m/s^2 is not that of the earth, 9.81 m/s^2", g),
+                 "check the number and its unit", warning);
   if (s.step && 0.5 * g * *s.step * *s.step > far)
-    view.problem("step", fmt::format("a block falls {:.3g} m in one such step: it passes what it should strike", 0.5 * g * *s.step * *s.step),
-                 "check its unit; blocks of a metre take steps of some 1e-3 to 1e-4 s, or give accuracy in its place", warning);
+    view.problem(
+        "step",
+        fmt::format("a block falls {:.3g} m in one such step: it passes what it should strike",
+                    0.5 * g * *s.step * *s.step),
+        "check its unit; blocks of a metre take steps of some 1e-3 to 1e-4 s, or give accuracy in its place",
+        warning);
   if (s.duration > longest)
     view.problem("duration", fmt::format("is {:.3g} h: rocks fall for seconds to minutes", s.duration / 3600),
                  "check its unit; until = \"rest\" ends the run when all has come to rest", warning);
 }
 
-/// Names that differ by case only are different names here, and the same to a reader and to many file systems.
+/// Names that differ by case only are different names here, and the same to a reader and to many file
+/// systems.
 void warn_of_like_names(const View& root, const char* kind) {
   std::vector<std::pair<std::string, const View*>> lower;
   const std::vector<View> views = root.tables(kind);
   for (const View& view : views) {
     if (!view.get("name")) continue;
     std::string name = view.text("name");
-    std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    std::transform(name.begin(), name.end(), name.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     lower.emplace_back(std::move(name), &view);
   }
-  std::stable_sort(lower.begin(), lower.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::stable_sort(lower.begin(), lower.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
   for (std::size_t i = 1; i < lower.size(); ++i)
-    if (const std::string first = lower[i - 1].second->text("name"); lower[i].first == lower[i - 1].first && first != lower[i].second->text("name"))
-      lower[i].second->problem("name", fmt::format("differs from \"{}\" by case only: they are two {}s", first, kind), "rename one, or write both alike if one is meant", warning);
+    if (const std::string first = lower[i - 1].second->text("name");
+        lower[i].first == lower[i - 1].first && first != lower[i].second->text("name"))
+      lower[i].second->problem("name",
+                               fmt::format("differs from \"{}\" by case only: they are two {}s", first, kind),
+                               "rename one, or write both alike if one is meant", warning);
 }
 
 }  // namespace
 
 void warn_of_the_implausible(const Reading& in, const View& root) {
   for (const View& view : root.tables("material")) {
-    if (const auto density = view.maybe("density"); density && *density > 0 && (*density < least_density || *density > most_density))
-      view.problem("density", fmt::format("{:.4g} kg/m^3 is no rock, concrete or steel", *density), "check the unit: rock is about 2.6 t/m^3, or 2600 kg/m^3", warning);
+    if (const auto density = view.maybe("density");
+        density && *density > 0 && (*density < least_density || *density > most_density))
+      view.problem("density", fmt::format("{:.4g} kg/m^3 is no rock, concrete or steel", *density),
+                   "check the unit: rock is about 2.6 t/m^3, or 2600 kg/m^3", warning);
     warn_of_unusual(view, of_material);
   }
   for (const View& view : root.tables("interface")) warn_of_unusual(view, of_interface);
@@ -250,12 +308,15 @@ void warn_of_the_implausible(const Reading& in, const View& root) {
     refuse_what_nobody_builds(structures[i], in.scene.structures[i]);
     warn_of_bars_through_stirrups(structures[i].tables("rebar"));
     if (const auto ratio = structures[i].maybe("damping_ratio"); ratio && *ratio > 0.2 && *ratio < 1)
-      structures[i].problem("damping_ratio", fmt::format("{:.3g} % of critical damping has no concrete or steel", 100 * *ratio), "write 0.02 for 2 %; concrete has some 1 to 5 %", warning);
+      structures[i].problem(
+          "damping_ratio", fmt::format("{:.3g} % of critical damping has no concrete or steel", 100 * *ratio),
+          "write 0.02 for 2 %; concrete has some 1 to 5 %", warning);
     for (const View& rule : structures[i].tables("rebar")) warn_of_unusual_bars(rule, in.scene.structures[i]);
   }
   for (const char* kind : {"material", "block", "structure"}) warn_of_like_names(root, kind);
-  if (!root.has("resolved")) warn_of_bare_angles(root.node(), "", in);   // the program writes radians
-  if (const auto simulation = root.table("simulation")) warn_of_unusual_simulation(*simulation, in.scene.simulation);
+  if (!root.has("resolved")) warn_of_bare_angles(root.node(), "", in);  // the program writes radians
+  if (const auto simulation = root.table("simulation"))
+    warn_of_unusual_simulation(*simulation, in.scene.simulation);
   for (const View& view : root.tables("block")) warn_of_unusual_motion(view);
 }
 

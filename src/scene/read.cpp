@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::uintmax_t scene_size_limit = 64u << 20;   // a scene holds parameters, not meshes
+constexpr std::uintmax_t scene_size_limit = 64u << 20;  // a scene holds parameters, not meshes
 
 Problem whole_file(const std::string& path, std::string rule, std::string remedy) {
   Problem problem;
@@ -48,26 +48,39 @@ void read_simulation(Reading& in, const View& root) {
   s.step = view.maybe("step");
   s.initial_state = in.file(view, "initial_state");
   if (view.has("accuracy") && view.has("step"))
-    view.problem("step", "a fixed step and accuracy exclude each other", "remove one: accuracy lets the program choose the step, step fixes it");
+    view.problem("step", "a fixed step and accuracy exclude each other",
+                 "remove one: accuracy lets the program choose the step, step fixes it");
   if (s.method == Simulation::Method::dda1988) {
     view.missing("step", "method \"dda-1988\" works with a fixed step");
     if (view.has("accuracy") && !view.has("step"))
-      view.problem("accuracy", "method \"dda-1988\" has no error control", "remove accuracy and give a step, e.g. step = \"1e-4 s\"");
+      view.problem("accuracy", "method \"dda-1988\" has no error control",
+                   "remove accuracy and give a step, e.g. step = \"1e-4 s\"");
   } else if (!view.has("accuracy") && !view.has("step")) {
     s.accuracy = view.number("accuracy");
   }
-  constexpr double most_steps = 1e12;   // beyond, time plus a step is no longer a later time
-  if (s.step && *s.step * most_steps < s.duration) view.problem("step", fmt::format("makes more than {:g} steps of the duration", most_steps), "lengthen the step");
-  if (s.step && *s.step > s.duration) view.problem("step", "must not be longer than the duration", "shorten the step");
-  if (s.step && *s.step < s.min_step) view.problem("step", fmt::format("must not be shorter than min_step, {:g} s", s.min_step), "lengthen the step, or shorten min_step");
-  if (s.min_step > s.duration && view.get("duration") && view.has("min_step")) view.problem("min_step", fmt::format("must not be longer than the duration, {:g} s", s.duration), "shorten it");
+  constexpr double most_steps = 1e12;  // beyond, time plus a step is no longer a later time
+  if (s.step && *s.step * most_steps < s.duration)
+    view.problem("step", fmt::format("makes more than {:g} steps of the duration", most_steps),
+                 "lengthen the step");
+  if (s.step && *s.step > s.duration)
+    view.problem("step", "must not be longer than the duration", "shorten the step");
+  if (s.step && *s.step < s.min_step)
+    view.problem("step", fmt::format("must not be shorter than min_step, {:g} s", s.min_step),
+                 "lengthen the step, or shorten min_step");
+  if (s.min_step > s.duration && view.get("duration") && view.has("min_step"))
+    view.problem("min_step", fmt::format("must not be longer than the duration, {:g} s", s.duration),
+                 "shorten it");
 }
 
-/// The scheme of 1988 finds its contacts at fixed surfaces: what they do to a structure can be put on it, not the other way round.
+/// The scheme of 1988 finds its contacts at fixed surfaces: what they do to a structure can be put on it, not
+/// the other way round.
 void check_scheme(const Simulation& s, const Coupling& c, const View& view) {
   if (s.method == Simulation::Method::dda1988 && view.has("scheme") && c.scheme == Coupling::Scheme::two_way)
-    view.problem("scheme", "method \"dda-1988\" does not couple both ways: its blocks strike a structure's undeformed skin as a fixed surface",
-                 "take scheme = \"one-way\" (the structure feels their forces; what is taken if you leave scheme out), \"rigid\", or method \"talus\"");
+    view.problem("scheme",
+                 "method \"dda-1988\" does not couple both ways: its blocks strike a structure's undeformed "
+                 "skin as a fixed surface",
+                 "take scheme = \"one-way\" (the structure feels their forces; what is taken if you leave "
+                 "scheme out), \"rigid\", or method \"talus\"");
 }
 
 void read_coupling_and_output(Reading& in, const View& root) {
@@ -76,12 +89,15 @@ void read_coupling_and_output(Reading& in, const View& root) {
   if (const auto view = root.table("coupling")) {
     const std::string scheme = view->text("scheme");
     if (view->has("scheme") || in.scene.simulation.method == Simulation::Method::talus)
-      c.scheme = scheme == "one-way" ? Coupling::Scheme::one_way : scheme == "rigid" ? Coupling::Scheme::rigid : Coupling::Scheme::two_way;
+      c.scheme = scheme == "one-way" ? Coupling::Scheme::one_way
+                 : scheme == "rigid" ? Coupling::Scheme::rigid
+                                     : Coupling::Scheme::two_way;
     c.strict = view->text("audit") == "strict";
     check_scheme(in.scene.simulation, c, *view);
     c.exchanges_per_rise = static_cast<int>(view->integer("exchanges_per_rise"));
     c.fragments = view->flag("fragments");
-    if (!root.has("structure") && (view->has("scheme") || view->has("exchanges_per_rise") || view->has("fragments")))
+    if (!root.has("structure") &&
+        (view->has("scheme") || view->has("exchanges_per_rise") || view->has("fragments")))
       view->problem("", "there is no structure to couple", "remove [coupling], or add a [[structure]]");
   }
   Output& o = in.scene.output;
@@ -93,9 +109,14 @@ void read_coupling_and_output(Reading& in, const View& root) {
     constexpr double most_rows = 1e8, most_frames = 1e6;
     const double duration = in.scene.simulation.duration;
     if (o.history_interval * most_rows < duration)
-      view->problem("history_interval", fmt::format("makes more than {:g} rows of the duration of {:g} s", most_rows, duration), "lengthen it, or shorten the duration");
+      view->problem("history_interval",
+                    fmt::format("makes more than {:g} rows of the duration of {:g} s", most_rows, duration),
+                    "lengthen it, or shorten the duration");
     if (o.interval * most_frames < duration)
-      view->problem("interval", fmt::format("makes more than {:g} frames of the duration of {:g} s", most_frames, duration), "lengthen it, or shorten the duration");
+      view->problem(
+          "interval",
+          fmt::format("makes more than {:g} frames of the duration of {:g} s", most_frames, duration),
+          "lengthen it, or shorten the duration");
   }
 }
 
@@ -109,19 +130,25 @@ void read_resolved_header(Reading& in, const View& root) {
 
 void refuse_names_of_fragments(const Scene& s, const View& root) {
   const auto taken = [&](const View& view, const char* key, const std::string& name) {
-    if (const std::string structure = structure_of_fragment(s, name); !structure.empty()) view.problem(key, fragment_name_rule(structure), fragment_name_remedy);
+    if (const std::string structure = structure_of_fragment(s, name); !structure.empty())
+      view.problem(key, fragment_name_rule(structure), fragment_name_remedy);
   };
   const std::vector<View> blocks = root.tables("block");
   for (std::size_t i = 0; i < blocks.size() && i < s.blocks.size(); ++i)
     if (!s.blocks[i].release) taken(blocks[i], "name", s.blocks[i].name);
-  if (const auto mass = root.table("rock_mass"); mass && s.rock_mass && s.rock_mass->blocks.empty()) taken(*mass, "prefix", s.rock_mass->block_prefix + "1");
+  if (const auto mass = root.table("rock_mass"); mass && s.rock_mass && s.rock_mass->blocks.empty())
+    taken(*mass, "prefix", s.rock_mass->block_prefix + "1");
 }
 
 }  // namespace
 
 std::string structure_of_fragment(const Scene& s, const std::string& name) {
-  if (!s.coupling.fragments || s.coupling.scheme != Coupling::Scheme::two_way || !s.simulation.initial_state.empty()) return {};
-  const auto found = std::find_if(s.structures.begin(), s.structures.end(), [&](const StructureSpec& structure) { return is_fragment_name(name, structure.name); });
+  if (!s.coupling.fragments || s.coupling.scheme != Coupling::Scheme::two_way ||
+      !s.simulation.initial_state.empty())
+    return {};
+  const auto found =
+      std::find_if(s.structures.begin(), s.structures.end(),
+                   [&](const StructureSpec& structure) { return is_fragment_name(name, structure.name); });
   return found == s.structures.end() ? std::string() : found->name;
 }
 
@@ -132,7 +159,8 @@ int Reading::material(const View& view, const std::string& key, bool surface) {
   }
   const std::string name = view.text(key);
   if (const auto found = material_index.find(name); found != material_index.end()) return found->second;
-  // A surface needs no density: that an interface names its material, or "*" stands for it, is enough. A slip of the pen is not.
+  // A surface needs no density: that an interface names its material, or "*" stands for it, is enough. A slip
+  // of the pen is not.
   const auto covered = [&] {
     if (interface_name.count(name) > 0) return true;
     if (!interface_wildcard) return false;
@@ -154,7 +182,11 @@ int Reading::material(const View& view, const std::string& key, bool surface) {
   for (const Material& m : scene.materials) known.push_back(m.name);
   const std::string near = nearest_name(name, known);
   names_good = false;
-  view.problem(key, "there is no such material", near.empty() ? fmt::format("add a [[material]] with name = \"{}\", or, of ground that only needs laws of contact, name it in an [[interface]]", name) : fmt::format("did you mean \"{}\"?", near));
+  view.problem(key, "there is no such material",
+               near.empty() ? fmt::format("add a [[material]] with name = \"{}\", or, of ground that only "
+                                          "needs laws of contact, name it in an [[interface]]",
+                                          name)
+                            : fmt::format("did you mean \"{}\"?", near));
   return 0;
 }
 
@@ -165,14 +197,16 @@ std::string Reading::file(const View& view, const std::string& key, bool inlined
   std::error_code error;
   const auto status = fs::status(path, error);
   if (!fs::exists(status)) {
-    view.problem(key, fmt::format("there is no file {}", path.string()), "paths are relative to the scene file; correct the name or put the file there");
+    view.problem(key, fmt::format("there is no file {}", path.string()),
+                 "paths are relative to the scene file; correct the name or put the file there");
     return {};
   }
   if (!fs::is_regular_file(status)) {
     view.problem(key, fmt::format("{} is not a file", path.string()), "name a file");
     return {};
   }
-  const auto booked = std::find_if(scene.files.begin(), scene.files.end(), [&](const auto& f) { return f.first == path.string(); });
+  const auto booked = std::find_if(scene.files.begin(), scene.files.end(),
+                                   [&](const auto& f) { return f.first == path.string(); });
   if (booked == scene.files.end() && !inlined) {
     const auto known = [&]() -> const std::string* {
       if (known_files)
@@ -185,14 +219,17 @@ std::string Reading::file(const View& view, const std::string& key, bool inlined
       view.problem(key, fmt::format("{} cannot be read", path.string()), "check its permissions");
       return {};
     }
-    if (const auto expected = expected_hash.find(path.string()); expected != expected_hash.end() && expected->second != hash)
-      view.problem(key, "the file has changed since the scene was resolved (its SHA-256 differs)", "run the original scene, or bring the file back");
+    if (const auto expected = expected_hash.find(path.string());
+        expected != expected_hash.end() && expected->second != hash)
+      view.problem(key, "the file has changed since the scene was resolved (its SHA-256 differs)",
+                   "run the original scene, or bring the file back");
     scene.files.emplace_back(path.string(), hash);
   }
   return path.string();
 }
 
-std::string Reading::name(const View& view, const std::string& key, const std::string& otherwise, std::map<std::string, int>& taken) {
+std::string Reading::name(const View& view, const std::string& key, const std::string& otherwise,
+                          std::map<std::string, int>& taken) {
   const std::string name = view.has(key) ? view.text(key) : otherwise;
   if (view.has(key) && !view.get(key)) return otherwise;
   if (!is_name(name)) {
@@ -200,15 +237,19 @@ std::string Reading::name(const View& view, const std::string& key, const std::s
     return name;
   }
   if (!taken.emplace(name, static_cast<int>(taken.size())).second) {
-    if (view.has(key)) view.problem(key, "the name is taken already", "names are unique: choose another one");
-    else view.problem("", fmt::format("the name \"{}\", given by place, is taken already", name), fmt::format("add {} = \"...\"", key));
+    if (view.has(key))
+      view.problem(key, "the name is taken already", "names are unique: choose another one");
+    else
+      view.problem("", fmt::format("the name \"{}\", given by place, is taken already", name),
+                   fmt::format("add {} = \"...\"", key));
   }
   return name;
 }
 
 namespace {
 
-Node parse_scene(const std::string& text, const std::string& path, const Overrides& overrides, std::vector<Problem>& problems) {
+Node parse_scene(const std::string& text, const std::string& path, const Overrides& overrides,
+                 std::vector<Problem>& problems) {
   const auto first = text.find_first_not_of(" \t\r\n");
   const bool json = first != std::string::npos && text[first] == '{';
   Node root = json ? parse_json(text, path, problems) : parse_toml(text, path, problems);
@@ -217,9 +258,11 @@ Node parse_scene(const std::string& text, const std::string& path, const Overrid
   for (const auto& [key, value] : overrides) {
     set_value(root, key, value, problems);
     // An override chooses between the two ways to fix the step, whatever the file chose.
-    if (Node* simulation = root.find("simulation"); simulation && (key == "simulation.step" || key == "simulation.accuracy")) {
+    if (Node* simulation = root.find("simulation");
+        simulation && (key == "simulation.step" || key == "simulation.accuracy")) {
       const std::string other = key == "simulation.step" ? "accuracy" : "step";
-      const bool set_too = std::any_of(overrides.begin(), overrides.end(), [&](const auto& o) { return o.first == "simulation." + other; });
+      const bool set_too = std::any_of(overrides.begin(), overrides.end(),
+                                       [&](const auto& o) { return o.first == "simulation." + other; });
       if (!set_too) std::erase_if(simulation->entries, [&](const Node::Entry& e) { return e.key == other; });
     }
   }
@@ -240,7 +283,8 @@ void leave_out(Node& root) {
 }
 
 /// `known`: files whose hashes are known.
-Scene read_tree(Node root, const std::string& path, std::vector<Problem> problems, const std::vector<std::pair<std::string, std::string>>* known, bool resolve) {
+Scene read_tree(Node root, const std::string& path, std::vector<Problem> problems,
+                const std::vector<std::pair<std::string, std::string>>* known, bool resolve) {
   Scene scene;
   validate(root, problems);
   leave_out(root);
@@ -264,18 +308,24 @@ Scene read_tree(Node root, const std::string& path, std::vector<Problem> problem
   read_coupling_and_output(in, view);
   read_interfaces(in, view);
   refuse_names_of_fragments(scene, view);
-  if (scene.blocks.empty() && !view.has("rock_mass") && scene.structures.empty() && problems.empty())   // `block = []` is none
-    view.problem("", "the scene has no block, no rock mass and no structure", "add a [[block]]: see docs/scene.md");
+  if (scene.blocks.empty() && !view.has("rock_mass") && scene.structures.empty() &&
+      problems.empty())  // `block = []` is none
+    view.problem("", "the scene has no block, no rock mass and no structure",
+                 "add a [[block]]: see docs/scene.md");
 
-  const bool blocks_move = view.has("rock_mass") || std::any_of(scene.blocks.begin(), scene.blocks.end(), [](const Block& b) { return !b.fixed; });
+  const bool blocks_move = view.has("rock_mass") || std::any_of(scene.blocks.begin(), scene.blocks.end(),
+                                                                [](const Block& b) { return !b.fixed; });
   if (scene.simulation.until_rest && scene.simulation.gravity.isZero(0) && blocks_move)
-    view.table("simulation")->problem("until", "nothing makes a block come to rest without gravity", "leave until out: the run ends with its duration");
+    view.table("simulation")
+        ->problem("until", "nothing makes a block come to rest without gravity",
+                  "leave until out: the run ends with its duration");
   warn_of_the_implausible(in, view);
 
   std::stable_sort(problems.begin(), problems.end(), [](const Problem& a, const Problem& b) {
     return std::pair(a.line, a.column) < std::pair(b.line, b.column);
   });
-  const bool failed = std::any_of(problems.begin(), problems.end(), [](const Problem& p) { return p.severity == Problem::Severity::error; });
+  const bool failed = std::any_of(problems.begin(), problems.end(),
+                                  [](const Problem& p) { return p.severity == Problem::Severity::error; });
   if (failed) throw InputError(problems);
   scene.warnings = std::move(problems);
   if (resolve) scene.resolved_json = resolved_json(scene);
@@ -297,10 +347,17 @@ namespace {
 std::string scene_text(const std::string& path) {
   std::error_code error;
   const auto status = fs::status(path, error);
-  if (!fs::exists(status)) throw InputError(whole_file(path, "there is no such file", "give the path of a scene file (TOML)"));
-  if (fs::is_directory(status)) throw InputError(whole_file(path, "is a directory", "name the scene file in it, e.g. " + (fs::path(path) / "scene.toml").string()));
-  if (!fs::is_regular_file(status)) throw InputError(whole_file(path, "is not a file", "give the path of a scene file (TOML)"));
-  if (fs::file_size(path, error) > scene_size_limit) throw InputError(whole_file(path, "is larger than 64 MiB", "a scene file holds parameters; meshes stay in files of their own"));
+  if (!fs::exists(status))
+    throw InputError(whole_file(path, "there is no such file", "give the path of a scene file (TOML)"));
+  if (fs::is_directory(status))
+    throw InputError(
+        whole_file(path, "is a directory",
+                   "name the scene file in it, e.g. " + (fs::path(path) / "scene.toml").string()));
+  if (!fs::is_regular_file(status))
+    throw InputError(whole_file(path, "is not a file", "give the path of a scene file (TOML)"));
+  if (fs::file_size(path, error) > scene_size_limit)
+    throw InputError(whole_file(path, "is larger than 64 MiB",
+                                "a scene file holds parameters; meshes stay in files of their own"));
   std::ifstream stream(path, std::ios::binary);
   std::ostringstream text;
   text << stream.rdbuf();
@@ -314,37 +371,46 @@ void make_absolute(Node& node, const std::string& path, const std::string& direc
   for (Node::Entry& entry : node.entries) {
     const std::string below = path.empty() ? entry.key : path + "." + entry.key;
     const Key* key = find_key(below);
-    if (key && (key->type == Type::path || key->type == Type::path_or_tables) && entry.value.kind == Node::Kind::text)
+    if (key && (key->type == Type::path || key->type == Type::path_or_tables) &&
+        entry.value.kind == Node::Kind::text)
       entry.value.text = (fs::path(directory) / entry.value.text).lexically_normal().string();
-    else make_absolute(entry.value, below, directory);
+    else
+      make_absolute(entry.value, below, directory);
   }
 }
 
 /// In the order in which the parser gives them, also those that were set later: a scene has one text.
 void sort_keys(Node& node) {
   for (Node& item : node.items) sort_keys(item);
-  std::sort(node.entries.begin(), node.entries.end(), [](const Node::Entry& a, const Node::Entry& b) { return a.key < b.key; });
+  std::sort(node.entries.begin(), node.entries.end(),
+            [](const Node::Entry& a, const Node::Entry& b) { return a.key < b.key; });
   for (Node::Entry& entry : node.entries) sort_keys(entry.value);
 }
 
 }  // namespace
 
-Scene read_scene(const std::string& path, const Overrides& overrides) { return read_scene_text(scene_text(path), path, overrides); }
+Scene read_scene(const std::string& path, const Overrides& overrides) {
+  return read_scene_text(scene_text(path), path, overrides);
+}
 
 Template::Template(const std::string& path, const Overrides& overrides) : path_(path) {
   std::vector<Problem> problems;
   root_ = parse_scene(scene_text(path), path, overrides, problems);
   if (!problems.empty()) throw InputError(problems);
-  // What is drawn may be missing from the scene, which is whole only with the first member's values: [ensemble] and [[line]] are read by themselves.
+  // What is drawn may be missing from the scene, which is whole only with the first member's values:
+  // [ensemble] and [[line]] are read by themselves.
   Node part;
   part.kind = Node::Kind::table;
   part.where = root_.where;
   for (const Node::Entry& entry : root_.entries)
-    if (entry.key == "schema" || entry.key == "ensemble" || entry.key == "line") part.entries.push_back(entry);
+    if (entry.key == "schema" || entry.key == "ensemble" || entry.key == "line")
+      part.entries.push_back(entry);
   validate(part, problems);
   std::error_code error;
   Scene scene;
-  Reading in{scene, problems, fs::absolute(path, error).lexically_normal().parent_path().string(), {}, {}, true, {}, {}, nullptr};
+  Reading in{scene, problems, fs::absolute(path, error).lexically_normal().parent_path().string(),
+             {},    {},       true,
+             {},    {},       nullptr};
   read_ensemble(in, View(part, "", problems));
   if (!problems.empty()) throw InputError(problems);
   ensemble_ = std::move(scene.ensemble);
@@ -360,7 +426,9 @@ Node Template::changed(const Overrides& values) const {
   return root;
 }
 
-Scene Template::scene(const Overrides& values) const { return read_tree(changed(values), path_, {}, &files_, false); }
+Scene Template::scene(const Overrides& values) const {
+  return read_tree(changed(values), path_, {}, &files_, false);
+}
 
 std::string Template::toml(const Overrides& values) const {
   Node root = changed(values);

@@ -32,7 +32,8 @@ bool crosses_itself(const std::vector<Vec3>& p, const Vec3& n) {
   return false;
 }
 
-/// Unit vectors come back from scene.resolved.json with their bits kept: what is unit to rounding is not divided again.
+/// Unit vectors come back from scene.resolved.json with their bits kept: what is unit to rounding is not
+/// divided again.
 Vec3 unit(const Vec3& v) { return std::abs(v.squaredNorm() - 1) > 1e-14 ? v.stableNormalized() : v; }
 
 bool deformable(const View& view, const Scene& scene, int material, bool fixed) {
@@ -40,11 +41,15 @@ bool deformable(const View& view, const Scene& scene, int material, bool fixed) 
   const bool always = scene.simulation.method == Simulation::Method::dda1988;
   const auto given = view.maybe_flag("deformable");
   if ((given.value_or(false) || (always && !fixed)) && !soft && view.get("material"))
-    view.problem(given.value_or(false) ? "deformable" : "material",
-                 always ? "blocks of method \"dda-1988\" always deform, and the material has no young" : "a deformable block needs a material with young",
-                 "add young (and poisson) to the material" + std::string(always ? "" : ", or set deformable = false"));
+    view.problem(
+        given.value_or(false) ? "deformable" : "material",
+        always ? "blocks of method \"dda-1988\" always deform, and the material has no young"
+               : "a deformable block needs a material with young",
+        "add young (and poisson) to the material" + std::string(always ? "" : ", or set deformable = false"));
   if (always && given && !*given)
-    view.problem("deformable", "has no effect: blocks of method \"dda-1988\" always have 12 degrees of freedom", "remove it", Problem::Severity::warning);
+    view.problem("deformable",
+                 "has no effect: blocks of method \"dda-1988\" always have 12 degrees of freedom",
+                 "remove it", Problem::Severity::warning);
   if (always) return true;
   return given.value_or(soft);
 }
@@ -56,20 +61,26 @@ void read_materials(Reading& in, const View& root) {
   for (const View& view : root.tables("material")) {
     Material m;
     m.name = in.name(view, "name", "", taken);
-    m.f_cm = view.has("f_cm") && !view.get("f_cm") ? 30e6 : view.number("f_cm");   // a bad one is told of once
-    m.density = view.has("density") && !view.get("density") ? 2500 : view.maybe("density").value_or(m.f_cm > 0 ? 2450 : 0);
+    m.f_cm = view.has("f_cm") && !view.get("f_cm") ? 30e6 : view.number("f_cm");  // a bad one is told of once
+    m.density = view.has("density") && !view.get("density")
+                    ? 2500
+                    : view.maybe("density").value_or(m.f_cm > 0 ? 2450 : 0);
     m.young = view.has("young") && !view.get("young") ? 30e9 : view.number("young");
     m.poisson = view.maybe("poisson").value_or(m.f_cm > 0 ? 0.2 : 0.25);
     m.tensile_strength = view.number("tensile_strength");
     m.fracture_energy = view.number("fracture_energy");
-    if (const auto rough = view.table("roughness")) m.roughness = Material::Roughness{rough->number("amplitude"), rough->number("length"), static_cast<std::uint32_t>(rough->integer("seed"))};
+    if (const auto rough = view.table("roughness"))
+      m.roughness = Material::Roughness{rough->number("amplitude"), rough->number("length"),
+                                        static_cast<std::uint32_t>(rough->integer("seed"))};
     in.material_index.emplace(m.name, static_cast<int>(in.scene.materials.size()));
     in.scene.materials.push_back(m);
   }
   for (const View& view : root.tables("interface"))
     for (const std::string& name : view.texts("between")) {
-      if (name == "*") in.interface_wildcard = true;
-      else if (in.material_index.count(name) == 0) in.interface_name.emplace(name, 0);
+      if (name == "*")
+        in.interface_wildcard = true;
+      else if (in.material_index.count(name) == 0)
+        in.interface_name.emplace(name, 0);
     }
 }
 
@@ -77,14 +88,16 @@ namespace {
 
 /// A slope of plane faces from its crest downwards.
 void read_slope(const View& view, Site& site) {
-  for (const View& face : view.tables("face")) site.faces.push_back({face.number("dip"), face.number("length")});
+  for (const View& face : view.tables("face"))
+    site.faces.push_back({face.number("dip"), face.number("length")});
   if (site.faces.empty()) {
     for (const char* key : {"crest", "dip_direction", "width"})
       if (view.has(key)) view.problem(key, "only a slope of [[site.face]] has it", "add faces, or remove it");
     return;
   }
   for (const char* key : {"terrain", "breaklines"})
-    if (view.has(key)) view.problem("face", fmt::format("the terrain is given by {} already", key), "give one of them");
+    if (view.has(key))
+      view.problem("face", fmt::format("the terrain is given by {} already", key), "give one of them");
   view.missing("dip_direction");
   view.missing("width");
   site.crest = view.vector("crest");
@@ -101,8 +114,10 @@ void read_site(Reading& in, const View& root) {
     site.breaklines = in.file(*view, "breaklines");
     read_slope(*view, site);
     const auto areas = view->tables("area");
-    const bool in_parts = std::any_of(areas.begin(), areas.end(), [](const View& area) { return area.has("mesh"); });
-    if (!view->has("terrain") && !view->has("breaklines") && site.faces.empty() && !in_parts) view->missing("terrain", "or breaklines, face, or area.mesh");
+    const bool in_parts =
+        std::any_of(areas.begin(), areas.end(), [](const View& area) { return area.has("mesh"); });
+    if (!view->has("terrain") && !view->has("breaklines") && site.faces.empty() && !in_parts)
+      view->missing("terrain", "or breaklines, face, or area.mesh");
     site.up = view->text("up").empty() ? 'z' : view->text("up").front();
     site.material = in.material(*view, "material", true);
     site.two_sided = view->flag("two_sided");
@@ -114,21 +129,33 @@ void read_site(Reading& in, const View& root) {
       Vec3 low = crop->vector("min"), high = crop->vector("max");
       if (std::isnan(low.z())) low.z() = -1e9;
       if (std::isnan(high.z())) high.z() = 1e9;
-      if (crop->get("min") && crop->get("max") && !(low.array() < high.array()).all()) crop->problem("max", "must be greater than min in every direction", "swap the corners");
+      if (crop->get("min") && crop->get("max") && !(low.array() < high.array()).all())
+        crop->problem("max", "must be greater than min in every direction", "swap the corners");
       site.crop = Box3(low, high);
     }
     for (const View& area : areas) {
       const bool by_raster = area.has("raster");
       const int ways = area.has("polygon") + by_raster + area.has("part") + area.has("mesh");
-      if (ways > 1) area.problem(by_raster ? "raster" : area.has("part") ? "part" : "mesh", "the area is given twice", "give one of polygon, raster and value, part, mesh");
-      if (by_raster) area.missing("value", "the class of ground meant");
-      else if (ways == 0) area.missing("polygon", "or raster and value, part, mesh");
-      if (!by_raster && area.has("value")) area.problem("value", "only a raster has classes", "remove it, or give a raster");
-      if (area.has("part") && !view->has("terrain")) area.problem("part", "there is no terrain file that it could be a part of", "give site.terrain");
-      site.material_areas.push_back({in.file(area, "polygon"), in.file(area, "raster"), area.number("value"), in.material(area, "material", true), area.text("part"), in.file(area, "mesh")});
+      if (ways > 1)
+        area.problem(by_raster          ? "raster"
+                     : area.has("part") ? "part"
+                                        : "mesh",
+                     "the area is given twice", "give one of polygon, raster and value, part, mesh");
+      if (by_raster)
+        area.missing("value", "the class of ground meant");
+      else if (ways == 0)
+        area.missing("polygon", "or raster and value, part, mesh");
+      if (!by_raster && area.has("value"))
+        area.problem("value", "only a raster has classes", "remove it, or give a raster");
+      if (area.has("part") && !view->has("terrain"))
+        area.problem("part", "there is no terrain file that it could be a part of", "give site.terrain");
+      site.material_areas.push_back({in.file(area, "polygon"), in.file(area, "raster"), area.number("value"),
+                                     in.material(area, "material", true), area.text("part"),
+                                     in.file(area, "mesh")});
     }
     for (std::size_t m = 0; m < in.scene.materials.size(); ++m)
-      if (in.scene.materials[m].roughness) site.roughness.push_back({static_cast<int>(m), *in.scene.materials[m].roughness});
+      if (in.scene.materials[m].roughness)
+        site.roughness.push_back({static_cast<int>(m), *in.scene.materials[m].roughness});
     in.scene.site = site;
   }
   for (const View& view : root.tables("plane")) {
@@ -136,7 +163,8 @@ void read_site(Reading& in, const View& root) {
     plane.point = view.vector("point");
     plane.material = in.material(view, "material", true);
     const bool dips = view.has("dip_direction") || view.has("dip");
-    if (view.has("normal") && dips) view.problem("normal", "the plane is given twice", "give normal, or dip_direction and dip");
+    if (view.has("normal") && dips)
+      view.problem("normal", "the plane is given twice", "give normal, or dip_direction and dip");
     else if (dips) {
       view.missing("dip_direction");
       view.missing("dip");
@@ -144,8 +172,10 @@ void read_site(Reading& in, const View& root) {
     } else {
       view.missing("normal", "or dip_direction and dip");
       const auto normal = view.maybe_vector("normal");
-      if (normal && !(normal->stableNorm() > 0)) view.problem("normal", "must not be zero", "give the outward direction, e.g. [0, 0, 1]");
-      else if (normal) plane.normal = unit(*normal);
+      if (normal && !(normal->stableNorm() > 0))
+        view.problem("normal", "must not be zero", "give the outward direction, e.g. [0, 0, 1]");
+      else if (normal)
+        plane.normal = unit(*normal);
     }
     in.scene.planes.push_back(plane);
   }
@@ -154,10 +184,11 @@ void read_site(Reading& in, const View& root) {
 Mat3 read_orientation(const View& view) {
   const auto given = view.table("orientation");
   if (!given) return Mat3::Identity();
-  const bool quaternion = given->has("quaternion"), vector = given->has("rotation_vector"), dips = given->has("dip_direction") || given->has("dip"),
-             matrix = given->has("matrix");
+  const bool quaternion = given->has("quaternion"), vector = given->has("rotation_vector"),
+             dips = given->has("dip_direction") || given->has("dip"), matrix = given->has("matrix");
   if (quaternion + vector + dips + matrix != 1) {
-    view.problem("orientation", "must have exactly one form", "give quaternion, or rotation_vector, or dip_direction and dip");
+    view.problem("orientation", "must have exactly one form",
+                 "give quaternion, or rotation_vector, or dip_direction and dip");
     return Mat3::Identity();
   }
   if (matrix) {
@@ -166,7 +197,8 @@ Mat3 read_orientation(const View& view) {
     Mat3 r = Mat3::Identity();
     if (rows.size() == 3) r << rows[0].transpose(), rows[1].transpose(), rows[2].transpose();
     if (rows.size() != 3 || !(r.transpose() * r).isIdentity(1e-9) || r.determinant() < 0) {
-      given->problem("matrix", "must be a rotation: three orthogonal rows of length one, right-handed", "give a quaternion instead");
+      given->problem("matrix", "must be a rotation: three orthogonal rows of length one, right-handed",
+                     "give a quaternion instead");
       return Mat3::Identity();
     }
     return r;
@@ -175,7 +207,9 @@ Mat3 read_orientation(const View& view) {
     const Node* node = given->get("quaternion");
     if (!node) return Mat3::Identity();
     std::string why;
-    const auto q = [&](std::size_t i) { return quantity_of(node->items[i], dimension::number, why).value_or(0); };
+    const auto q = [&](std::size_t i) {
+      return quantity_of(node->items[i], dimension::number, why).value_or(0);
+    };
     const Quat value(q(0), q(1), q(2), q(3));
     const double norm = value.coeffs().stableNorm();
     if (!(norm > 0)) {
@@ -202,7 +236,8 @@ Mat3 read_orientation(const View& view) {
 bool read_joint_orientation(const View& view, double& dip_direction, double& dip) {
   const bool parts = view.has("dip_direction") || view.has("dip");
   if (view.has("orientation") && parts) {
-    view.problem("orientation", "the orientation is given twice", "give orientation, or dip_direction and dip");
+    view.problem("orientation", "the orientation is given twice",
+                 "give orientation, or dip_direction and dip");
     return false;
   }
   if (parts) {
@@ -255,16 +290,22 @@ Shape read_shape(Reading& in, const View& view, bool scaled_elsewhere) {
   }
   s.kind = view.has("shape") ? view.text("shape") : "file";
   const bool scaled = view.has("volume") || view.has("mass") || scaled_elsewhere;
-  if (view.has("volume") && view.has("mass")) view.problem("mass", "volume and mass both scale the shape", "give one of them");
-  if (s.kind == "file") view.missing("file");
-  else if (view.has("file")) view.problem("file", fmt::format("the block is a {} already", s.kind), "remove shape, or file");
+  if (view.has("volume") && view.has("mass"))
+    view.problem("mass", "volume and mass both scale the shape", "give one of them");
+  if (s.kind == "file")
+    view.missing("file");
+  else if (view.has("file"))
+    view.problem("file", fmt::format("the block is a {} already", s.kind), "remove shape, or file");
   if (s.kind == "convex") {
     view.missing("vertices");
-    if (view.get("vertices") && s.vertices.size() < 4) view.problem("vertices", "a block has at least 4 vertices", "add the missing ones");
+    if (view.get("vertices") && s.vertices.size() < 4)
+      view.problem("vertices", "a block has at least 4 vertices", "add the missing ones");
   } else if (view.has("vertices")) {
-    view.problem("vertices", "only shape = \"convex\" has vertices", "remove them, or write shape = \"convex\"");
+    view.problem("vertices", "only shape = \"convex\" has vertices",
+                 "remove them, or write shape = \"convex\"");
   }
-  if (s.kind.compare(0, 6, "random") == 0 && !scaled) view.missing("volume", "a random shape is scaled to its volume or mass");
+  if (s.kind.compare(0, 6, "random") == 0 && !scaled)
+    view.missing("volume", "a random shape is scaled to its volume or mass");
   const bool measured = scaled || view.has("size") || (s.kind == "sphere" && view.has("diameter"));
   if (s.kind == "box" && !scaled) {
     view.missing("size");
@@ -272,8 +313,10 @@ Shape read_shape(Reading& in, const View& view, bool scaled_elsewhere) {
   } else if (s.kind != "convex" && s.kind != "file" && s.kind.compare(0, 6, "random") != 0 && !measured) {
     view.missing(s.kind == "sphere" ? "diameter" : "size", "or volume or mass");
   }
-  if (s.kind != "sphere" && s.kind != "box" && view.has("diameter")) view.problem("diameter", "only a sphere has a diameter", "give size, volume or mass");
-  if (s.kind == "sphere" && view.has("diameter") && view.has("size")) view.problem("size", "the sphere has a diameter already", "give one of them");
+  if (s.kind != "sphere" && s.kind != "box" && view.has("diameter"))
+    view.problem("diameter", "only a sphere has a diameter", "give size, volume or mass");
+  if (s.kind == "sphere" && view.has("diameter") && view.has("size"))
+    view.problem("size", "the sphere has a diameter already", "give one of them");
   if (s.kind == "box" && scaled && s.size.isZero()) s.size = Vec3::Ones();
   return s;
 }
@@ -282,7 +325,10 @@ namespace {
 void need_density(const View& view, const Scene& scene, int material) {
   if (!view.get("material") || scene.materials.empty()) return;
   const Material& m = scene.materials[static_cast<std::size_t>(material)];
-  if (!(m.density > 0)) view.problem("material", fmt::format("the material \"{}\" has no density, and a block is made of it", m.name), "add density to the [[material]], e.g. density = 2500");
+  if (!(m.density > 0))
+    view.problem("material",
+                 fmt::format("the material \"{}\" has no density, and a block is made of it", m.name),
+                 "add density to the [[material]], e.g. density = 2500");
 }
 }  // namespace
 
@@ -293,7 +339,8 @@ std::optional<Release> read_release(Reading& in, const View& block) {
   const auto view = block.table("release");
   if (!view) return std::nullopt;
   for (const char* key : {"position", "orientation", "fixed", "fixed_points"})
-    if (block.has(key) && !(view->has("at") && std::string_view(key) == "orientation")) block.problem(key, "a block with a release area has none of its own", "remove it, or release");
+    if (block.has(key) && !(view->has("at") && std::string_view(key) == "orientation"))
+      block.problem(key, "a block with a release area has none of its own", "remove it, or release");
   Release r;
   r.polygon = in.file(*view, "polygon");
   r.count = static_cast<int>(view->integer("count"));
@@ -304,7 +351,8 @@ std::optional<Release> read_release(Reading& in, const View& block) {
     r.at = vector_of(*at, dimension::length).head<2>();
     if (r.count > 1) view->problem("count", "one place takes one block", "leave count out");
   }
-  if (!in.scene.site && in.scene.planes.empty()) view->problem("polygon", "there is no ground to release above", "add [site] or a [[plane]]");
+  if (!in.scene.site && in.scene.planes.empty())
+    view->problem("polygon", "there is no ground to release above", "add [site] or a [[plane]]");
   return r;
 }
 
@@ -330,9 +378,11 @@ void read_blocks(Reading& in, const View& root) {
     b.deformable = deformable(view, in.scene, b.material, b.fixed);
     if (b.fixed && (!b.velocity.isZero(0) || !b.spin.isZero(0)))
       view.problem("fixed", "a fixed block has no velocity and no spin", "remove them, or fixed");
-    if (b.fixed && !b.fixed_points.empty()) view.problem("fixed_points", "the whole block is fixed already", "remove fixed, or fixed_points");
+    if (b.fixed && !b.fixed_points.empty())
+      view.problem("fixed_points", "the whole block is fixed already", "remove fixed, or fixed_points");
     if (b.shape.kind == "file" && !b.position && view.has("orientation"))
-      view.problem("orientation", "a mesh without position lies where its file says", "add a position, or remove the orientation");
+      view.problem("orientation", "a mesh without position lies where its file says",
+                   "add a position, or remove the orientation");
     in.scene.blocks.push_back(std::move(b));
   }
 }
@@ -344,11 +394,13 @@ void read_rock_mass(Reading& in, const View& root) {
   mass.region = in.file(*view, "region");
   if (const auto box = view->table("box")) {
     const Vec3 low = box->vector("min"), high = box->vector("max");
-    if (box->get("min") && box->get("max") && !(low.array() < high.array()).all()) box->problem("max", "must be greater than min in every direction", "swap the corners");
+    if (box->get("min") && box->get("max") && !(low.array() < high.array()).all())
+      box->problem("max", "must be greater than min in every direction", "swap the corners");
     mass.box = Box3(low, high);
   }
   mass.blocks = in.file(*view, "blocks");
-  if (view->has("region") && view->has("box")) view->problem("box", "the region is given twice", "give region, or box");
+  if (view->has("region") && view->has("box"))
+    view->problem("box", "the region is given twice", "give region, or box");
   if (view->has("blocks")) {
     for (const char* key : {"region", "box", "joint_set", "joint", "least_volume", "prefix"})
       if (view->has(key)) view->problem(key, "the blocks are cut already", "remove it, or blocks");
@@ -372,15 +424,20 @@ void read_rock_mass(Reading& in, const View& root) {
     set.fisher = at.number("fisher");
     set.spacing_distribution = at.text("spacing_distribution");
     set.spacing_deviation = at.number("spacing_deviation");
-    if ((set.spacing_distribution == "normal" || set.spacing_distribution == "lognormal") && at.get("spacing_distribution"))
+    if ((set.spacing_distribution == "normal" || set.spacing_distribution == "lognormal") &&
+        at.get("spacing_distribution"))
       at.missing("spacing_deviation", fmt::format("the {} distribution needs it", set.spacing_distribution));
     else if (set.spacing_deviation > 0 && (at.get("spacing_distribution") || !at.has("spacing_distribution")))
-      at.problem("spacing_deviation", fmt::format("has no effect with spacing_distribution = \"{}\"", set.spacing_distribution), "remove it, or write \"normal\" or \"lognormal\"");
+      at.problem("spacing_deviation",
+                 fmt::format("has no effect with spacing_distribution = \"{}\"", set.spacing_distribution),
+                 "remove it, or write \"normal\" or \"lognormal\"");
     set.seed = static_cast<unsigned>(at.integer("seed"));
     set.bond_tension = at.number("bond_tension");
     set.bond_shear = at.number("bond_shear");
     if (set.persistence == 1 && (set.bond_tension > 0 || set.bond_shear > 0))
-      at.problem(at.has("bond_tension") ? "bond_tension" : "bond_shear", "a set with persistence 1 has no rock bridges", "give persistence below 1, or remove the bond");
+      at.problem(at.has("bond_tension") ? "bond_tension" : "bond_shear",
+                 "a set with persistence 1 has no rock bridges",
+                 "give persistence below 1, or remove the bond");
     if (const Node* friction = at.get("friction")) set.friction = friction_coefficient(*friction);
     set.cohesion = at.maybe("cohesion");
     set.tension = at.maybe("tension");
@@ -397,13 +454,17 @@ void read_rock_mass(Reading& in, const View& root) {
     joint.bond_tension = at.number("bond_tension");
     joint.bond_shear = at.number("bond_shear");
     if ((joint.bond_tension > 0 || joint.bond_shear > 0) && !at.has("radius") && !at.has("polygon"))
-      at.problem(at.has("bond_tension") ? "bond_tension" : "bond_shear", "an unbounded joint has no rock bridge", "give radius or polygon, or remove the bond");
-    if (at.has("radius") && at.has("polygon")) at.problem("polygon", "the joint is bounded twice", "give radius, or polygon");
-    if (at.get("polygon") && joint.polygon.size() < 3) at.problem("polygon", "a polygon has at least 3 corners", "add the missing ones");
+      at.problem(at.has("bond_tension") ? "bond_tension" : "bond_shear",
+                 "an unbounded joint has no rock bridge", "give radius or polygon, or remove the bond");
+    if (at.has("radius") && at.has("polygon"))
+      at.problem("polygon", "the joint is bounded twice", "give radius, or polygon");
+    if (at.get("polygon") && joint.polygon.size() < 3)
+      at.problem("polygon", "a polygon has at least 3 corners", "add the missing ones");
     const Vec3 normal = plane_normal(joint.dip_direction, joint.dip);
     for (const Vec3& corner : joint.polygon)
       if (std::abs(normal.dot(corner - joint.through)) > 1e-6 * (1 + (corner - joint.through).norm())) {
-        at.problem("polygon", "every corner must lie in the plane of the joint", "correct the corners, the orientation or through");
+        at.problem("polygon", "every corner must lie in the plane of the joint",
+                   "correct the corners, the orientation or through");
         break;
       }
     if (at.get("polygon") && joint.polygon.size() >= 3 && crosses_itself(joint.polygon, normal))

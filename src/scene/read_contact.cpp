@@ -20,17 +20,24 @@ struct Entry {
   ContactLaw law;
   bool stiffness_given = false;
   int stars() const { return (a == "*") + (b == "*"); }
-  bool same_pair(const Entry& other) const { return (a == other.a && b == other.b) || (a == other.b && b == other.a); }
+  bool same_pair(const Entry& other) const {
+    return (a == other.a && b == other.b) || (a == other.b && b == other.a);
+  }
 };
 
 bool same(const ContactLaw& x, const ContactLaw& y) {
-  return x.friction == y.friction && x.cohesion == y.cohesion && x.tension == y.tension && x.stiffness == y.stiffness &&
-         x.normal_stiffness == y.normal_stiffness && x.shear_stiffness == y.shear_stiffness && x.restitution == y.restitution &&
-         x.restitution_tangential == y.restitution_tangential && x.rolling_resistance == y.rolling_resistance && x.drilling_resistance == y.drilling_resistance &&
+  return x.friction == y.friction && x.cohesion == y.cohesion && x.tension == y.tension &&
+         x.stiffness == y.stiffness && x.normal_stiffness == y.normal_stiffness &&
+         x.shear_stiffness == y.shear_stiffness && x.restitution == y.restitution &&
+         x.restitution_tangential == y.restitution_tangential &&
+         x.rolling_resistance == y.rolling_resistance && x.drilling_resistance == y.drilling_resistance &&
          x.damping_ratio == y.damping_ratio && x.kind == y.kind && x.hertz_radius == y.hertz_radius &&
-         x.crushing_pressure == y.crushing_pressure && x.yield_gradient == y.yield_gradient && x.yield_thickness == y.yield_thickness && x.ploughing_pressure == y.ploughing_pressure &&
-         x.ploughing_density == y.ploughing_density && x.friction_most == y.friction_most && x.friction_way == y.friction_way && x.friction_recovery == y.friction_recovery &&
-         x.vegetation_height == y.vegetation_height && x.vegetation_drag == y.vegetation_drag && x.table == y.table;
+         x.crushing_pressure == y.crushing_pressure && x.yield_gradient == y.yield_gradient &&
+         x.yield_thickness == y.yield_thickness && x.ploughing_pressure == y.ploughing_pressure &&
+         x.ploughing_density == y.ploughing_density && x.friction_most == y.friction_most &&
+         x.friction_way == y.friction_way && x.friction_recovery == y.friction_recovery &&
+         x.vegetation_height == y.vegetation_height && x.vegetation_drag == y.vegetation_drag &&
+         x.table == y.table;
 }
 
 void read_stiffness(const View& view, Entry& entry) {
@@ -47,7 +54,8 @@ void read_stiffness(const View& view, Entry& entry) {
     entry.stiffness_given = true;
   } else if (normal) {
     const Quantity k = value(*normal);
-    law.stiffness = k.dimension == dimension::stiffness ? ContactLaw::Stiffness::per_contact : ContactLaw::Stiffness::per_area;
+    law.stiffness = k.dimension == dimension::stiffness ? ContactLaw::Stiffness::per_contact
+                                                        : ContactLaw::Stiffness::per_area;
     law.normal_stiffness = k.value;
     law.shear_stiffness = k.value / 2.5;
     entry.stiffness_given = true;
@@ -56,14 +64,17 @@ void read_stiffness(const View& view, Entry& entry) {
   if (!shear) return;
   if (!normal || law.stiffness == ContactLaw::Stiffness::hard) {
     if (!view.has("normal_stiffness") || normal)
-      view.problem("shear_stiffness", normal ? "hard contact has no shear spring" : "needs a normal_stiffness beside it", normal ? "remove it, or give normal_stiffness a value" : "add normal_stiffness");
+      view.problem("shear_stiffness",
+                   normal ? "hard contact has no shear spring" : "needs a normal_stiffness beside it",
+                   normal ? "remove it, or give normal_stiffness a value" : "add normal_stiffness");
     return;
   }
   const Quantity k = value(*shear);
   const bool per_contact = k.dimension == dimension::stiffness;
   // A bare number takes the unit of its neighbour.
   if (!shear->is_number() && per_contact != (law.stiffness == ContactLaw::Stiffness::per_contact)) {
-    view.problem("shear_stiffness", "must be in the unit of normal_stiffness", "give both in N/m, or both in Pa/m");
+    view.problem("shear_stiffness", "must be in the unit of normal_stiffness",
+                 "give both in N/m, or both in Pa/m");
     return;
   }
   law.shear_stiffness = k.value;
@@ -85,26 +96,37 @@ void read_law_form(Reading& in, const View& view, ContactLaw& law) {
     law.yield_thickness = form->maybe("thickness").value_or(0);
     law.ploughing_pressure = form->number("ploughing");
     law.ploughing_density = form->number("ploughing_density");
-    if (law.yield_gradient > 0 && view.has("normal_stiffness") && law.stiffness != ContactLaw::Stiffness::per_area)
+    if (law.yield_gradient > 0 && view.has("normal_stiffness") &&
+        law.stiffness != ContactLaw::Stiffness::per_area)
       form->problem("gradient", "needs a normal_stiffness per area", "give normal_stiffness in Pa/m");
   } else if (kind == "table") {
     law.kind = ContactLaw::Kind::table;
-    if (form->has("file") == form->has("points")) form->problem(form->has("file") ? "points" : "kind", "a table law needs exactly one of file and points", "write { kind = \"table\", file = \"law.csv\" }");
-    if (form->has("points")) law.table = form->pairs("points");
+    if (form->has("file") == form->has("points"))
+      form->problem(form->has("file") ? "points" : "kind", "a table law needs exactly one of file and points",
+                    "write { kind = \"table\", file = \"law.csv\" }");
+    if (form->has("points"))
+      law.table = form->pairs("points");
     else if (const std::string path = in.file(*form, "file", true); !path.empty())
       for (const auto& row : read_numbers(*form, "file", path, 2)) law.table.emplace_back(row[0], row[1]);
     const std::string key = form->has("points") ? "points" : "file";
     if (form->get(key) && !law.table.empty()) {
       bool grows = law.table.size() >= 2;
-      for (std::size_t i = 1; i < law.table.size(); ++i) grows = grows && law.table[i].first > law.table[i - 1].first && law.table[i].second >= law.table[i - 1].second;
+      for (std::size_t i = 1; i < law.table.size(); ++i)
+        grows = grows && law.table[i].first > law.table[i - 1].first &&
+                law.table[i].second >= law.table[i - 1].second;
       if (!grows || law.table[0].first != 0 || law.table[0].second != 0)
-        form->problem(key, "the table must start at 0, 0, and indentation and force must grow", "correct the table");
+        form->problem(key, "the table must start at 0, 0, and indentation and force must grow",
+                      "correct the table");
       else if (!(law.table.back().second > law.table[law.table.size() - 2].second))
-        form->problem(key, "the force must grow from the last point but one to the last: beyond the table it goes on with that slope, and here nothing would hold a block", "add a point of a larger force");
+        form->problem(key,
+                      "the force must grow from the last point but one to the last: beyond the table it goes "
+                      "on with that slope, and here nothing would hold a block",
+                      "add a point of a larger force");
     }
   }
   const auto stray = [&](const char* key, const char* owner) {
-    if (form->has(key) && kind != owner) form->problem(key, fmt::format("has no effect with kind = \"{}\"", kind), "remove it");
+    if (form->has(key) && kind != owner)
+      form->problem(key, fmt::format("has no effect with kind = \"{}\"", kind), "remove it");
   };
   stray("radius", "hertz");
   stray("pressure", "crushing");
@@ -113,20 +135,28 @@ void read_law_form(Reading& in, const View& view, ContactLaw& law) {
   stray("points", "table");
 }
 
-/// A ground by name: what it fills in, and the ranges of its values (docs/theory/ground.md has their sources).
+/// A ground by name: what it fills in, and the ranges of its values (docs/theory/ground.md has their
+/// sources).
 struct Preset {
   const char* name;
-  double friction, restitution, rolling;       // [deg], 1, 1
-  double most, way, recovery;                  // slip friction: coefficient, [m], [1/s]; most 0: none
-  double height, drag;                         // vegetation [m], [kg/s]; 0: none
+  double friction, restitution, rolling;  // [deg], 1, 1
+  double most, way, recovery;             // slip friction: coefficient, [m], [1/s]; most 0: none
+  double height, drag;                    // vegetation [m], [kg/s]; 0: none
   const char* ranges;
 };
 constexpr Preset presets[] = {
-    {"rock", 35, 0.35, 0.05, 0, 1, 0, 0, 0, "friction 28 to 39 deg, restitution 0 to 0.65, rolling_resistance 0 to 0.3"},
-    {"talus", 38, 0.2, 0.15, 0, 1, 0, 0, 0, "friction 32 to 42 deg, restitution 0 to 0.45, rolling_resistance 0 to 0.35"},
-    {"compact soil", 22, 0.15, 0.2, 2, 0.4, 175, 0, 0, "friction 19 to 29 deg, restitution 0 to 0.35, rolling_resistance 0 to 0.35, slip_friction.most 2, length 0.33 to 0.5 m, recovery 150 to 185 1/s"},
-    {"soft soil", 14, 0.05, 0.3, 2, 0.8, 100, 0, 0, "friction 11 to 17 deg, restitution 0 to 0.15, rolling_resistance 0 to 0.8, slip_friction.most 2, length 0.67 to 1 m, recovery 50 to 125 1/s"},
-    {"forest", 22, 0.15, 0.2, 2, 0.4, 175, 5, 500, "as compact soil; vegetation.drag 250 (open) to 750 kg/s (dense), vegetation.height 2 to 10 m"},
+    {"rock", 35, 0.35, 0.05, 0, 1, 0, 0, 0,
+     "friction 28 to 39 deg, restitution 0 to 0.65, rolling_resistance 0 to 0.3"},
+    {"talus", 38, 0.2, 0.15, 0, 1, 0, 0, 0,
+     "friction 32 to 42 deg, restitution 0 to 0.45, rolling_resistance 0 to 0.35"},
+    {"compact soil", 22, 0.15, 0.2, 2, 0.4, 175, 0, 0,
+     "friction 19 to 29 deg, restitution 0 to 0.35, rolling_resistance 0 to 0.35, slip_friction.most 2, "
+     "length 0.33 to 0.5 m, recovery 150 to 185 1/s"},
+    {"soft soil", 14, 0.05, 0.3, 2, 0.8, 100, 0, 0,
+     "friction 11 to 17 deg, restitution 0 to 0.15, rolling_resistance 0 to 0.8, slip_friction.most 2, "
+     "length 0.67 to 1 m, recovery 50 to 125 1/s"},
+    {"forest", 22, 0.15, 0.2, 2, 0.4, 175, 5, 500,
+     "as compact soil; vegetation.drag 250 (open) to 750 kg/s (dense), vegetation.height 2 to 10 m"},
 };
 
 /// Friction, the laws of ground, and what a preset fills in.
@@ -141,18 +171,26 @@ void read_ground(Reading& in, const View& view, ContactLaw& law) {
     if (!view.has("friction")) law.friction = std::tan(preset->friction * M_PI / 180);
     law.restitution = preset->restitution;
     law.rolling_resistance = preset->rolling;
-    if (preset->most > 0) law.friction_most = std::max(preset->most, law.friction), law.friction_way = preset->way, law.friction_recovery = preset->recovery;
+    if (preset->most > 0)
+      law.friction_most = std::max(preset->most, law.friction), law.friction_way = preset->way,
+      law.friction_recovery = preset->recovery;
     law.vegetation_height = preset->height, law.vegetation_drag = preset->drag;
     const auto names = view.texts("between");
-    in.scene.notes.push_back(fmt::format("contact {}: preset \"{}\" stands for what is left out; ranges: {}. Starting values, to be calibrated (docs/theory/ground.md says where they come from).", fmt::join(names, "/"), preset->name, preset->ranges));
+    in.scene.notes.push_back(
+        fmt::format("contact {}: preset \"{}\" stands for what is left out; ranges: {}. Starting values, to "
+                    "be calibrated (docs/theory/ground.md says where they come from).",
+                    fmt::join(names, "/"), preset->name, preset->ranges));
   }
   if (const auto slip = view.table("slip_friction")) {
     if (const Node* most = slip->get("most")) law.friction_most = friction_coefficient(*most);
     if (const auto way = slip->maybe("length")) law.friction_way = *way;
     law.friction_recovery = slip->number("recovery");
-    if (law.friction_most > 0 && law.friction_most < law.friction) slip->problem("most", fmt::format("is less than friction ({:.4g}), from which it grows", law.friction), "give the larger of the two as most");
+    if (law.friction_most > 0 && law.friction_most < law.friction)
+      slip->problem("most", fmt::format("is less than friction ({:.4g}), from which it grows", law.friction),
+                    "give the larger of the two as most");
   }
-  if (const auto plants = view.table("vegetation")) law.vegetation_height = plants->number("height"), law.vegetation_drag = plants->number("drag");
+  if (const auto plants = view.table("vegetation"))
+    law.vegetation_height = plants->number("height"), law.vegetation_drag = plants->number("drag");
 }
 
 std::vector<Entry> read_entries(Reading& in, const View& root) {
@@ -162,7 +200,8 @@ std::vector<Entry> read_entries(Reading& in, const View& root) {
     const auto names = view.texts("between");
     if (view.get("between")) {
       if (names.size() != 2) {
-        view.problem("between", "must name two materials", "write between = [\"rock\", \"slope\"]; \"*\" stands for any");
+        view.problem("between", "must name two materials",
+                     "write between = [\"rock\", \"slope\"]; \"*\" stands for any");
         in.names_good = false;
         continue;
       }
@@ -171,7 +210,9 @@ std::vector<Entry> read_entries(Reading& in, const View& root) {
         std::vector<std::string> known;
         for (const Material& m : in.scene.materials) known.push_back(m.name);
         const std::string near = nearest_name(name, known);
-        view.problem("between", fmt::format("there is no material \"{}\"", name), near.empty() ? "add it as [[material]], or use it in [site] or a [[plane]]" : fmt::format("did you mean \"{}\"?", near));
+        view.problem("between", fmt::format("there is no material \"{}\"", name),
+                     near.empty() ? "add it as [[material]], or use it in [site] or a [[plane]]"
+                                  : fmt::format("did you mean \"{}\"?", near));
         in.names_good = false;
       }
       entry.a = names[0];
@@ -184,38 +225,59 @@ std::vector<Entry> read_entries(Reading& in, const View& root) {
     if (const Node* friction = view.get("friction")) {
       law.friction = friction_coefficient(*friction);
       if (friction->is_number() && law.friction >= 15 && law.friction < 90)
-        view.problem("friction", fmt::format("a bare number is the coefficient, and this one is unusually large: an angle of {:.3g} deg", std::atan(friction->as_number()) * 180 / M_PI), fmt::format("if it is an angle, write \"{} deg\"", value_text(*friction)), Problem::Severity::warning);
+        view.problem(
+            "friction",
+            fmt::format(
+                "a bare number is the coefficient, and this one is unusually large: an angle of {:.3g} deg",
+                std::atan(friction->as_number()) * 180 / M_PI),
+            fmt::format("if it is an angle, write \"{} deg\"", value_text(*friction)),
+            Problem::Severity::warning);
     }
     read_ground(in, view, law);
     law.cohesion = view.number("cohesion");
     law.tension = view.number("tension");
     if (law.tension > 0 && law.friction > 0 && law.cohesion < law.friction * law.tension)
-      view.problem("tension", fmt::format("reaches only {:.4g} Pa: friction and cohesion end in a tip at cohesion over friction", law.cohesion / law.friction),
-                   fmt::format("give a cohesion of {:.4g} Pa or more", law.friction * law.tension), Problem::Severity::warning);
+      view.problem(
+          "tension",
+          fmt::format("reaches only {:.4g} Pa: friction and cohesion end in a tip at cohesion over friction",
+                      law.cohesion / law.friction),
+          fmt::format("give a cohesion of {:.4g} Pa or more", law.friction * law.tension),
+          Problem::Severity::warning);
     if (const auto given = view.maybe("restitution")) law.restitution = given;
     law.restitution_tangential = view.maybe("restitution_tangential");
     if (const auto given = view.maybe("rolling_resistance")) law.rolling_resistance = *given;
-    // A patch within which the normal force shifts by f has a radius of at least f; uniform pressure on it resists drilling by 2/3 mu f N.
-    law.drilling_resistance = view.maybe("drilling_resistance").value_or(2.0 / 3 * law.friction * law.rolling_resistance);
+    // A patch within which the normal force shifts by f has a radius of at least f; uniform pressure on it
+    // resists drilling by 2/3 mu f N.
+    law.drilling_resistance =
+        view.maybe("drilling_resistance").value_or(2.0 / 3 * law.friction * law.rolling_resistance);
     law.damping_ratio = view.number("damping_ratio");
     read_stiffness(view, entry);
     read_law_form(in, view, law);
-    if (in.scene.simulation.method == Simulation::Method::dda1988 && entry.stiffness_given && law.stiffness == ContactLaw::Stiffness::hard)
-      view.problem("normal_stiffness", "method \"dda-1988\" has no hard contact", "give a penalty stiffness, e.g. \"30 GN/m\", or leave it out");
+    if (in.scene.simulation.method == Simulation::Method::dda1988 && entry.stiffness_given &&
+        law.stiffness == ContactLaw::Stiffness::hard)
+      view.problem("normal_stiffness", "method \"dda-1988\" has no hard contact",
+                   "give a penalty stiffness, e.g. \"30 GN/m\", or leave it out");
     for (const Entry& other : entries)
       if (entry.same_pair(other))
-        view.problem("between", "there is an entry for this pair already" + std::string(same(other.law, entry.law) ? "" : ", and it says something else"), "keep one of the two");
+        view.problem("between",
+                     "there is an entry for this pair already" +
+                         std::string(same(other.law, entry.law) ? "" : ", and it says something else"),
+                     "keep one of the two");
     entries.push_back(std::move(entry));
   }
   return entries;
 }
 
-/// The entry that holds for a pair: exact before one "*" before two. Two one-star entries that differ are a contradiction; two of the same pair were told of.
-const Entry* match(const std::vector<Entry>& entries, const std::string& a, const std::string& b, bool& contradiction) {
+/// The entry that holds for a pair: exact before one "*" before two. Two one-star entries that differ are a
+/// contradiction; two of the same pair were told of.
+const Entry* match(const std::vector<Entry>& entries, const std::string& a, const std::string& b,
+                   bool& contradiction) {
   contradiction = false;
   const Entry* best = nullptr;
   for (const Entry& entry : entries) {
-    const auto fits = [&](const std::string& x, const std::string& y) { return (entry.a == x || entry.a == "*") && (entry.b == y || entry.b == "*"); };
+    const auto fits = [&](const std::string& x, const std::string& y) {
+      return (entry.a == x || entry.a == "*") && (entry.b == y || entry.b == "*");
+    };
     if (!fits(a, b) && !fits(b, a)) continue;
     if (!best || entry.stars() < best->stars()) {
       best = &entry;
@@ -228,13 +290,17 @@ const Entry* match(const std::vector<Entry>& entries, const std::string& a, cons
 }
 
 struct Needs {
-  std::set<std::pair<int, int>> pairs;       // lower index first
-  std::set<std::pair<int, int>> fragments;   // only pieces of a structure can make these
-  std::set<std::pair<int, int>> optional;    // two structures touch each other only where an entry says so
+  std::set<std::pair<int, int>> pairs;      // lower index first
+  std::set<std::pair<int, int>> fragments;  // only pieces of a structure can make these
+  std::set<std::pair<int, int>> optional;   // two structures touch each other only where an entry says so
 };
 
 Needs needed_pairs(const Scene& scene) {
-  struct Body { int material; bool moves; bool structure; };
+  struct Body {
+    int material;
+    bool moves;
+    bool structure;
+  };
   std::vector<Body> bodies;
   for (const Block& b : scene.blocks) bodies.push_back({b.material, !b.fixed, false});
   if (scene.rock_mass) bodies.insert(bodies.end(), 2, {scene.rock_mass->material, true, false});
@@ -246,7 +312,8 @@ Needs needed_pairs(const Scene& scene) {
   for (const StructureSpec& s : scene.structures) bodies.push_back({s.material, false, true});
   Needs needs;
   const auto pair = [](int a, int b) { return std::pair(std::min(a, b), std::max(a, b)); };
-  // Many blocks share few materials: one look per material, and the count tells whether a material can meet itself.
+  // Many blocks share few materials: one look per material, and the count tells whether a material can meet
+  // itself.
   std::map<std::pair<int, bool>, int> count;
   for (const Body& b : bodies) ++count[{b.material, b.moves}];
   for (const auto& [first, n] : count)
@@ -256,25 +323,32 @@ Needs needed_pairs(const Scene& scene) {
       needs.pairs.insert(pair(first.first, second.first));
     }
   if (scene.impact && !scene.structures.empty())
-    needs.pairs.insert(pair(scene.impact->material, scene.structures[static_cast<std::size_t>(scene.impact->structure)].material));
-  // A viaduct keeps its terrain under the one block of [impact]: talus impact asks for the law, talus run has no use for it.
-  if (scene.impact && scene.site && !scene.structures.empty() && scene.structures[static_cast<std::size_t>(scene.impact->structure)].kind == "viaduct") {
+    needs.pairs.insert(pair(scene.impact->material,
+                            scene.structures[static_cast<std::size_t>(scene.impact->structure)].material));
+  // A viaduct keeps its terrain under the one block of [impact]: talus impact asks for the law, talus run has
+  // no use for it.
+  if (scene.impact && scene.site && !scene.structures.empty() &&
+      scene.structures[static_cast<std::size_t>(scene.impact->structure)].kind == "viaduct") {
     needs.optional.insert(pair(scene.impact->material, scene.site->material));
-    for (const auto& area : scene.site->material_areas) needs.optional.insert(pair(scene.impact->material, area.material));
+    for (const auto& area : scene.site->material_areas)
+      needs.optional.insert(pair(scene.impact->material, area.material));
   }
   for (std::size_t i = 0; i < scene.structures.size(); ++i)
-    for (std::size_t j = i + 1; j < scene.structures.size(); ++j) needs.optional.insert(pair(scene.structures[i].material, scene.structures[j].material));
+    for (std::size_t j = i + 1; j < scene.structures.size(); ++j)
+      needs.optional.insert(pair(scene.structures[i].material, scene.structures[j].material));
   if (scene.coupling.fragments && scene.coupling.scheme == Coupling::Scheme::two_way)
     for (const StructureSpec& s : scene.structures)
       if (s.damage != "none")
         for (const Body& b : bodies)
-          if (needs.pairs.count(pair(s.material, b.material)) == 0) needs.fragments.insert(pair(s.material, b.material));
+          if (needs.pairs.count(pair(s.material, b.material)) == 0)
+            needs.fragments.insert(pair(s.material, b.material));
   return needs;
 }
 
 double young_of(const Material& m) {
   if (m.young > 0) return m.young;
-  return m.f_cm > 0 ? 21.5e9 * std::cbrt(m.f_cm / 10e6) : 0;   // fib Model Code 2010, eq. 5.1-20, quartzite aggregate
+  return m.f_cm > 0 ? 21.5e9 * std::cbrt(m.f_cm / 10e6)
+                    : 0;  // fib Model Code 2010, eq. 5.1-20, quartzite aggregate
 }
 
 /// E* of two half-spaces; a material without a modulus does not give. 0 if neither has one [Pa].
@@ -291,12 +365,18 @@ double least_block(const Scene& scene, int a, int b) {
   const auto offer = [&](int material, double size) {
     if ((material == a || material == b) && size > 0 && (least == 0 || size < least)) least = size;
   };
-  for (const Block& block : scene.blocks) offer(block.material, shape_size(block.shape, scene.materials[static_cast<std::size_t>(block.material)].density));
+  for (const Block& block : scene.blocks)
+    offer(block.material,
+          shape_size(block.shape, scene.materials[static_cast<std::size_t>(block.material)].density));
   if (scene.rock_mass) {
     for (const JointSet& set : scene.rock_mass->joint_sets) offer(scene.rock_mass->material, set.spacing);
-    if (scene.rock_mass->box && scene.rock_mass->joint_sets.empty()) offer(scene.rock_mass->material, std::cbrt(scene.rock_mass->box->sizes().prod()));
+    if (scene.rock_mass->box && scene.rock_mass->joint_sets.empty())
+      offer(scene.rock_mass->material, std::cbrt(scene.rock_mass->box->sizes().prod()));
   }
-  if (scene.impact) offer(scene.impact->material, shape_size(scene.impact->shape, scene.materials[static_cast<std::size_t>(scene.impact->material)].density));
+  if (scene.impact)
+    offer(scene.impact->material,
+          shape_size(scene.impact->shape,
+                     scene.materials[static_cast<std::size_t>(scene.impact->material)].density));
   return least;
 }
 
@@ -309,20 +389,26 @@ void choose_stiffness(Scene& scene, int a, int b, ContactLaw& law) {
   const bool penalty = scene.simulation.method == Simulation::Method::dda1988;
   if (!(soft > 0)) {
     law.stiffness = ContactLaw::Stiffness::hard;
-    scene.notes.push_back(fmt::format("contact {}/{}: hard, since neither material has a Young's modulus", first.name, second.name));
+    scene.notes.push_back(fmt::format("contact {}/{}: hard, since neither material has a Young's modulus",
+                                      first.name, second.name));
     return;
   }
   const double known = least_block(scene, a, b);
   const double size = known > 0 ? known : 1;
-  const std::string whence = known > 0 ? fmt::format("the smallest block ({:.3g} m)", size) : "1 m (no block size is known before its mesh is read)";
+  const std::string whence = known > 0 ? fmt::format("the smallest block ({:.3g} m)", size)
+                                       : "1 m (no block size is known before its mesh is read)";
   if (penalty) {
     law.stiffness = ContactLaw::Stiffness::per_contact;
     law.normal_stiffness = soft * size;
-    scene.notes.push_back(fmt::format("contact {}/{}: {:.4g} N/m per contact point, chosen as the softer modulus ({:.3g} GPa) times {}", first.name, second.name, law.normal_stiffness, soft / 1e9, whence));
+    scene.notes.push_back(fmt::format(
+        "contact {}/{}: {:.4g} N/m per contact point, chosen as the softer modulus ({:.3g} GPa) times {}",
+        first.name, second.name, law.normal_stiffness, soft / 1e9, whence));
   } else {
     law.stiffness = ContactLaw::Stiffness::per_area;
     law.normal_stiffness = soft / size;
-    scene.notes.push_back(fmt::format("contact {}/{}: {:.4g} Pa/m, chosen as the softer modulus ({:.3g} GPa) over {}", first.name, second.name, law.normal_stiffness, soft / 1e9, whence));
+    scene.notes.push_back(
+        fmt::format("contact {}/{}: {:.4g} Pa/m, chosen as the softer modulus ({:.3g} GPa) over {}",
+                    first.name, second.name, law.normal_stiffness, soft / 1e9, whence));
   }
   law.shear_stiffness = law.normal_stiffness / 2.5;
 }
@@ -338,7 +424,8 @@ double friction_coefficient(const Node& node) {
 
 namespace {
 
-/// How the cells of a table are kept apart: by semicolons or tabs where it has any, and then a comma in a number is a decimal comma; else by commas.
+/// How the cells of a table are kept apart: by semicolons or tabs where it has any, and then a comma in a
+/// number is a decimal comma; else by commas.
 char separator_of(const std::string& text) {
   std::istringstream in(text);
   bool tab = false;
@@ -362,12 +449,14 @@ std::vector<std::string> cells_of(const std::string& line, char separator) {
     cells.push_back(std::move(cell));
     at = end + 1;
   }
-  if (cells.back().empty()) cells.pop_back();   // a separator that ends the line
+  if (cells.back().empty()) cells.pop_back();  // a separator that ends the line
   return cells;
 }
 
 std::optional<double> number_of(std::string cell, char separator) {
-  if (separator != ',' && std::count(cell.begin(), cell.end(), ',') == 1 && cell.find('.') == std::string::npos) std::replace(cell.begin(), cell.end(), ',', '.');
+  if (separator != ',' && std::count(cell.begin(), cell.end(), ',') == 1 &&
+      cell.find('.') == std::string::npos)
+    std::replace(cell.begin(), cell.end(), ',', '.');
   std::string error;
   const auto value = parse_quantity(cell, error);
   if (!value || !value->dimension.none()) return {};
@@ -376,7 +465,8 @@ std::optional<double> number_of(std::string cell, char separator) {
 
 }  // namespace
 
-std::vector<std::vector<double>> read_numbers(const View& view, const std::string& key, const std::string& path, std::size_t columns,
+std::vector<std::vector<double>> read_numbers(const View& view, const std::string& key,
+                                              const std::string& path, std::size_t columns,
                                               std::vector<std::string>* header, std::vector<int>* lines) {
   std::string text;
   try {
@@ -386,14 +476,17 @@ std::vector<std::vector<double>> read_numbers(const View& view, const std::strin
     return {};
   }
   const char separator = separator_of(text);
-  const char* const remedy = "numbers in SI with decimal points, separated by commas; or with decimal commas, separated by semicolons";
+  const char* const remedy =
+      "numbers in SI with decimal points, separated by commas; or with decimal commas, separated by "
+      "semicolons";
   std::vector<std::vector<double>> rows;
   std::istringstream in(text);
   std::size_t expected = columns;
   std::string line;
   for (int number = 1; std::getline(in, line); ++number) {
     if (!line.empty() && line.back() == '\r') line.pop_back();
-    if (line.find_first_not_of(" \t,;") == std::string::npos || line[line.find_first_not_of(" \t")] == '#') continue;
+    if (line.find_first_not_of(" \t,;") == std::string::npos || line[line.find_first_not_of(" \t")] == '#')
+      continue;
     const std::vector<std::string> cells = cells_of(line, separator);
     std::vector<double> row;
     for (const std::string& cell : cells) {
@@ -401,18 +494,24 @@ std::vector<std::vector<double>> read_numbers(const View& view, const std::strin
       if (!value) break;
       row.push_back(*value);
     }
-    const bool begins_a_number = cells[0].find_first_of("0123456789") <= 1;   // after a sign or a point
-    if (row.empty() && rows.empty() && !begins_a_number) {   // header
+    const bool begins_a_number = cells[0].find_first_of("0123456789") <= 1;  // after a sign or a point
+    if (row.empty() && rows.empty() && !begins_a_number) {                   // header
       if (header && header->empty()) *header = cells;
       if (expected == 0) expected = cells.size();
       continue;
     }
     if (row.size() < cells.size()) {
-      view.problem(key, fmt::format("line {} of the file: \"{}\" is not a number", number, cells[row.size()]), remedy);
+      view.problem(key, fmt::format("line {} of the file: \"{}\" is not a number", number, cells[row.size()]),
+                   remedy);
       return {};
     }
     if (expected > 0 && row.size() != expected) {
-      view.problem(key, fmt::format("line {} of the file has {} numbers where {} are expected{}", number, row.size(), expected, separator == ',' && row.size() > expected ? "; are the commas decimal ones?" : ""), remedy);
+      view.problem(
+          key,
+          fmt::format("line {} of the file has {} numbers where {} are expected{}", number, row.size(),
+                      expected,
+                      separator == ',' && row.size() > expected ? "; are the commas decimal ones?" : ""),
+          remedy);
       return {};
     }
     rows.push_back(std::move(row));
@@ -444,32 +543,45 @@ void read_interfaces(Reading& in, const View& root) {
       const std::string& first = scene.materials[static_cast<std::size_t>(a)].name;
       const std::string& second = scene.materials[static_cast<std::size_t>(b)].name;
       const bool needed = needs.pairs.count({a, b}) > 0;
-      if (!clean || (!needed && needs.fragments.count({a, b}) == 0 && needs.optional.count({a, b}) == 0)) continue;
+      if (!clean || (!needed && needs.fragments.count({a, b}) == 0 && needs.optional.count({a, b}) == 0))
+        continue;
       bool contradiction = false;
       const Entry* entry = match(entries, first, second, contradiction);
       if (!entry) {
         if (needed)
-          root.problem("", fmt::format("\"{}\" and \"{}\" can meet, and no [[interface]] covers them", first, second),
-                       fmt::format("add [[interface]] with between = [\"{}\", \"{}\"], or \"*\" for any", first, second));
+          root.problem(
+              "", fmt::format("\"{}\" and \"{}\" can meet, and no [[interface]] covers them", first, second),
+              fmt::format("add [[interface]] with between = [\"{}\", \"{}\"], or \"*\" for any", first,
+                          second));
         continue;
       }
       if (contradiction) {
-        entry->view.problem("between", fmt::format("two entries with \"*\" cover \"{}\" and \"{}\" and differ", first, second),
-                            fmt::format("add an entry with between = [\"{}\", \"{}\"]", first, second));
+        entry->view.problem(
+            "between",
+            fmt::format("two entries with \"*\" cover \"{}\" and \"{}\" and differ", first, second),
+            fmt::format("add an entry with between = [\"{}\", \"{}\"]", first, second));
         continue;
       }
       ContactLaw law = entry->law;
       const std::size_t notes = scene.notes.size();
       if (!entry->stiffness_given) choose_stiffness(scene, a, b, law);
-      if (law.kind == ContactLaw::Kind::table && !law.table.empty() && !root.has("resolved")) {   // whatever stiffness is chosen, the table goes before it
+      if (law.kind == ContactLaw::Kind::table && !law.table.empty() &&
+          !root.has("resolved")) {  // whatever stiffness is chosen, the table goes before it
         scene.notes.resize(notes);
-        scene.notes.push_back(fmt::format("contact {}/{}: force by a table of {} points, up to {:.4g} N at {:.4g} m; beyond, its last slope goes on", first, second, law.table.size(), law.table.back().second,
-                                          law.table.back().first));
+        scene.notes.push_back(
+            fmt::format("contact {}/{}: force by a table of {} points, up to {:.4g} N at {:.4g} m; beyond, "
+                        "its last slope goes on",
+                        first, second, law.table.size(), law.table.back().second, law.table.back().first));
       }
       if (law.kind == ContactLaw::Kind::hertz) {
-        law.hertz_modulus = hertz_modulus(scene.materials[static_cast<std::size_t>(a)], scene.materials[static_cast<std::size_t>(b)]);
+        law.hertz_modulus = hertz_modulus(scene.materials[static_cast<std::size_t>(a)],
+                                          scene.materials[static_cast<std::size_t>(b)]);
         if (!(law.hertz_modulus > 0))
-          entry->view.problem("contact_law", fmt::format("neither \"{}\" nor \"{}\" has a Young's modulus, and Hertz's law needs one", first, second), "add young to a [[material]]");
+          entry->view.problem(
+              "contact_law",
+              fmt::format("neither \"{}\" nor \"{}\" has a Young's modulus, and Hertz's law needs one", first,
+                          second),
+              "add young to a [[material]]");
       }
       put(a, b, law);
       set.insert({a, b});
@@ -477,32 +589,46 @@ void read_interfaces(Reading& in, const View& root) {
   std::vector<std::pair<int, int>> lent_pairs;
   for (const auto& [a, b] : needs.fragments) {
     if (set.count({a, b}) > 0 || !clean) continue;
-    // A piece of the structure meets what the scene has no entry for: the blocks' law with the same partner is taken.
-    const int mover = scene.blocks.empty() ? scene.rock_mass ? scene.rock_mass->material : scene.impact ? scene.impact->material : -1 : scene.blocks[0].material;
+    // A piece of the structure meets what the scene has no entry for: the blocks' law with the same partner
+    // is taken.
+    const int mover = scene.blocks.empty() ? scene.rock_mass ? scene.rock_mass->material
+                                             : scene.impact  ? scene.impact->material
+                                                             : -1
+                                           : scene.blocks[0].material;
     bool structure_a = false;
     for (const StructureSpec& s : scene.structures) structure_a = structure_a || s.material == a;
     const int partner = structure_a ? b : a;
     const auto lent = std::pair(std::min(mover, partner), std::max(mover, partner));
     const std::string& first = scene.materials[static_cast<std::size_t>(a)].name;
     const std::string& second = scene.materials[static_cast<std::size_t>(b)].name;
-    const std::string remedy = fmt::format("add [[interface]] with between = [\"{}\", \"{}\"]", first, second);
+    const std::string remedy =
+        fmt::format("add [[interface]] with between = [\"{}\", \"{}\"]", first, second);
     if (mover < 0) {
       // A structure alone, under prescribed loads: its pieces rub like rough concrete.
       ContactLaw law;
       law.friction = concrete_friction;
       choose_stiffness(scene, a, b, law);
-      root.problem("", fmt::format("fragments let \"{}\" and \"{}\" meet, and no [[interface]] covers them: friction {} of rough concrete (EN 1992-1-1, 6.2.5) is taken", first, second, concrete_friction),
+      root.problem("",
+                   fmt::format("fragments let \"{}\" and \"{}\" meet, and no [[interface]] covers them: "
+                               "friction {} of rough concrete (EN 1992-1-1, 6.2.5) is taken",
+                               first, second, concrete_friction),
                    remedy, Problem::Severity::warning);
       put(a, b, law);
       lent_pairs.emplace_back(a, b);
       continue;
     }
     if (set.count(lent) == 0) {
-      root.problem("", fmt::format("fragments let \"{}\" and \"{}\" meet, and no [[interface]] covers them", first, second), remedy);
+      root.problem("",
+                   fmt::format("fragments let \"{}\" and \"{}\" meet, and no [[interface]] covers them",
+                               first, second),
+                   remedy);
       continue;
     }
-    root.problem("", fmt::format("fragments let \"{}\" and \"{}\" meet, and no [[interface]] covers them: the law of \"{}\" and \"{}\" is taken", first, second,
-                                          scene.materials[static_cast<std::size_t>(lent.first)].name, scene.materials[static_cast<std::size_t>(lent.second)].name),
+    root.problem("",
+                 fmt::format("fragments let \"{}\" and \"{}\" meet, and no [[interface]] covers them: the "
+                             "law of \"{}\" and \"{}\" is taken",
+                             first, second, scene.materials[static_cast<std::size_t>(lent.first)].name,
+                             scene.materials[static_cast<std::size_t>(lent.second)].name),
                  remedy, Problem::Severity::warning);
     put(a, b, scene.laws(lent.first, lent.second));
     lent_pairs.emplace_back(a, b);

@@ -16,12 +16,17 @@ void read_lines(Reading& in, const View& root) {
     Line line;
     line.name = in.name(view, "name", "line", taken);
     line.file = in.file(view, "file");
-    if (view.has("points") == view.has("file")) view.problem("", "needs points or a file, and not both", "give points = [[x, y], ...] in scene coordinates, or file = \"road.geojson\" in map coordinates");
+    if (view.has("points") == view.has("file"))
+      view.problem(
+          "", "needs points or a file, and not both",
+          "give points = [[x, y], ...] in scene coordinates, or file = \"road.geojson\" in map coordinates");
     if (const Node* points = view.get("points")) {
       std::vector<Eigen::Vector2d>& part = line.parts.emplace_back();
       for (const Node& item : points->items) part.emplace_back(vector_of(item, dimension::length).head<2>());
       for (std::size_t i = 1; i < part.size(); ++i)
-        if (part[i] == part[i - 1]) view.problem("points", fmt::format("points {} and {} are the same", i - 1, i), "remove one of them");
+        if (part[i] == part[i - 1])
+          view.problem("points", fmt::format("points {} and {} are the same", i - 1, i),
+                       "remove one of them");
     }
     in.scene.lines.push_back(std::move(line));
   }
@@ -40,23 +45,35 @@ class VaryReader {
 
   void read(int place) {
     vary_.key = view_.text("key");
-    static const std::vector<std::pair<const char*, Vary::Kind>> kinds{{"lognormal", Vary::Kind::lognormal}, {"normal", Vary::Kind::normal}, {"uniform", Vary::Kind::uniform}, {"power_law", Vary::Kind::power_law},
-                                                                       {"list", Vary::Kind::list},           {"table", Vary::Kind::table},   {"rotation", Vary::Kind::rotation}};
+    static const std::vector<std::pair<const char*, Vary::Kind>> kinds{
+        {"lognormal", Vary::Kind::lognormal}, {"normal", Vary::Kind::normal},
+        {"uniform", Vary::Kind::uniform},     {"power_law", Vary::Kind::power_law},
+        {"list", Vary::Kind::list},           {"table", Vary::Kind::table},
+        {"rotation", Vary::Kind::rotation}};
     int given = 0;
     for (const auto& [name, kind] : kinds)
       if (view_.has(name)) ++given, vary_.kind = kind;
     const bool release = vary_.key.ends_with(".release");
-    if (given == 0 && release) vary_.kind = Vary::Kind::release;
-    else if (release) view_.problem("", "a release takes no distribution: its area says where", "remove it; uniform over the area is what is drawn");
-    else if (given != 1) view_.problem("", given == 0 ? "has no distribution" : "has more than one distribution", "give one of lognormal, normal, uniform, power_law, list, table, rotation");
+    if (given == 0 && release)
+      vary_.kind = Vary::Kind::release;
+    else if (release)
+      view_.problem("", "a release takes no distribution: its area says where",
+                    "remove it; uniform over the area is what is drawn");
+    else if (given != 1)
+      view_.problem("", given == 0 ? "has no distribution" : "has more than one distribution",
+                    "give one of lognormal, normal, uniform, power_law, list, table, rotation");
     read_unit();
     read_distribution();
     if (view_.get("like")) {
       vary_.like = static_cast<int>(view_.integer("like"));
-      if (vary_.like >= place) view_.problem("like", "must name an earlier variable", "count the [[ensemble.vary]] from 0");
+      if (vary_.like >= place)
+        view_.problem("like", "must name an earlier variable", "count the [[ensemble.vary]] from 0");
     }
-    if ((vary_.min || vary_.max) && (vary_.kind == Vary::Kind::rotation || vary_.kind == Vary::Kind::release || vary_.kind == Vary::Kind::list)) view_.problem(vary_.min ? "min" : "max", "there is nothing to cut", "remove it");
-    if (vary_.min && vary_.max && *vary_.min >= *vary_.max) view_.problem("max", "must be larger than min", "swap them");
+    if ((vary_.min || vary_.max) && (vary_.kind == Vary::Kind::rotation ||
+                                     vary_.kind == Vary::Kind::release || vary_.kind == Vary::Kind::list))
+      view_.problem(vary_.min ? "min" : "max", "there is nothing to cut", "remove it");
+    if (vary_.min && vary_.max && *vary_.min >= *vary_.max)
+      view_.problem("max", "must be larger than min", "swap them");
   }
 
  private:
@@ -66,13 +83,15 @@ class VaryReader {
     Dimension unit;
     const auto look = [&](const char* key, const Node& node) {
       const Dimension dimension = amount_of(node).dimension;
-      if (!first && dimension != unit) view_.problem(key, "its numbers are of different units", "give all of them in one unit");
+      if (!first && dimension != unit)
+        view_.problem(key, "its numbers are of different units", "give all of them in one unit");
       first = false;
       unit = dimension;
     };
     for (const char* key : {"lognormal", "normal", "uniform", "power_law"})
       if (const Node* node = view_.get(key))
-        for (std::size_t i = std::string(key) == "power_law" ? 1 : 0; i < node->items.size(); ++i) look(key, node->items[i]);
+        for (std::size_t i = std::string(key) == "power_law" ? 1 : 0; i < node->items.size(); ++i)
+          look(key, node->items[i]);
     for (const char* key : {"min", "max"})
       if (const Node* node = view_.get(key)) look(key, *node);
     if (!unit.none()) vary_.unit = unit_name(unit);
@@ -85,7 +104,8 @@ class VaryReader {
       const Node* node = view_.get(key);
       if (!node) return false;
       if (node->items.size() != count) {
-        view_.problem(key, fmt::format("takes {} numbers, not {}", count, node->items.size()), fmt::format("see talus explain ensemble.vary.{}", key));
+        view_.problem(key, fmt::format("takes {} numbers, not {}", count, node->items.size()),
+                      fmt::format("see talus explain ensemble.vary.{}", key));
         return false;
       }
       for (std::size_t i = 0; i < count; ++i) vary_.parameters[i] = amount_of(node->items[i]).value;
@@ -94,16 +114,22 @@ class VaryReader {
     const auto& p = vary_.parameters;
     switch (vary_.kind) {
       case Vary::Kind::lognormal:
-        if (numbers("lognormal", 2) && !(p[0] > 0 && p[1] > 0)) view_.problem("lognormal", "mean and standard deviation must be > 0", "they are those of the quantity itself, not of its logarithm");
+        if (numbers("lognormal", 2) && !(p[0] > 0 && p[1] > 0))
+          view_.problem("lognormal", "mean and standard deviation must be > 0",
+                        "they are those of the quantity itself, not of its logarithm");
         return;
       case Vary::Kind::normal:
-        if (numbers("normal", 2) && !(p[1] > 0)) view_.problem("normal", "the standard deviation must be > 0", "leave the variable out for a fixed value");
+        if (numbers("normal", 2) && !(p[1] > 0))
+          view_.problem("normal", "the standard deviation must be > 0",
+                        "leave the variable out for a fixed value");
         return;
       case Vary::Kind::uniform:
-        if (numbers("uniform", 2) && !(p[0] < p[1])) view_.problem("uniform", "low must be less than high", "swap them");
+        if (numbers("uniform", 2) && !(p[0] < p[1]))
+          view_.problem("uniform", "low must be less than high", "swap them");
         return;
       case Vary::Kind::power_law:
-        if (numbers("power_law", 3) && !(p[1] > 0 && p[1] < p[2])) view_.problem("power_law", "needs 0 < min < max", "write [exponent, min, max]");
+        if (numbers("power_law", 3) && !(p[1] > 0 && p[1] < p[2]))
+          view_.problem("power_law", "needs 0 < min < max", "write [exponent, min, max]");
         return;
       case Vary::Kind::list:
         if (const Node* node = view_.get("list"))
@@ -113,12 +139,15 @@ class VaryReader {
         const std::string path = in_.file(view_, "table");
         if (path.empty()) return;
         for (const auto& row : read_numbers(view_, "table", path, 1)) vary_.table.push_back(row.front());
-        if (vary_.table.empty() && view_.get("table")) view_.problem("table", "holds no number", "give one number a line");
+        if (vary_.table.empty() && view_.get("table"))
+          view_.problem("table", "holds no number", "give one number a line");
         std::sort(vary_.table.begin(), vary_.table.end());
         return;
       }
       case Vary::Kind::rotation:
-        if (!vary_.key.ends_with(".orientation")) view_.problem("key", "rotation is for an orientation", "write for example key = \"block.B1.orientation\"");
+        if (!vary_.key.ends_with(".orientation"))
+          view_.problem("key", "rotation is for an orientation",
+                        "write for example key = \"block.B1.orientation\"");
         return;
       case Vary::Kind::release: return;
     }
@@ -137,25 +166,35 @@ void read_ensemble(Reading& in, const View& root) {
   if (!view) return;
   Ensemble e;
   const std::string design = view->text("design");
-  e.design = design == "sobol" ? Ensemble::Design::sobol : design == "factorial" ? Ensemble::Design::factorial : Ensemble::Design::random;
+  e.design = design == "sobol"       ? Ensemble::Design::sobol
+             : design == "factorial" ? Ensemble::Design::factorial
+                                     : Ensemble::Design::random;
   e.members = view->get("members") ? view->integer("members") : 0;
   e.seed = static_cast<std::uint32_t>(view->integer("seed"));
   e.step_limit = view->integer("step_limit");
   e.map_cell = view->number("map_cell");
   e.releases_per_year = view->maybe("releases_per_year").value_or(0);
   if (const auto precision = view->table("precision")) {
-    e.precision = Ensemble::Precision{precision->text("line"), precision->text("quantity"), precision->number("percentile"), precision->number("within")};
-    if (std::none_of(in.scene.lines.begin(), in.scene.lines.end(), [&](const Line& line) { return line.name == e.precision->line; }))
+    e.precision = Ensemble::Precision{precision->text("line"), precision->text("quantity"),
+                                      precision->number("percentile"), precision->number("within")};
+    if (std::none_of(in.scene.lines.begin(), in.scene.lines.end(),
+                     [&](const Line& line) { return line.name == e.precision->line; }))
       precision->problem("line", "there is no such [[line]]", "name one of the scene's");
   }
   int place = 0;
   for (const View& vary : view->tables("vary")) VaryReader(in, vary, e.vary.emplace_back()).read(place++);
   for (std::size_t i = 0; i < e.vary.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)
-      if (e.vary[i].key == e.vary[j].key) view->tables("vary")[i].problem("key", fmt::format("variable {} draws it already", j), "keep one of them");
-  const bool lists = std::any_of(e.vary.begin(), e.vary.end(), [](const Vary& v) { return v.kind == Vary::Kind::list; });
-  if (e.design == Ensemble::Design::factorial && !lists) view->problem("design", "factorial combines lists, and no variable has one", "give a variable list = [...], or take design \"random\"");
-  if (e.members == 0 && !e.precision && e.design != Ensemble::Design::factorial && !view->has("members")) view->missing("members", "or precision");
+      if (e.vary[i].key == e.vary[j].key)
+        view->tables("vary")[i].problem("key", fmt::format("variable {} draws it already", j),
+                                        "keep one of them");
+  const bool lists =
+      std::any_of(e.vary.begin(), e.vary.end(), [](const Vary& v) { return v.kind == Vary::Kind::list; });
+  if (e.design == Ensemble::Design::factorial && !lists)
+    view->problem("design", "factorial combines lists, and no variable has one",
+                  "give a variable list = [...], or take design \"random\"");
+  if (e.members == 0 && !e.precision && e.design != Ensemble::Design::factorial && !view->has("members"))
+    view->missing("members", "or precision");
   in.scene.ensemble = std::move(e);
 }
 

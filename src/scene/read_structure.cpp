@@ -17,7 +17,8 @@ const std::vector<std::string> faces{"-x", "+x", "-y", "+y", "-z", "+z"};
 
 Box3 read_region(const View& view) {
   const Vec3 low = view.vector("min"), high = view.vector("max");
-  if (view.get("min") && view.get("max") && !(low.array() <= high.array()).all()) view.problem("max", "must not be below min", "swap the corners");
+  if (view.get("min") && view.get("max") && !(low.array() <= high.array()).all())
+    view.problem("max", "must not be below min", "swap the corners");
   return Box3(low, high);
 }
 
@@ -29,14 +30,21 @@ void read_supports(const View& view, StructureSpec& spec) {
     return;
   }
   // A point or a line is a box about the nodes it means; cells are far larger than this.
-  const double tolerance = 1e-3 * (spec.cell_size > 0 ? spec.cell_size : spec.cells[0] > 0 ? spec.size.minCoeff() / *std::max_element(spec.cells.begin(), spec.cells.end()) : 1e-3);
+  const double tolerance =
+      1e-3 * (spec.cell_size > 0 ? spec.cell_size
+              : spec.cells[0] > 0
+                  ? spec.size.minCoeff() / *std::max_element(spec.cells.begin(), spec.cells.end())
+                  : 1e-3);
   for (const Node& item : node->items) {
     StructureSpec::Support support;
     if (item.kind == Node::Kind::text) {
-      if (std::find(faces.begin(), faces.end(), item.text) != faces.end()) support.face = item.text;
-      else if (spec.kind == "mesh") support.group = item.text;
+      if (std::find(faces.begin(), faces.end(), item.text) != faces.end())
+        support.face = item.text;
+      else if (spec.kind == "mesh")
+        support.group = item.text;
       else {
-        view.problem("support", fmt::format("\"{}\" is no face", item.text), "faces are -x, +x, -y, +y, -z, +z; only kind = \"mesh\" has groups");
+        view.problem("support", fmt::format("\"{}\" is no face", item.text),
+                     "faces are -x, +x, -y, +y, -z, +z; only kind = \"mesh\" has groups");
         continue;
       }
       spec.supports.push_back(support);
@@ -51,20 +59,27 @@ void read_supports(const View& view, StructureSpec& spec) {
     }
     support.face = at.text("face");
     support.group = at.text("group");
-    if (at.has("group") && spec.kind != "mesh") at.problem("group", "only kind = \"mesh\" has groups", "name a face, a point, a line or a region");
-    if (const auto point = at.maybe_vector("point")) support.region = Box3(*point - Vec3::Constant(tolerance), *point + Vec3::Constant(tolerance));
+    if (at.has("group") && spec.kind != "mesh")
+      at.problem("group", "only kind = \"mesh\" has groups", "name a face, a point, a line or a region");
+    if (const auto point = at.maybe_vector("point"))
+      support.region = Box3(*point - Vec3::Constant(tolerance), *point + Vec3::Constant(tolerance));
     if (at.get("line")) {
       const auto ends = at.vectors("line");
       if (ends.size() != 2 || ((ends[0] - ends[1]).array().abs() > tolerance).count() != 1)
-        at.problem("line", "must be two points that differ in one coordinate", "write [[x, y, z], [x, y, z]], along an axis");
+        at.problem("line", "must be two points that differ in one coordinate",
+                   "write [[x, y, z], [x, y, z]], along an axis");
       else
-        support.region = Box3(ends[0].cwiseMin(ends[1]) - Vec3::Constant(tolerance), ends[0].cwiseMax(ends[1]) + Vec3::Constant(tolerance));
+        support.region = Box3(ends[0].cwiseMin(ends[1]) - Vec3::Constant(tolerance),
+                              ends[0].cwiseMax(ends[1]) + Vec3::Constant(tolerance));
     }
     if (const auto region = at.table("region")) support.region = read_region(*region);
     const std::string held = at.text("held");
     if (at.get("held") || !at.has("held")) {
-      if (held.empty() || held.find_first_not_of("xyz") != std::string::npos) at.problem("held", "must be some of the letters x, y, z", "write held = \"xyz\", or \"z\" for a roller");
-      support.held = {held.find('x') != std::string::npos, held.find('y') != std::string::npos, held.find('z') != std::string::npos};
+      if (held.empty() || held.find_first_not_of("xyz") != std::string::npos)
+        at.problem("held", "must be some of the letters x, y, z",
+                   "write held = \"xyz\", or \"z\" for a roller");
+      support.held = {held.find('x') != std::string::npos, held.find('y') != std::string::npos,
+                      held.find('z') != std::string::npos};
     }
     spec.supports.push_back(support);
   }
@@ -72,45 +87,65 @@ void read_supports(const View& view, StructureSpec& spec) {
 
 /// Cells that are to be halved where blocks are about to strike.
 void read_impact_zone(const View& at, double cell_size, StructureSpec& spec) {
-  if (impact_refinement(spec).cell_size > 0) at.problem("where", "\"impact\" stands in one zone of a structure", "remove one of them");
+  if (impact_refinement(spec).cell_size > 0)
+    at.problem("where", "\"impact\" stands in one zone of a structure", "remove one of them");
   for (const char* key : {"region", "local"})
-    if (at.has(key)) at.problem(key, "has no meaning with where = \"impact\", which finds its own places", "remove it");
+    if (at.has(key))
+      at.problem(key, "has no meaning with where = \"impact\", which finds its own places", "remove it");
   spec.parameters.emplace_back(ImpactRefinement::size_key, cell_size);
   if (const auto reach = at.maybe("reach")) spec.parameters.emplace_back(ImpactRefinement::reach_key, *reach);
 }
 
 void read_refinements(const View& view, StructureSpec& spec) {
-  const auto is_local = [&] { return std::any_of(spec.parameters.begin(), spec.parameters.end(), [](const auto& p) { return p.first == "local_refinement"; }); };
+  const auto is_local = [&] {
+    return std::any_of(spec.parameters.begin(), spec.parameters.end(),
+                       [](const auto& p) { return p.first == "local_refinement"; });
+  };
   for (const View& at : view.tables("refine")) {
     StructureSpec::Refinement zone;
     zone.cell_size = at.number("cell_size");
-    if (at.get("cell_size") && spec.cell_size > 0 && zone.cell_size > spec.cell_size) at.problem("cell_size", "must not exceed the structure's cell_size", "give a smaller one");
+    if (at.get("cell_size") && spec.cell_size > 0 && zone.cell_size > spec.cell_size)
+      at.problem("cell_size", "must not exceed the structure's cell_size", "give a smaller one");
     if (at.text("where") == "impact") {
       read_impact_zone(at, zone.cell_size, spec);
       continue;
     }
-    if (at.has("reach")) at.problem("reach", "is of zones with where = \"impact\"", "remove it, or write where = \"impact\" in place of the region");
-    if (const auto region = at.table("region")) zone.region = read_region(*region);
-    else at.problem("region", "a zone of finer cells needs its place", "give the region in scene coordinates, or write where = \"impact\"");
+    if (at.has("reach"))
+      at.problem("reach", "is of zones with where = \"impact\"",
+                 "remove it, or write where = \"impact\" in place of the region");
+    if (const auto region = at.table("region"))
+      zone.region = read_region(*region);
+    else
+      at.problem("region", "a zone of finer cells needs its place",
+                 "give the region in scene coordinates, or write where = \"impact\"");
     spec.refinements.push_back(zone);
     const bool local = at.flag("local");
     if (local && spec.refinements.size() == 1) spec.parameters.emplace_back("local_refinement", 1);
-    if (local != is_local()) at.problem("local", "is the same for all zones of a structure", "write it in each of them, or in none");
+    if (local != is_local())
+      at.problem("local", "is the same for all zones of a structure", "write it in each of them, or in none");
   }
   if (spec.refinements.empty() || is_local()) return;
-  if (spec.kind == "mesh") view.problem("refine", "a mesh file brings its own cells", "write local = true in each zone, or refine in the mesh generator");
-  else if (view.has("cells")) view.problem("refine", "cells fixes their number", "give cell_size in place of cells, or write local = true in each zone");
+  if (spec.kind == "mesh")
+    view.problem("refine", "a mesh file brings its own cells",
+                 "write local = true in each zone, or refine in the mesh generator");
+  else if (view.has("cells"))
+    view.problem("refine", "cells fixes their number",
+                 "give cell_size in place of cells, or write local = true in each zone");
 }
 
 /// A viaduct's own key for what `diameter` says; a resolved scene has width and depth beside it.
 void read_pier_diameter(const View& view, StructureSpec& spec) {
   const auto diameter = view.maybe("pier_diameter");
   if (!diameter) return;
-  if (spec.section != "round") return view.problem("pier_diameter", "only a round section has a diameter", "write section = \"round\"");
-  if (view.has("diameter") || view.has("section_size")) return view.problem("pier_diameter", "the section has its diameter already", "keep one of them");
+  if (spec.section != "round")
+    return view.problem("pier_diameter", "only a round section has a diameter", "write section = \"round\"");
+  if (view.has("diameter") || view.has("section_size"))
+    return view.problem("pier_diameter", "the section has its diameter already", "keep one of them");
   for (const char* key : {"pier_width", "pier_depth"}) {
-    if (!view.has(key)) spec.parameters.emplace_back(key, *diameter);
-    else if (const auto other = view.maybe(key); other && *other != *diameter) view.problem(key, "differs from pier_diameter, and a round pier has one diameter", "remove it");
+    if (!view.has(key))
+      spec.parameters.emplace_back(key, *diameter);
+    else if (const auto other = view.maybe(key); other && *other != *diameter)
+      view.problem(key, "differs from pier_diameter, and a round pier has one diameter", "remove it");
   }
 }
 
@@ -119,20 +154,27 @@ void read_section(const View& view, StructureSpec& spec) {
   if (const Node* node = view.get("section"); node && node->kind == Node::Kind::array) {
     spec.section = "rectangular";
     outer = vector_of(*node, dimension::length);
-    if (view.has("section_size")) view.problem("section_size", "the section has its size already", "remove it, or name the section");
+    if (view.has("section_size"))
+      view.problem("section_size", "the section has its size already", "remove it, or name the section");
   } else {
     spec.section = view.text("section");
     if (const auto size = view.maybe_vector("section_size")) outer = *size;
   }
   spec.wall_thickness = view.number("wall_thickness");
   const double diameter = view.number("diameter");
-  if (view.has("diameter") && view.has("section_size")) view.problem("section_size", "the section has its diameter already", "keep one of them");
-  if (spec.section == "round" && diameter > 0) outer = Vec3(diameter, diameter, 0);
-  else if (view.has("diameter") && spec.section != "round") view.problem("diameter", "only a round section has a diameter", "write section = \"round\"");
-  if (spec.section == "hollow") view.missing("wall_thickness", "a hollow section needs it");
-  else if (view.has("wall_thickness")) view.problem("wall_thickness", "only a hollow section has a wall", "write section = \"hollow\"");
+  if (view.has("diameter") && view.has("section_size"))
+    view.problem("section_size", "the section has its diameter already", "keep one of them");
+  if (spec.section == "round" && diameter > 0)
+    outer = Vec3(diameter, diameter, 0);
+  else if (view.has("diameter") && spec.section != "round")
+    view.problem("diameter", "only a round section has a diameter", "write section = \"round\"");
+  if (spec.section == "hollow")
+    view.missing("wall_thickness", "a hollow section needs it");
+  else if (view.has("wall_thickness"))
+    view.problem("wall_thickness", "only a hollow section has a wall", "write section = \"hollow\"");
   if (spec.section == "hollow" && outer.x() > 0 && 2 * spec.wall_thickness >= std::min(outer.x(), outer.y()))
-    view.problem("wall_thickness", "twice the wall must be less than the section", "make it thinner, or the section rectangular");
+    view.problem("wall_thickness", "twice the wall must be less than the section",
+                 "make it thinner, or the section rectangular");
   if (spec.kind != "column") {
     if (spec.kind == "viaduct" && view.has("pier_diameter")) return read_pier_diameter(view, spec);
     if (outer.x() > 0 && spec.kind == "viaduct") {
@@ -142,9 +184,14 @@ void read_section(const View& view, StructureSpec& spec) {
     }
     return;
   }
-  if (!(outer.x() > 0) && (!view.has("section") || view.get("section")) && !view.has("section_size") && !view.has("diameter"))
-    view.problem("section", spec.section == "round" ? "a round section needs its diameter" : "the section needs its size",
-                 spec.section == "round" ? "add diameter" : spec.section == "hollow" ? "add section_size = [x, y]" : "write section = [x, y]");
+  if (!(outer.x() > 0) && (!view.has("section") || view.get("section")) && !view.has("section_size") &&
+      !view.has("diameter"))
+    view.problem(
+        "section",
+        spec.section == "round" ? "a round section needs its diameter" : "the section needs its size",
+        spec.section == "round"    ? "add diameter"
+        : spec.section == "hollow" ? "add section_size = [x, y]"
+                                   : "write section = [x, y]");
   view.missing("height", "a column needs it");
   view.missing("base", "a column needs it");
   spec.position = view.vector("base");
@@ -155,13 +202,18 @@ void read_rebar(Reading& in, const View& view, StructureSpec& spec) {
   spec.rebar_file = in.file(view, "rebar");
   spec.bond = view.text("bond");
   if (view.has("bond") && spec.bond == "mc2010" && !view.has("rebar"))
-    view.problem("bond", "has no effect: there are no bars", "add [[structure.rebar]], or leave bond out", Problem::Severity::warning);
+    view.problem("bond", "has no effect: there are no bars", "add [[structure.rebar]], or leave bond out",
+                 Problem::Severity::warning);
   for (const View& rule : view.tables("rebar")) {
     StructureSpec::RebarRule bar;
     bar.kind = rule.text("kind");
     bar.part = rule.text("part");
-    if (bar.part != "pier" && spec.kind != "viaduct") rule.problem("part", "only a viaduct has decks and cap beams", "remove it, or write kind = \"viaduct\"");
-    if (bar.part == "deck" && bar.kind == "stirrups") rule.problem("kind", "decks take longitudinal bars only", "give stirrups of a deck as polylines in a CSV file");
+    if (bar.part != "pier" && spec.kind != "viaduct")
+      rule.problem("part", "only a viaduct has decks and cap beams",
+                   "remove it, or write kind = \"viaduct\"");
+    if (bar.part == "deck" && bar.kind == "stirrups")
+      rule.problem("kind", "decks take longitudinal bars only",
+                   "give stirrups of a deck as polylines in a CSV file");
     bar.bars = static_cast<int>(rule.integer("bars"));
     bar.diameter = rule.number("diameter");
     bar.cover = rule.number("cover");
@@ -169,14 +221,24 @@ void read_rebar(Reading& in, const View& view, StructureSpec& spec) {
     bar.yield = rule.number("yield");
     bar.ultimate_strain = rule.number("ultimate_strain");
     bar.prestress = rule.number("prestress");
-    if (bar.kind == "longitudinal" && bar.spacing > 0) rule.problem("spacing", "only stirrups have a spacing", "remove it: it has no effect", Problem::Severity::warning);
-    if (bar.kind == "stirrups" && bar.bars > 0) rule.problem("bars", "only longitudinal bars have a number: a stirrup is one closed tie", "remove it: it has no effect; inner ties need polylines in a CSV file", Problem::Severity::warning);
-    if (bar.prestress >= bar.yield && rule.get("prestress")) rule.problem("prestress", "must be below the yield stress", "at most 0.75 of it after losses");
-    if (bar.kind == "longitudinal" && bar.bars < 1 && (rule.get("bars") || !rule.has("bars"))) rule.problem("bars", "longitudinal bars need a number of at least 1", "add bars");
-    if (bar.kind == "stirrups" && !(bar.spacing > 0) && (rule.get("spacing") || !rule.has("spacing"))) rule.problem("spacing", "stirrups need a spacing above 0", "add spacing");
+    if (bar.kind == "longitudinal" && bar.spacing > 0)
+      rule.problem("spacing", "only stirrups have a spacing", "remove it: it has no effect",
+                   Problem::Severity::warning);
+    if (bar.kind == "stirrups" && bar.bars > 0)
+      rule.problem("bars", "only longitudinal bars have a number: a stirrup is one closed tie",
+                   "remove it: it has no effect; inner ties need polylines in a CSV file",
+                   Problem::Severity::warning);
+    if (bar.prestress >= bar.yield && rule.get("prestress"))
+      rule.problem("prestress", "must be below the yield stress", "at most 0.75 of it after losses");
+    if (bar.kind == "longitudinal" && bar.bars < 1 && (rule.get("bars") || !rule.has("bars")))
+      rule.problem("bars", "longitudinal bars need a number of at least 1", "add bars");
+    if (bar.kind == "stirrups" && !(bar.spacing > 0) && (rule.get("spacing") || !rule.has("spacing")))
+      rule.problem("spacing", "stirrups need a spacing above 0", "add spacing");
     spec.rebar_rules.push_back(bar);
   }
-  if (view.get("rebar") && !(spec.f_cm > 0)) view.problem("rebar", "bars are embedded in concrete, and the material has no f_cm", "give the material f_cm, or remove the bars");
+  if (view.get("rebar") && !(spec.f_cm > 0))
+    view.problem("rebar", "bars are embedded in concrete, and the material has no f_cm",
+                 "give the material f_cm, or remove the bars");
 }
 
 void read_material(Reading& in, const View& view, StructureSpec& spec) {
@@ -189,30 +251,50 @@ void read_material(Reading& in, const View& view, StructureSpec& spec) {
   spec.f_cm = m.f_cm;
   spec.tensile_strength = m.tensile_strength;
   spec.fracture_energy = m.fracture_energy;
-  if (!(m.f_cm > 0) && !(m.young > 0)) view.problem("material", fmt::format("the material \"{}\" has neither f_cm nor young", m.name), "add f_cm for concrete, or young, poisson and density for an elastic structure");
-  if (!(m.density > 0)) view.problem("material", fmt::format("the material \"{}\" has no density", m.name), "add density to the [[material]]");
-  if (spec.damage != "none" && !(m.f_cm > 0)) view.problem("damage", fmt::format("needs a concrete, and \"{}\" has no f_cm", m.name), "add f_cm to the material, e.g. f_cm = \"38 MPa\", or write damage = \"none\"");
+  if (!(m.f_cm > 0) && !(m.young > 0))
+    view.problem("material", fmt::format("the material \"{}\" has neither f_cm nor young", m.name),
+                 "add f_cm for concrete, or young, poisson and density for an elastic structure");
+  if (!(m.density > 0))
+    view.problem("material", fmt::format("the material \"{}\" has no density", m.name),
+                 "add density to the [[material]]");
+  if (spec.damage != "none" && !(m.f_cm > 0))
+    view.problem("damage", fmt::format("needs a concrete, and \"{}\" has no f_cm", m.name),
+                 "add f_cm to the material, e.g. f_cm = \"38 MPa\", or write damage = \"none\"");
 }
 
 void read_viaduct(const View& view, StructureSpec& spec) {
-  static const std::vector<std::string> names{"spans", "span_length", "pier_height", "deck_level", "pier_spacing", "piers_per_bent", "pier_width", "pier_depth", "pier_diameter",
-                                              "cap_height", "cap_width", "cap_length", "deck_width", "deck_depth", "slab_thickness", "bottom_slab", "girders", "girder_width",
-                                              "bearing_height", "bearing_stiffness", "bearing_friction", "bearing_seat", "abutments"};
+  static const std::vector<std::string> names{"spans",          "span_length",       "pier_height",
+                                              "deck_level",     "pier_spacing",      "piers_per_bent",
+                                              "pier_width",     "pier_depth",        "pier_diameter",
+                                              "cap_height",     "cap_width",         "cap_length",
+                                              "deck_width",     "deck_depth",        "slab_thickness",
+                                              "bottom_slab",    "girders",           "girder_width",
+                                              "bearing_height", "bearing_stiffness", "bearing_friction",
+                                              "bearing_seat",   "abutments"};
   for (const std::string& name : names) {
     const auto value = view.maybe(name);
     if (!view.has(name)) continue;
-    if (spec.kind != "viaduct") view.problem(name, "only a viaduct has this measure", "remove it, or write kind = \"viaduct\"");
+    if (spec.kind != "viaduct")
+      view.problem(name, "only a viaduct has this measure", "remove it, or write kind = \"viaduct\"");
     else if (value) {
-      const bool counted = name == "spans" || name == "piers_per_bent" || name == "girders" || name == "abutments";
-      if (counted && *value != std::round(*value)) view.problem(name, "must be a whole number", name == "spans" ? "give spans of other lengths in span_lengths" : "correct it");
-      if (name == "abutments" && *value != 0 && *value != 1) view.problem(name, "must be 0 or 1", "1: abutments at both ends");
+      const bool counted =
+          name == "spans" || name == "piers_per_bent" || name == "girders" || name == "abutments";
+      if (counted && *value != std::round(*value))
+        view.problem(name, "must be a whole number",
+                     name == "spans" ? "give spans of other lengths in span_lengths" : "correct it");
+      if (name == "abutments" && *value != 0 && *value != 1)
+        view.problem(name, "must be 0 or 1", "1: abutments at both ends");
       spec.parameters.emplace_back(name, *value);
     }
   }
   if (view.has("span_lengths")) {
-    if (spec.kind != "viaduct") view.problem("span_lengths", "only a viaduct has this measure", "remove it, or write kind = \"viaduct\"");
+    if (spec.kind != "viaduct")
+      view.problem("span_lengths", "only a viaduct has this measure",
+                   "remove it, or write kind = \"viaduct\"");
     for (const auto& [span, length] : view.pairs("span_lengths")) {
-      if (span < 1 || span != std::round(span)) view.problem("span_lengths", fmt::format("{:g} is no number of a span", span), "count the spans from 1");
+      if (span < 1 || span != std::round(span))
+        view.problem("span_lengths", fmt::format("{:g} is no number of a span", span),
+                     "count the spans from 1");
       spec.parameters.emplace_back(fmt::format("span_length.{:.0f}", span), length);
     }
   }
@@ -220,13 +302,16 @@ void read_viaduct(const View& view, StructureSpec& spec) {
     for (const Node::Entry& entry : free->node().entries) {
       if (entry.value.bad) continue;
       std::string error;
-      const double value = entry.value.is_number() ? entry.value.as_number() : parse_quantity(entry.value.text, error).value_or(Quantity{}).value;
+      const double value = entry.value.is_number()
+                               ? entry.value.as_number()
+                               : parse_quantity(entry.value.text, error).value_or(Quantity{}).value;
       spec.parameters.emplace_back(entry.key, value);
     }
   std::sort(spec.parameters.begin(), spec.parameters.end());
   for (std::size_t i = 1; i < spec.parameters.size(); ++i)
     if (spec.parameters[i].first == spec.parameters[i - 1].first)
-      view.problem("parameters", fmt::format("\"{}\" is given twice", spec.parameters[i].first), "keep one of them");
+      view.problem("parameters", fmt::format("\"{}\" is given twice", spec.parameters[i].first),
+                   "keep one of them");
 }
 
 }  // namespace
@@ -243,10 +328,14 @@ void read_structures(Reading& in, const View& root) {
     spec.position = view.vector("position");
     const bool placed = spec.kind != "mesh" || view.has("position");
     if (spec.kind == "mesh" && placed) spec.parameters.emplace_back("centred", 1.0);
-    if (!placed && view.has("orientation") && view.get("kind")) view.problem("orientation", "a mesh without position lies where its file says", "add a position, or remove the orientation");
+    if (!placed && view.has("orientation") && view.get("kind"))
+      view.problem("orientation", "a mesh without position lies where its file says",
+                   "add a position, or remove the orientation");
     spec.rotation = read_orientation(view);
     const auto only = [&](const char* key, const char* kind) {
-      if (view.has(key) && view.get("kind") && spec.kind != kind) view.problem(key, fmt::format("has no effect with kind = \"{}\"", spec.kind), fmt::format("remove it, or write kind = \"{}\"", kind));
+      if (view.has(key) && view.get("kind") && spec.kind != kind)
+        view.problem(key, fmt::format("has no effect with kind = \"{}\"", spec.kind),
+                     fmt::format("remove it, or write kind = \"{}\"", kind));
     };
     spec.size = Vec3::Ones();
     spec.cell_size = view.number("cell_size");
@@ -257,7 +346,8 @@ void read_structures(Reading& in, const View& root) {
       only("height", "column");
       only("size", "box");
       only("file", "mesh");
-      if (spec.kind == "column" && view.has("position")) view.problem("position", "a column stands on its base", "give base, the centre of its foot");
+      if (spec.kind == "column" && view.has("position"))
+        view.problem("position", "a column stands on its base", "give base, the centre of its foot");
       if (spec.kind == "box") {
         view.missing("size", "a box needs it");
         view.missing("position", "a box needs it");
@@ -265,7 +355,8 @@ void read_structures(Reading& in, const View& root) {
       }
       if (spec.kind == "viaduct") {
         view.missing("position", "a viaduct needs it");
-        if (view.has("deck_level") && view.has("pier_height")) view.problem("deck_level", "pier_height fixes the deck's level already", "keep one of them");
+        if (view.has("deck_level") && view.has("pier_height"))
+          view.problem("deck_level", "pier_height fixes the deck's level already", "keep one of them");
         if (view.has("cells")) view.problem("cells", "a viaduct has parts of many sizes", "give cell_size");
       }
       if (spec.kind == "column" || spec.kind == "viaduct") read_section(view, spec);
@@ -273,33 +364,47 @@ void read_structures(Reading& in, const View& root) {
         view.missing("file", "kind = \"mesh\" needs it");
         if (view.has("cells")) view.problem("cells", "a mesh file brings its own cells", "remove it");
       } else {
-        if (view.has("cell_size") && view.has("cells")) view.problem("cells", "cell_size and cells say the same thing", "give one of them");
-        if (!view.has("cells")) view.missing("cell_size", spec.kind == "viaduct" ? "" : "or cells = [nx, ny, nz]");
+        if (view.has("cell_size") && view.has("cells"))
+          view.problem("cells", "cell_size and cells say the same thing", "give one of them");
+        if (!view.has("cells"))
+          view.missing("cell_size", spec.kind == "viaduct" ? "" : "or cells = [nx, ny, nz]");
       }
     }
     spec.file = in.file(view, "file");
     read_refinements(view, spec);
     read_viaduct(view, spec);
     read_supports(view, spec);
-    if (impact_refinement(spec).cell_size > 0 && spec.supports.empty()) view.problem("refine", "only structures with supports are refined where they are struck", "give it supports, or cells that are fine throughout");
+    if (impact_refinement(spec).cell_size > 0 && spec.supports.empty())
+      view.problem("refine", "only structures with supports are refined where they are struck",
+                   "give it supports, or cells that are fine throughout");
     spec.gravity_preload = view.text("preload") == "gravity";
     spec.rate_effect = view.flag("rate_effect");
     spec.erosion = view.flag("erosion");
     if (spec.damage == "concrete" || view.has("aggregate")) spec.aggregate = view.number("aggregate");
-    if (spec.aggregate > 0 && spec.damage != "concrete") view.problem("aggregate", "only the law damage = \"concrete\" knows interlocking faces", "remove it, or take that law");
+    if (spec.aggregate > 0 && spec.damage != "concrete")
+      view.problem("aggregate", "only the law damage = \"concrete\" knows interlocking faces",
+                   "remove it, or take that law");
     read_rebar(in, view, spec);
     spec.damping_ratio = view.number("damping_ratio");
     spec.integrator = view.text("integrator");
     spec.critical_step_fraction = view.number("critical_step_fraction");
     spec.initial_velocity = view.vector("initial_velocity");
-    if (spec.supports.empty() && spec.gravity_preload && in.scene.simulation.gravity.norm() > 0 && view.has("support") && view.get("support"))
-      view.problem("preload", "a structure without support has no state at rest under gravity", "write preload = \"none\", or add a support");
+    if (spec.supports.empty() && spec.gravity_preload && in.scene.simulation.gravity.norm() > 0 &&
+        view.has("support") && view.get("support"))
+      view.problem("preload", "a structure without support has no state at rest under gravity",
+                   "write preload = \"none\", or add a support");
     std::map<std::string, int> probes;
     for (const View& at : view.tables("probe")) {
-      if (at.has("at") && at.has("offset")) at.problem("offset", "at gives the point already", "keep one of them");
-      else if (at.has("offset") && !placed) at.problem("offset", "a mesh without position has no point to count from", "give at, in scene coordinates");
-      else if (!at.has("offset")) at.missing("at", "or offset, from the structure's base or position");
-      spec.probes.push_back({in.name(at, "name", "", probes), at.has("offset") ? Vec3(spec.position + spec.rotation * at.vector("offset")) : at.vector("at")});
+      if (at.has("at") && at.has("offset"))
+        at.problem("offset", "at gives the point already", "keep one of them");
+      else if (at.has("offset") && !placed)
+        at.problem("offset", "a mesh without position has no point to count from",
+                   "give at, in scene coordinates");
+      else if (!at.has("offset"))
+        at.missing("at", "or offset, from the structure's base or position");
+      spec.probes.push_back(
+          {in.name(at, "name", "", probes),
+           at.has("offset") ? Vec3(spec.position + spec.rotation * at.vector("offset")) : at.vector("at")});
     }
     for (const View& at : view.tables("load")) {
       StructureSpec::Load load;
@@ -308,7 +413,8 @@ void read_structures(Reading& in, const View& root) {
       load.history = at.pairs("history");
       for (std::size_t i = 1; i < load.history.size(); ++i)
         if (!(load.history[i].first > load.history[i - 1].first)) {
-          at.problem("history", "the times must grow", "sort the pairs by time; a jump is two times close together");
+          at.problem("history", "the times must grow",
+                     "sort the pairs by time; a jump is two times close together");
           break;
         }
       spec.loads.push_back(std::move(load));
@@ -319,36 +425,52 @@ void read_structures(Reading& in, const View& root) {
 
 namespace {
 
-constexpr double least_mass = 1e-15;   // of a block by a file [kg]: a grain of a thousandth of a millimetre
+constexpr double least_mass = 1e-15;  // of a block by a file [kg]: a grain of a thousandth of a millimetre
 
-/// Columns of the history of blocks as talus convert writes it, "B1.position.x [m]", under the names of a trajectories file. Of several blocks the one that `wanted` names; empty: there
-/// is one. Other headers stay as they are; none if a problem was reported.
-std::optional<std::vector<std::string>> named_columns(const View& view, std::vector<std::string> header, const std::string& wanted) {
-  static const std::map<std::string, std::string> names{{"position.x", "x"}, {"position.y", "y"}, {"position.z", "z"}, {"velocity.x", "vx"}, {"velocity.y", "vy"}, {"velocity.z", "vz"},
-                                                        {"spin.x", "wx"}, {"spin.y", "wy"}, {"spin.z", "wz"},
-                                                        {"orientation.w", "qw"}, {"orientation.x", "qx"}, {"orientation.y", "qy"}, {"orientation.z", "qz"}};
+/// Columns of the history of blocks as talus convert writes it, "B1.position.x [m]", under the names of a
+/// trajectories file. Of several blocks the one that `wanted` names; empty: there is one. Other headers stay
+/// as they are; none if a problem was reported.
+std::optional<std::vector<std::string>> named_columns(const View& view, std::vector<std::string> header,
+                                                      const std::string& wanted) {
+  static const std::map<std::string, std::string> names{
+      {"position.x", "x"},    {"position.y", "y"},     {"position.z", "z"},     {"velocity.x", "vx"},
+      {"velocity.y", "vy"},   {"velocity.z", "vz"},    {"spin.x", "wx"},        {"spin.y", "wy"},
+      {"spin.z", "wz"},       {"orientation.w", "qw"}, {"orientation.x", "qx"}, {"orientation.y", "qy"},
+      {"orientation.z", "qz"}};
   std::vector<std::string> blocks;
   for (const std::string& column : header)
-    if (const std::size_t end = column.rfind(".position.x"); end != std::string::npos && end > 0) blocks.push_back(column.substr(0, end));
+    if (const std::size_t end = column.rfind(".position.x"); end != std::string::npos && end > 0)
+      blocks.push_back(column.substr(0, end));
   if (blocks.empty()) {
     if (wanted.empty()) return header;
-    view.problem("block", "the trajectories file holds no histories of blocks", "remove the key, or convert results.h5#/history/blocks to CSV");
+    view.problem("block", "the trajectories file holds no histories of blocks",
+                 "remove the key, or convert results.h5#/history/blocks to CSV");
     return {};
   }
   std::string block = wanted.empty() && blocks.size() == 1 ? blocks[0] : wanted;
   if (block.empty()) {
-    view.problem("block", fmt::format("the trajectories file holds the histories of {} blocks", blocks.size()), fmt::format("name one of them: {}{}", fmt::join(blocks.begin(), blocks.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(blocks.size(), 5)), ", "), blocks.size() > 5 ? ", ..." : ""));
+    view.problem(
+        "block", fmt::format("the trajectories file holds the histories of {} blocks", blocks.size()),
+        fmt::format(
+            "name one of them: {}{}",
+            fmt::join(blocks.begin(),
+                      blocks.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(blocks.size(), 5)),
+                      ", "),
+            blocks.size() > 5 ? ", ..." : ""));
     return {};
   }
   if (std::find(blocks.begin(), blocks.end(), block) == blocks.end()) {
     const std::string near = nearest_name(block, blocks);
-    view.problem("block", "the trajectories file holds no such block", near.empty() ? fmt::format("name one of it: {}", blocks[0]) : fmt::format("did you mean \"{}\"?", near));
+    view.problem("block", "the trajectories file holds no such block",
+                 near.empty() ? fmt::format("name one of it: {}", blocks[0])
+                              : fmt::format("did you mean \"{}\"?", near));
     return {};
   }
   for (std::string& column : header) {
     if (!column.starts_with(block + ".")) continue;
     const std::string rest = column.substr(block.size() + 1);
-    if (const auto known = names.find(rest.substr(0, rest.find(" ["))); known != names.end()) column = known->second;
+    if (const auto known = names.find(rest.substr(0, rest.find(" ["))); known != names.end())
+      column = known->second;
   }
   return header;
 }
@@ -358,32 +480,46 @@ struct TrajectoryRow {
   const View& view;
   std::vector<std::string> header;
   std::vector<double> values;
-  std::string name;   // "row 1 (line 2)"
+  std::string name;  // "row 1 (line 2)"
 
   std::optional<double> column(const std::string& wanted) const {
     for (std::size_t i = 0; i < header.size() && i < values.size(); ++i)
       if (header[i] == wanted) return values[i];
     return {};
   }
-  void problem(const std::string& what, const std::string& rule, const std::string& remedy) const { view.problem("trajectories", fmt::format("{} of the file: {}: {}", name, what, rule), remedy); }
+  void problem(const std::string& what, const std::string& rule, const std::string& remedy) const {
+    view.problem("trajectories", fmt::format("{} of the file: {}: {}", name, what, rule), remedy);
+  }
 
   /// The bounds that the scene's own keys have.
   void check(double density) const {
-    const std::pair<Dimension, std::vector<std::string>> bounds[] = {{dimension::length, {"x", "y", "z"}},
-                                                                     {dimension::velocity, {"vx", "vy", "vz"}},
-                                                                     {dimension::angular_velocity, {"wx", "wy", "wz"}},
-                                                                     {dimension::number, {"qw", "qx", "qy", "qz"}},
-                                                                     {dimension::mass, {"mass"}},
-                                                                     {dimension::volume, {"volume"}}};
+    const std::pair<Dimension, std::vector<std::string>> bounds[] = {
+        {dimension::length, {"x", "y", "z"}},
+        {dimension::velocity, {"vx", "vy", "vz"}},
+        {dimension::angular_velocity, {"wx", "wy", "wz"}},
+        {dimension::number, {"qw", "qx", "qy", "qz"}},
+        {dimension::mass, {"mass"}},
+        {dimension::volume, {"volume"}}};
     for (const auto& [of, names] : bounds)
       for (const std::string& wanted : names)
         if (const auto value = column(wanted); value && !(std::abs(*value) <= largest(of)))
-          problem(fmt::format("{} = {:g}", wanted, *value), fmt::format("must not exceed {:g}{}{}", largest(of), of.none() ? "" : " ", of.none() ? "" : unit_name(of)), "check the number: the file is in SI");
+          problem(fmt::format("{} = {:g}", wanted, *value),
+                  fmt::format("must not exceed {:g}{}{}", largest(of), of.none() ? "" : " ",
+                              of.none() ? "" : unit_name(of)),
+                  "check the number: the file is in SI");
     const auto mass = column("mass"), volume = column("volume");
-    if (mass && !(*mass >= least_mass)) problem(fmt::format("mass = {:g}", *mass), fmt::format("the mass in this row must be > 0, and at least {:g} kg", least_mass), "correct the file");
-    if (volume && !(*volume * (density > 0 ? density : 1) >= least_mass)) problem(fmt::format("volume = {:g}", *volume), fmt::format("the volume in this row must be > 0, and its mass at least {:g} kg", least_mass), "correct the file");
+    if (mass && !(*mass >= least_mass))
+      problem(fmt::format("mass = {:g}", *mass),
+              fmt::format("the mass in this row must be > 0, and at least {:g} kg", least_mass),
+              "correct the file");
+    if (volume && !(*volume * (density > 0 ? density : 1) >= least_mass))
+      problem(fmt::format("volume = {:g}", *volume),
+              fmt::format("the volume in this row must be > 0, and its mass at least {:g} kg", least_mass),
+              "correct the file");
     if (mass && volume && density > 0 && *mass > 0 && std::abs(*volume * density / *mass - 1) > 0.01)
-      problem(fmt::format("mass = {:g}, volume = {:g}", *mass, *volume), fmt::format("contradict each other: with the material's {:g} kg/m^3 this volume has {:.4g} kg", density, *volume * density),
+      problem(fmt::format("mass = {:g}, volume = {:g}", *mass, *volume),
+              fmt::format("contradict each other: with the material's {:g} kg/m^3 this volume has {:.4g} kg",
+                          density, *volume * density),
               "leave one of the columns out, or correct the density");
   }
 };
@@ -401,10 +537,13 @@ void read_impact(Reading& in, const View& root) {
   if (view->get("structure")) {
     const std::string name = view->text("structure");
     const auto found = std::find(names.begin(), names.end(), name);
-    if (found != names.end()) impact.structure = static_cast<int>(found - names.begin());
+    if (found != names.end())
+      impact.structure = static_cast<int>(found - names.begin());
     else {
       const std::string near = nearest_name(name, names);
-      view->problem("structure", "there is no such structure", near.empty() ? "name one of the scene's structures" : fmt::format("did you mean \"{}\"?", near));
+      view->problem(
+          "structure", "there is no such structure",
+          near.empty() ? "name one of the scene's structures" : fmt::format("did you mean \"{}\"?", near));
     }
   }
   impact.material = in.material(*view, "material");
@@ -413,11 +552,16 @@ void read_impact(Reading& in, const View& root) {
   impact.spin = view->vector("spin");
   impact.point = view->vector("point");
   impact.clearance = view->number("clearance");
-  const bool soft = !in.scene.materials.empty() && in.scene.materials[static_cast<std::size_t>(impact.material)].young > 0;
+  const bool soft =
+      !in.scene.materials.empty() && in.scene.materials[static_cast<std::size_t>(impact.material)].young > 0;
   impact.deformable = view->maybe_flag("deformable").value_or(soft);
-  if (impact.deformable && !soft) view->problem("deformable", "a deformable block needs a material with young", "add young to the material, or remove deformable");
-  if (view->get("material") && !in.scene.materials.empty() && !(in.scene.materials[static_cast<std::size_t>(impact.material)].density > 0))
-    view->problem("material", "the material has no density, and a block is made of it", "add density to the [[material]]");
+  if (impact.deformable && !soft)
+    view->problem("deformable", "a deformable block needs a material with young",
+                  "add young to the material, or remove deformable");
+  if (view->get("material") && !in.scene.materials.empty() &&
+      !(in.scene.materials[static_cast<std::size_t>(impact.material)].density > 0))
+    view->problem("material", "the material has no density, and a block is made of it",
+                  "add density to the [[material]]");
 
   if (view->has("trajectories")) {
     for (const char* key : {"velocity", "point", "angle", "direction"})
@@ -435,56 +579,80 @@ void read_impact(Reading& in, const View& root) {
     }
     const auto named = named_columns(*view, header, view->text("block"));
     if (!named) return;
-    const TrajectoryRow numbers{*view, *named, rows[row - 1], fmt::format("row {} (line {})", row, lines[row - 1])};
+    const TrajectoryRow numbers{*view, *named, rows[row - 1],
+                                fmt::format("row {} (line {})", row, lines[row - 1])};
     const auto column = [&](const std::string& name) { return numbers.column(name); };
     impact.trajectory = fmt::format("{} of {}", numbers.name, path);
     std::string lacking;
     for (const char* name : {"x", "y", "z", "vx", "vy", "vz"})
       if (!column(name)) lacking += (lacking.empty() ? "" : ", ") + std::string(name);
     if (!lacking.empty()) {
-      view->problem("trajectories", fmt::format("the header of the file lacks {}", lacking), "name the columns x, y, z, vx, vy, vz in the first row");
+      view->problem("trajectories", fmt::format("the header of the file lacks {}", lacking),
+                    "name the columns x, y, z, vx, vy, vz in the first row");
       return;
     }
     impact.point = Vec3(*column("x"), *column("y"), *column("z"));
     impact.velocity = Vec3(*column("vx"), *column("vy"), *column("vz"));
-    if (!(impact.velocity.norm() > 0)) numbers.problem("vx, vy, vz", "the velocity in this row must not be zero", "choose another row, or correct the file");
-    numbers.check(in.scene.materials.empty() ? 0.0 : in.scene.materials[static_cast<std::size_t>(impact.material)].density);
+    if (!(impact.velocity.norm() > 0))
+      numbers.problem("vx, vy, vz", "the velocity in this row must not be zero",
+                      "choose another row, or correct the file");
+    numbers.check(in.scene.materials.empty()
+                      ? 0.0
+                      : in.scene.materials[static_cast<std::size_t>(impact.material)].density);
     for (const char* key : {"mass", "volume"})
-      if (view->has(key) && (column("mass") || column("volume"))) view->problem(key, fmt::format("the trajectories file has a column {} already", column("mass") ? "mass" : "volume"), "remove the key, or the column");
+      if (view->has(key) && (column("mass") || column("volume")))
+        view->problem(
+            key,
+            fmt::format("the trajectories file has a column {} already", column("mass") ? "mass" : "volume"),
+            "remove the key, or the column");
     // Spin and orientation where the file has them and the scene does not say otherwise.
-    const auto all_of = [&](const std::vector<std::string>& names, const char* key) -> std::optional<std::vector<double>> {
+    const auto all_of = [&](const std::vector<std::string>& names,
+                            const char* key) -> std::optional<std::vector<double>> {
       std::vector<double> values;
       for (const std::string& name : names)
         if (const auto value = column(name)) values.push_back(*value);
       if (values.empty() || view->has(key)) return {};
       if (values.size() == names.size()) return values;
-      view->problem("trajectories", fmt::format("the header of the file has some of {} but not all", fmt::join(names, ", ")), fmt::format("name all of them, or none and give {}", key));
+      view->problem("trajectories",
+                    fmt::format("the header of the file has some of {} but not all", fmt::join(names, ", ")),
+                    fmt::format("name all of them, or none and give {}", key));
       return {};
     };
     if (const auto w = all_of({"wx", "wy", "wz"}, "spin")) impact.spin = Vec3((*w)[0], (*w)[1], (*w)[2]);
     if (const auto q = all_of({"qw", "qx", "qy", "qz"}, "orientation")) {
       const Quat turn((*q)[0], (*q)[1], (*q)[2], (*q)[3]);
-      if (turn.norm() > 0) impact.rotation = turn.normalized().toRotationMatrix();
-      else numbers.problem("qw, qx, qy, qz", "the quaternion in this row must not be zero", "correct the file");
+      if (turn.norm() > 0)
+        impact.rotation = turn.normalized().toRotationMatrix();
+      else
+        numbers.problem("qw, qx, qy, qz", "the quaternion in this row must not be zero", "correct the file");
     }
-    if (column("mass")) impact.shape.mass = *column("mass");
-    else if (column("volume")) impact.shape.volume = *column("volume");
-    const bool sized = impact.shape.mass > 0 || impact.shape.volume > 0 || impact.shape.diameter > 0 || impact.shape.size.x() > 0 || !impact.shape.vertices.empty() || !impact.shape.file.empty();
+    if (column("mass"))
+      impact.shape.mass = *column("mass");
+    else if (column("volume"))
+      impact.shape.volume = *column("volume");
+    const bool sized = impact.shape.mass > 0 || impact.shape.volume > 0 || impact.shape.diameter > 0 ||
+                       impact.shape.size.x() > 0 || !impact.shape.vertices.empty() ||
+                       !impact.shape.file.empty();
     if (!sized && !column("mass") && !column("volume"))
-      view->problem("trajectories", "the file has no column mass or volume, and the block has no size", "add the column, or give volume, mass or size");
+      view->problem("trajectories", "the file has no column mass or volume, and the block has no size",
+                    "add the column, or give volume, mass or size");
   } else {
     view->missing("velocity", "needed unless trajectories are given");
     view->missing("point", "needed unless trajectories are given");
     if (const Node* velocity = view->get("velocity"); velocity && velocity->kind == Node::Kind::array) {
       impact.velocity = vector_of(*velocity, dimension::velocity);
       for (const char* key : {"angle", "direction"})
-        if (view->has(key)) view->problem(key, "the velocity is a vector already", "give a speed, or remove it");
+        if (view->has(key))
+          view->problem(key, "the velocity is a vector already", "give a speed, or remove it");
     } else if (velocity) {
-      const double speed = view->maybe("velocity").value_or(0), down = view->number("angle"), azimuth = view->number("direction");
-      impact.velocity = speed * Vec3(std::cos(down) * std::sin(azimuth), std::cos(down) * std::cos(azimuth), -std::sin(down));
+      const double speed = view->maybe("velocity").value_or(0), down = view->number("angle"),
+                   azimuth = view->number("direction");
+      impact.velocity = speed * Vec3(std::cos(down) * std::sin(azimuth), std::cos(down) * std::cos(azimuth),
+                                     -std::sin(down));
     }
   }
-  if (view->get("velocity") && !(impact.velocity.norm() > 0)) view->problem("velocity", "must not be zero", "give the velocity the block arrives with");
+  if (view->get("velocity") && !(impact.velocity.norm() > 0))
+    view->problem("velocity", "must not be zero", "give the velocity the block arrives with");
   in.scene.impact = std::move(impact);
 }
 

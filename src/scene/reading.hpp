@@ -12,22 +12,25 @@ namespace talus::scene {
 struct Reading {
   Scene& scene;
   std::vector<Problem>& problems;
-  std::string directory;                                // that relative paths start from
-  std::map<std::string, std::string> expected_hash;     // from scene.resolved.json
+  std::string directory;                             // that relative paths start from
+  std::map<std::string, std::string> expected_hash;  // from scene.resolved.json
   std::map<std::string, int> material_index;
-  bool names_good = true;                               // every material that is named is known
-  bool interface_wildcard = false;                      // some interface.between holds "*"
-  std::map<std::string, int> interface_name;            // names in interface.between that no [[material]] declares
-  const std::vector<std::pair<std::string, std::string>>* known_files = nullptr;   // whose hashes are known; null: none
+  bool names_good = true;                     // every material that is named is known
+  bool interface_wildcard = false;            // some interface.between holds "*"
+  std::map<std::string, int> interface_name;  // names in interface.between that no [[material]] declares
+  const std::vector<std::pair<std::string, std::string>>* known_files =
+      nullptr;  // whose hashes are known; null: none
 
-  /// Index of the material named at `key`; reports unknown ones. A `surface` (terrain, plane) may name one that only an
-  /// interface knows, since nothing but the contact law of it is used.
+  /// Index of the material named at `key`; reports unknown ones. A `surface` (terrain, plane) may name one
+  /// that only an interface knows, since nothing but the contact law of it is used.
   int material(const View& view, const std::string& key, bool surface = false);
-  /// Absolute path of the file named at `key`, empty if it is absent or cannot be read (reported). Books its hash,
-  /// unless what it holds becomes part of the scene (`inlined`).
+  /// Absolute path of the file named at `key`, empty if it is absent or cannot be read (reported). Books its
+  /// hash, unless what it holds becomes part of the scene (`inlined`).
   std::string file(const View& view, const std::string& key, bool inlined = false);
-  /// Reports a name that is empty, too long, holds what no file or dataset name may hold, or was taken before.
-  std::string name(const View& view, const std::string& key, const std::string& otherwise, std::map<std::string, int>& taken);
+  /// Reports a name that is empty, too long, holds what no file or dataset name may hold, or was taken
+  /// before.
+  std::string name(const View& view, const std::string& key, const std::string& otherwise,
+                   std::map<std::string, int>& taken);
 };
 
 void read_materials(Reading& in, const View& root);
@@ -37,7 +40,8 @@ void read_rock_mass(Reading& in, const View& root);
 void read_structures(Reading& in, const View& root);
 void read_impact(Reading& in, const View& root);
 void read_ensemble(Reading& in, const View& root);
-/// Where every table and key stands. Entries of a list that have no name go by their place, and by the name that they get.
+/// Where every table and key stands. Entries of a list that have no name go by their place, and by the name
+/// that they get.
 void note_places(const Node& root, std::map<std::string, Where>& places);
 /// Warns of numbers that are allowed and hardly meant.
 void warn_of_the_implausible(const Reading& in, const View& root);
@@ -52,12 +56,14 @@ Mat3 read_orientation(const View& view);
 bool read_joint_orientation(const View& view, double& dip_direction, double& dip);
 /// Edge of a cube of the shape's volume, as far as it is known without its mesh; 0 if not.
 double shape_size(const Shape& shape, double density);
-/// Rows of numbers of a CSV file; a first row that is no number is skipped. Reports what is wrong at `key`. `lines`: of the file, one for each row.
-std::vector<std::vector<double>> read_numbers(const View& view, const std::string& key, const std::string& path, std::size_t columns,
-                                              std::vector<std::string>* header = nullptr, std::vector<int>* lines = nullptr);
+/// Rows of numbers of a CSV file; a first row that is no number is skipped. Reports what is wrong at `key`.
+/// `lines`: of the file, one for each row.
+std::vector<std::vector<double>> read_numbers(const View& view, const std::string& key,
+                                              const std::string& path, std::size_t columns,
+                                              std::vector<std::string>* header = nullptr,
+                                              std::vector<int>* lines = nullptr);
 
 /// tan(phi) of a coefficient or an angle.
 double friction_coefficient(const Node& node);
-
 
 }  // namespace talus::scene

@@ -22,7 +22,9 @@ Json pairs(const std::vector<std::pair<double, double>>& rows) {
   return out;
 }
 Json box(const Box3& b) { return {{"min", vec(b.min())}, {"max", vec(b.max())}}; }
-Json rotation(const Mat3& r) { return {{"matrix", Json::array({vec(r.row(0)), vec(r.row(1)), vec(r.row(2))})}}; }
+Json rotation(const Mat3& r) {
+  return {{"matrix", Json::array({vec(r.row(0)), vec(r.row(1)), vec(r.row(2))})}};
+}
 
 void put_shape(Json& out, const Shape& s) {
   out["shape"] = s.kind;
@@ -56,20 +58,25 @@ Json simulation(const Simulation& s) {
 Json interface(const Scene& scene, int a, int b) {
   const ContactLaw& law = scene.laws(a, b);
   Json out;
-  out["between"] = {scene.materials[static_cast<std::size_t>(a)].name, scene.materials[static_cast<std::size_t>(b)].name};
+  out["between"] = {scene.materials[static_cast<std::size_t>(a)].name,
+                    scene.materials[static_cast<std::size_t>(b)].name};
   out["friction"] = law.friction;
   out["cohesion"] = law.cohesion;
   out["tension"] = law.tension;
   // The unit says which of the two springs is meant; its factor is one, so no bit changes.
   const std::string unit = law.stiffness == ContactLaw::Stiffness::per_contact ? " N/m" : " Pa/m";
-  if (law.stiffness == ContactLaw::Stiffness::hard) out["normal_stiffness"] = "hard";
+  if (law.stiffness == ContactLaw::Stiffness::hard)
+    out["normal_stiffness"] = "hard";
   else {
     out["normal_stiffness"] = exact_text(law.normal_stiffness) + unit;
     out["shear_stiffness"] = exact_text(law.shear_stiffness) + unit;
   }
   out["normal_stiffness_chosen"] = law.chosen;
-  if (law.changes_with_way()) out["slip_friction"] = {{"most", law.friction_most}, {"length", law.friction_way}, {"recovery", law.friction_recovery}};
-  if (law.vegetation_drag > 0) out["vegetation"] = {{"height", law.vegetation_height}, {"drag", law.vegetation_drag}};
+  if (law.changes_with_way())
+    out["slip_friction"] = {
+        {"most", law.friction_most}, {"length", law.friction_way}, {"recovery", law.friction_recovery}};
+  if (law.vegetation_drag > 0)
+    out["vegetation"] = {{"height", law.vegetation_height}, {"drag", law.vegetation_drag}};
   if (law.restitution) out["restitution"] = *law.restitution;
   if (law.restitution_tangential) out["restitution_tangential"] = *law.restitution_tangential;
   out["rolling_resistance"] = law.rolling_resistance;
@@ -77,11 +84,20 @@ Json interface(const Scene& scene, int a, int b) {
   out["damping_ratio"] = law.damping_ratio;
   switch (law.kind) {
     case ContactLaw::Kind::linear: out["contact_law"] = "linear"; break;
-    case ContactLaw::Kind::hertz: out["contact_law"] = {{"kind", "hertz"}, {"radius", law.hertz_radius}}; break;
-    case ContactLaw::Kind::crushing: out["contact_law"] = {{"kind", "crushing"}, {"pressure", law.crushing_pressure}, {"gradient", law.yield_gradient}, {"ploughing", law.ploughing_pressure}, {"ploughing_density", law.ploughing_density}};
+    case ContactLaw::Kind::hertz:
+      out["contact_law"] = {{"kind", "hertz"}, {"radius", law.hertz_radius}};
+      break;
+    case ContactLaw::Kind::crushing:
+      out["contact_law"] = {{"kind", "crushing"},
+                            {"pressure", law.crushing_pressure},
+                            {"gradient", law.yield_gradient},
+                            {"ploughing", law.ploughing_pressure},
+                            {"ploughing_density", law.ploughing_density}};
       if (law.yield_thickness > 0) out["contact_law"]["thickness"] = law.yield_thickness;
       break;
-    case ContactLaw::Kind::table: out["contact_law"] = {{"kind", "table"}, {"points", pairs(law.table)}}; break;
+    case ContactLaw::Kind::table:
+      out["contact_law"] = {{"kind", "table"}, {"points", pairs(law.table)}};
+      break;
   }
   return out;
 }
@@ -136,7 +152,8 @@ Json rock_mass(const RockMass& mass, const std::string& material) {
 
 Json structure(const StructureSpec& s, const std::string& material) {
   // The reader says "centred" for a mesh that has a position.
-  const bool placed = s.kind != "mesh" || std::any_of(s.parameters.begin(), s.parameters.end(), [](const auto& p) { return p.first == "centred"; });
+  const bool placed = s.kind != "mesh" || std::any_of(s.parameters.begin(), s.parameters.end(),
+                                                      [](const auto& p) { return p.first == "centred"; });
   Json out;
   out["name"] = s.name;
   out["kind"] = s.kind;
@@ -145,8 +162,10 @@ Json structure(const StructureSpec& s, const std::string& material) {
     out["base"] = vec(s.position);
     out["height"] = s.size.z();
     out["section"] = s.section;
-    if (s.section == "round") out["diameter"] = s.size.x();
-    else out["section_size"] = Json::array({s.size.x(), s.size.y()});
+    if (s.section == "round")
+      out["diameter"] = s.size.x();
+    else
+      out["section_size"] = Json::array({s.size.x(), s.size.y()});
     if (s.section == "hollow") out["wall_thickness"] = s.wall_thickness;
   } else if (placed) {
     out["position"] = vec(s.position);
@@ -160,8 +179,10 @@ Json structure(const StructureSpec& s, const std::string& material) {
   if (placed) out["orientation"] = rotation(s.rotation);
   if (s.cell_size > 0) out["cell_size"] = s.cell_size;
   if (s.cells[0] > 0) out["cells"] = s.cells;
-  const bool local = std::any_of(s.parameters.begin(), s.parameters.end(), [](const auto& p) { return p.first == "local_refinement"; });
-  for (const auto& zone : s.refinements) out["refine"].push_back({{"region", box(zone.region)}, {"cell_size", zone.cell_size}, {"local", local}});
+  const bool local = std::any_of(s.parameters.begin(), s.parameters.end(),
+                                 [](const auto& p) { return p.first == "local_refinement"; });
+  for (const auto& zone : s.refinements)
+    out["refine"].push_back({{"region", box(zone.region)}, {"cell_size", zone.cell_size}, {"local", local}});
   if (const ImpactRefinement asked = impact_refinement(s); asked.cell_size > 0) {
     Json zone{{"where", "impact"}, {"cell_size", asked.cell_size}};
     if (asked.reach > 0) zone["reach"] = asked.reach;
@@ -170,9 +191,12 @@ Json structure(const StructureSpec& s, const std::string& material) {
   out["support"] = Json::array();
   for (const auto& support : s.supports) {
     Json one;
-    if (!support.face.empty()) one["face"] = support.face;
-    else if (!support.group.empty()) one["group"] = support.group;
-    else one["region"] = box(support.region);
+    if (!support.face.empty())
+      one["face"] = support.face;
+    else if (!support.group.empty())
+      one["group"] = support.group;
+    else
+      one["region"] = box(support.region);
     std::string held;
     for (std::size_t i = 0; i < 3; ++i)
       if (support.held[i]) held += "xyz"[i];
@@ -187,17 +211,29 @@ Json structure(const StructureSpec& s, const std::string& material) {
   if (!s.rebar_file.empty()) out["rebar"] = s.rebar_file;
   out["bond"] = s.bond;
   for (const auto& rule : s.rebar_rules)
-    out["rebar"].push_back({{"kind", rule.kind}, {"part", rule.part}, {"bars", rule.bars}, {"diameter", rule.diameter}, {"cover", rule.cover}, {"spacing", rule.spacing}, {"yield", rule.yield}, {"prestress", rule.prestress}, {"ultimate_strain", rule.ultimate_strain}});
+    out["rebar"].push_back({{"kind", rule.kind},
+                            {"part", rule.part},
+                            {"bars", rule.bars},
+                            {"diameter", rule.diameter},
+                            {"cover", rule.cover},
+                            {"spacing", rule.spacing},
+                            {"yield", rule.yield},
+                            {"prestress", rule.prestress},
+                            {"ultimate_strain", rule.ultimate_strain}});
   out["damping_ratio"] = s.damping_ratio;
   out["integrator"] = s.integrator;
   out["critical_step_fraction"] = s.critical_step_fraction;
   out["initial_velocity"] = vec(s.initial_velocity);
   for (const auto& probe : s.probes) out["probe"].push_back({{"name", probe.name}, {"at", vec(probe.at)}});
-  for (const auto& load : s.loads) out["load"].push_back({{"region", box(load.region)}, {"traction", vec(load.traction)}, {"history", pairs(load.history)}});
+  for (const auto& load : s.loads)
+    out["load"].push_back(
+        {{"region", box(load.region)}, {"traction", vec(load.traction)}, {"history", pairs(load.history)}});
   if (!s.parameters.empty()) {
     Json parameters = Json::object();
     for (const auto& [name, value] : s.parameters)
-      if (name != "centred" && name != "local_refinement" && name != ImpactRefinement::size_key && name != ImpactRefinement::reach_key) parameters[name] = value;
+      if (name != "centred" && name != "local_refinement" && name != ImpactRefinement::size_key &&
+          name != ImpactRefinement::reach_key)
+        parameters[name] = value;
     out["parameters"] = parameters;
   }
   return out;
@@ -247,7 +283,9 @@ std::string resolved_json(const Scene& scene) {
     }
     out["site"] = site;
   }
-  for (const Plane& p : scene.planes) out["plane"].push_back({{"point", vec(p.point)}, {"normal", vec(p.normal)}, {"material", material(p.material)}});
+  for (const Plane& p : scene.planes)
+    out["plane"].push_back(
+        {{"point", vec(p.point)}, {"normal", vec(p.normal)}, {"material", material(p.material)}});
   for (const Material& m : scene.materials) {
     if (!m.declared) continue;
     Json one;
@@ -258,7 +296,10 @@ std::string resolved_json(const Scene& scene) {
     if (m.f_cm > 0) one["f_cm"] = m.f_cm;
     if (m.tensile_strength > 0) one["tensile_strength"] = m.tensile_strength;
     if (m.fracture_energy > 0) one["fracture_energy"] = m.fracture_energy;
-    if (m.roughness) one["roughness"] = {{"amplitude", m.roughness->amplitude}, {"length", m.roughness->length}, {"seed", m.roughness->seed}};
+    if (m.roughness)
+      one["roughness"] = {{"amplitude", m.roughness->amplitude},
+                          {"length", m.roughness->length},
+                          {"seed", m.roughness->seed}};
     out["material"].push_back(one);
   }
   for (const auto& [a, b] : scene.law_pairs) out["interface"].push_back(interface(scene, a, b));
@@ -274,19 +315,23 @@ std::string resolved_json(const Scene& scene) {
     block["velocity"] = vec(b.velocity);
     block["spin"] = vec(b.spin);
     if (b.release)
-      block["release"] = {{"polygon", b.release->polygon}, {"count", b.release->count}, {"height", b.release->height}, {"seed", b.release->seed}, {"turn", b.release->turn}};
+      block["release"] = {{"polygon", b.release->polygon},
+                          {"count", b.release->count},
+                          {"height", b.release->height},
+                          {"seed", b.release->seed},
+                          {"turn", b.release->turn}};
     if (b.release && b.release->at) {
       block["release"]["at"] = {b.release->at->x(), b.release->at->y()};
       block["orientation"] = rotation(b.rotation);
     }
-    if (!b.release)
-      block["fixed"] = b.fixed;
+    if (!b.release) block["fixed"] = b.fixed;
     if (!b.fixed_points.empty()) block["fixed_points"] = list(b.fixed_points);
     if (scene.simulation.method == Simulation::Method::talus) block["deformable"] = b.deformable;
     out["block"].push_back(block);
   }
   if (scene.rock_mass) out["rock_mass"] = rock_mass(*scene.rock_mass, material(scene.rock_mass->material));
-  for (const StructureSpec& s : scene.structures) out["structure"].push_back(structure(s, material(s.material)));
+  for (const StructureSpec& s : scene.structures)
+    out["structure"].push_back(structure(s, material(s.material)));
   if (scene.impact) {
     const Impact& i = *scene.impact;
     Json impact;
@@ -303,19 +348,25 @@ std::string resolved_json(const Scene& scene) {
   }
   for (const Line& line : scene.lines) {
     Json one = {{"name", line.name}};
-    if (!line.file.empty()) one["file"] = line.file;
+    if (!line.file.empty())
+      one["file"] = line.file;
     else
       for (const Eigen::Vector2d& p : line.parts.front()) one["points"].push_back({p.x(), p.y()});
     out["line"].push_back(one);
   }
   if (!scene.structures.empty()) {
     const Coupling& c = scene.coupling;
-    out["coupling"] = {{"scheme", c.scheme == Coupling::Scheme::two_way ? "two-way" : c.scheme == Coupling::Scheme::one_way ? "one-way" : "rigid"},
+    out["coupling"] = {{"scheme", c.scheme == Coupling::Scheme::two_way   ? "two-way"
+                                  : c.scheme == Coupling::Scheme::one_way ? "one-way"
+                                                                          : "rigid"},
                        {"audit", c.strict ? "strict" : "report"},
                        {"exchanges_per_rise", c.exchanges_per_rise},
                        {"fragments", c.fragments}};
   }
-  out["output"] = {{"interval", scene.output.interval}, {"history_interval", scene.output.history_interval}, {"checkpoint_steps", scene.output.checkpoint_steps}, {"report", scene.output.report}};
+  out["output"] = {{"interval", scene.output.interval},
+                   {"history_interval", scene.output.history_interval},
+                   {"checkpoint_steps", scene.output.checkpoint_steps},
+                   {"report", scene.output.report}};
   return out.dump(2) + "\n";
 }
 

@@ -10,12 +10,14 @@
 
 namespace talus::scene {
 
-/// Beyond these no scene makes sense, and squares and cubes of what is computed from them leave the range of numbers.
+/// Beyond these no scene makes sense, and squares and cubes of what is computed from them leave the range of
+/// numbers.
 double largest(Dimension d) {
   using namespace dimension;
   const std::pair<Dimension, double> table[] = {
-      {length, 1e9}, {time, 1e9}, {mass, 1e15}, {density, 1e13}, {volume, 1e15}, {velocity, 1e5}, {acceleration, 1e6}, {angular_velocity, 1e6},
-      {angle, 1e6}, {pressure, 1e18}, {force, 1e18}, {fracture_energy, 1e12}};
+      {length, 1e9},  {time, 1e9},      {mass, 1e15},        {density, 1e13},
+      {volume, 1e15}, {velocity, 1e5},  {acceleration, 1e6}, {angular_velocity, 1e6},
+      {angle, 1e6},   {pressure, 1e18}, {force, 1e18},       {fracture_energy, 1e12}};
   for (const auto& [dimension, value] : table)
     if (dimension == d) return value;
   return 1e30;
@@ -35,8 +37,10 @@ class Validator {
     for (Node::Entry& entry : node.entries) {
       const std::string below = path.empty() ? entry.key : path + "." + entry.key;
       entry.value.label = node.label.empty() ? entry.key : node.label + "." + entry.key;
-      if (const Key* key = find_key(below)) value(entry.value, *key);
-      else unknown(entry, node, path);
+      if (const Key* key = find_key(below))
+        value(entry.value, *key);
+      else
+        unknown(entry, node, path);
     }
     for (const std::string& name : keys_below(path)) {
       const Key* key = find_key(path.empty() ? name : path + "." + name);
@@ -117,19 +121,25 @@ class Validator {
     const bool high = key.below ? value >= key.max : value > key.max;
     if (!low && !high) return true;
     std::string remedy = "give a value in this range";
-    if (low && key.dimension == dimension::pressure && owner.is_number() && value > 0 && 1e6 * value >= key.min && 1e6 * value <= key.max)
+    if (low && key.dimension == dimension::pressure && owner.is_number() && value > 0 &&
+        1e6 * value >= key.min && 1e6 * value <= key.max)
       remedy = fmt::format("a bare number is in Pa: did you mean \"{:g} MPa\"?", value);
-    if (high && key.dimension == dimension::length && owner.is_number() && 1e-3 * value >= key.min && 1e-3 * value <= key.max)
+    if (high && key.dimension == dimension::length && owner.is_number() && 1e-3 * value >= key.min &&
+        1e-3 * value <= key.max)
       remedy = fmt::format("a bare number is in m: did you mean \"{:g} mm\"?", value);
-    if (high && (key.dimension == dimension::angle) && owner.is_number()) remedy = "a bare number is in radians: write it with its unit, e.g. \"29 deg\"";
+    if (high && (key.dimension == dimension::angle) && owner.is_number())
+      remedy = "a bare number is in radians: write it with its unit, e.g. \"29 deg\"";
     report(owner, fmt::format("must be {}", range_text(key)), remedy);
     return false;
   }
 
   bool list(Node& node, const Key& key, std::size_t least, std::size_t most) {
-    if (node.kind == Node::Kind::array && node.items.size() >= least && node.items.size() <= most) return true;
-    report(node, fmt::format("must be {}, not {}", type_text(key),
-                             node.kind == Node::Kind::array ? fmt::format("a list of {}", node.items.size()) : kind_name(node)),
+    if (node.kind == Node::Kind::array && node.items.size() >= least && node.items.size() <= most)
+      return true;
+    report(node,
+           fmt::format("must be {}, not {}", type_text(key),
+                       node.kind == Node::Kind::array ? fmt::format("a list of {}", node.items.size())
+                                                      : kind_name(node)),
            "see talus explain " + key.path);
     return false;
   }
@@ -148,7 +158,8 @@ class Validator {
     std::string error;
     if (node.is_number() && std::isfinite(node.as_number())) return true;
     if (node.kind == Node::Kind::text && parse_quantity(node.text, error)) return true;
-    report(owner, fmt::format("must be {}{}{}", type_text(key), error.empty() ? "" : ": ", error), "see talus explain " + key.path);
+    report(owner, fmt::format("must be {}{}{}", type_text(key), error.empty() ? "" : ": ", error),
+           "see talus explain " + key.path);
     return false;
   }
 
@@ -157,13 +168,15 @@ class Validator {
     std::string list;
     for (const std::string& name : key.choices) list += (list.empty() ? "" : ", ") + name;
     const std::string near = nearest_name(node.text, key.choices);
-    report(node, fmt::format("must be one of {}", list), near.empty() ? "choose one of these" : fmt::format("did you mean \"{}\"?", near));
+    report(node, fmt::format("must be one of {}", list),
+           near.empty() ? "choose one of these" : fmt::format("did you mean \"{}\"?", near));
   }
 
   void value(Node& node, const Key& key) {
     const auto expect = [&](Node::Kind kind) {
       if (node.kind == kind) return true;
-      report(node, fmt::format("must be {}, not {}", type_text(key), kind_name(node)), "see talus explain " + key.path);
+      report(node, fmt::format("must be {}, not {}", type_text(key), kind_name(node)),
+             "see talus explain " + key.path);
       return false;
     };
     switch (key.type) {
@@ -174,12 +187,17 @@ class Validator {
       case Type::quantity: quantity(node, key, key.dimension, node); return;
       case Type::text:
         // A path that is written down for later is what it is.
-        if (expect(Node::Kind::text) && !key.path.starts_with("resolved.") && has_control_characters(node.text)) report(node, "must be one line without control characters", "remove line breaks and escape sequences");
+        if (expect(Node::Kind::text) && !key.path.starts_with("resolved.") &&
+            has_control_characters(node.text))
+          report(node, "must be one line without control characters",
+                 "remove line breaks and escape sequences");
         return;
       case Type::path:
         if (!expect(Node::Kind::text)) return;
-        if (node.text.empty()) report(node, "must not be empty", "name a file, relative to the scene file");
-        else if (node.text.find('\0') != std::string::npos) report(node, "must not contain a zero byte", "name a file");
+        if (node.text.empty())
+          report(node, "must not be empty", "name a file, relative to the scene file");
+        else if (node.text.find('\0') != std::string::npos)
+          report(node, "must not contain a zero byte", "name a file");
         return;
       case Type::choice:
         if (expect(Node::Kind::text)) choice(node, key);
@@ -215,9 +233,11 @@ class Validator {
             report(node, fmt::format("must be {}", type_text(key)), "see talus explain " + key.path);
             return;
           }
-          Key bare;   // the range holds for the second column
+          Key bare;  // the range holds for the second column
           bare.path = key.path;
-          if (!quantity(item.items[0], bare, key.first, node) || !quantity(item.items[1], key, key.dimension, node)) return;
+          if (!quantity(item.items[0], bare, key.first, node) ||
+              !quantity(item.items[1], key, key.dimension, node))
+            return;
         }
         return;
       case Type::counts:
@@ -243,24 +263,32 @@ class Validator {
       case Type::stiffness: stiffness(node, key); return;
       case Type::joint: joint(node); return;
       case Type::velocity:
-        if (node.kind == Node::Kind::array) vector(node, key, 3, 3, node);
+        if (node.kind == Node::Kind::array)
+          vector(node, key, 3, 3, node);
         else if (quantity(node, key, key.dimension, node)) {
           std::string why;
-          if (*quantity_of(node, key.dimension, why) <= 0) report(node, "a speed must be > 0", "give its direction by angle and direction, or give a vector");
+          if (*quantity_of(node, key.dimension, why) <= 0)
+            report(node, "a speed must be > 0",
+                   "give its direction by angle and direction, or give a vector");
         }
         return;
       case Type::section:
-        if (node.kind == Node::Kind::text) choice(node, key);
-        else vector(node, key, 2, 2, node);
+        if (node.kind == Node::Kind::text)
+          choice(node, key);
+        else
+          vector(node, key, 2, 2, node);
         return;
       case Type::text_or_table:
-        if (node.kind == Node::Kind::text) choice_or_table(node, key);
-        else if (expect(Node::Kind::table)) table(node, key.path);
+        if (node.kind == Node::Kind::text)
+          choice_or_table(node, key);
+        else if (expect(Node::Kind::table))
+          table(node, key.path);
         return;
       case Type::path_or_tables:
         if (node.kind == Node::Kind::text) {
           if (node.text.empty()) report(node, "must not be empty", "name a file, relative to the scene file");
-        } else tables(node, key);
+        } else
+          tables(node, key);
         return;
       case Type::supports:
         if (node.kind == Node::Kind::text || !list(node, key, 0, 100000)) {
@@ -270,8 +298,11 @@ class Validator {
         for (std::size_t i = 0; i < node.items.size(); ++i) {
           Node& item = node.items[i];
           item.label = fmt::format("{}.{}", node.label, i);
-          if (item.kind == Node::Kind::table) table(item, key.path);
-          else if (item.kind != Node::Kind::text) report(item, "must be a face such as \"-z\", a mesh group, or a table", "see talus explain structure.support");
+          if (item.kind == Node::Kind::table)
+            table(item, key.path);
+          else if (item.kind != Node::Kind::text)
+            report(item, "must be a face such as \"-z\", a mesh group, or a table",
+                   "see talus explain structure.support");
         }
         return;
       case Type::table:
@@ -285,7 +316,9 @@ class Validator {
           std::string error;
           if (entry.value.is_number() && std::isfinite(entry.value.as_number())) continue;
           if (entry.value.kind == Node::Kind::text && parse_quantity(entry.value.text, error)) continue;
-          report(entry.value, "must be a number or a quantity such as \"3.5 m\"" + (error.empty() ? "" : ": " + error), "see talus explain " + key.path);
+          report(entry.value,
+                 "must be a number or a quantity such as \"3.5 m\"" + (error.empty() ? "" : ": " + error),
+                 "see talus explain " + key.path);
         }
         return;
       case Type::planned:
@@ -300,10 +333,11 @@ class Validator {
     if (std::find(key.choices.begin(), key.choices.end(), node.text) != key.choices.end()) return;
     if (std::find(all.begin(), all.end(), node.text) != all.end())
       report(node, fmt::format("\"{}\" needs its parameter", node.text),
-             node.text == "hertz" ? "write { kind = \"hertz\", radius = \"1 m\" }"
+             node.text == "hertz"      ? "write { kind = \"hertz\", radius = \"1 m\" }"
              : node.text == "crushing" ? "write { kind = \"crushing\", pressure = \"10 MPa\" }"
                                        : "write { kind = \"table\", file = \"law.csv\" }");
-    else choice(node, *kind);
+    else
+      choice(node, *kind);
   }
 
   void tables(Node& node, const Key& key) {
@@ -314,7 +348,8 @@ class Validator {
       return;
     }
     if (node.kind != Node::Kind::array) {
-      report(node, fmt::format("must be a list of tables, not {}", kind_name(node)), fmt::format("write [[{}]]", key.path));
+      report(node, fmt::format("must be a list of tables, not {}", kind_name(node)),
+             fmt::format("write [[{}]]", key.path));
       return;
     }
     const std::string base = node.label;
@@ -322,10 +357,13 @@ class Validator {
       Node& item = node.items[i];
       item.label = fmt::format("{}.{}", base, i);
       if (item.kind != Node::Kind::table) {
-        report(item, fmt::format("must be a table, not {}", kind_name(item)), fmt::format("write [[{}]]", key.path));
+        report(item, fmt::format("must be a table, not {}", kind_name(item)),
+               fmt::format("write [[{}]]", key.path));
         continue;
       }
-      if (const Node* label = item.find("name"); label && label->kind == Node::Kind::text && !label->text.empty()) item.label = base + "." + label->text;
+      if (const Node* label = item.find("name");
+          label && label->kind == Node::Kind::text && !label->text.empty())
+        item.label = base + "." + label->text;
       if (const Node* between = item.find("between"); between && between->items.size() == 2)
         item.label = fmt::format("{}.{}/{}", base, between->items[0].text, between->items[1].text);
       table(item, key.path);
@@ -333,36 +371,53 @@ class Validator {
   }
 
   void friction(Node& node, const Key& key) {
-    const std::string remedy = "write an angle with its unit, \"28 deg\", or the coefficient as a bare number, 0.53";
+    const std::string remedy =
+        "write an angle with its unit, \"28 deg\", or the coefficient as a bare number, 0.53";
     if (node.is_number()) {
-      if (!std::isfinite(node.as_number()) || node.as_number() < 0) report(node, "must be a coefficient >= 0 or an angle", remedy);
-      else if (node.as_number() > largest_friction) report(node, fmt::format("must not exceed {:g}", largest_friction), remedy);
+      if (!std::isfinite(node.as_number()) || node.as_number() < 0)
+        report(node, "must be a coefficient >= 0 or an angle", remedy);
+      else if (node.as_number() > largest_friction)
+        report(node, fmt::format("must not exceed {:g}", largest_friction), remedy);
       return;
     }
     std::string error;
     const auto given = node.kind == Node::Kind::text ? parse_quantity(node.text, error) : std::nullopt;
-    if (!given) report(node, "must be a coefficient >= 0 or an angle" + (error.empty() ? "" : ": " + error), remedy);
+    if (!given)
+      report(node, "must be a coefficient >= 0 or an angle" + (error.empty() ? "" : ": " + error), remedy);
     else if (given->dimension == dimension::angle) {
-      if (!(given->value >= 0 && given->value < 1.5707963267948966)) report(node, "a friction angle must be at least 0 and below 90 deg", remedy);
-    } else if (!given->dimension.none()) report(node, fmt::format("must be a coefficient >= 0 or an angle: this one is in {}", unit_name(given->dimension)), remedy);
-    else if (given->value < 0) report(node, "must be a coefficient >= 0 or an angle", remedy);
+      if (!(given->value >= 0 && given->value < 1.5707963267948966))
+        report(node, "a friction angle must be at least 0 and below 90 deg", remedy);
+    } else if (!given->dimension.none())
+      report(node,
+             fmt::format("must be a coefficient >= 0 or an angle: this one is in {}",
+                         unit_name(given->dimension)),
+             remedy);
+    else if (given->value < 0)
+      report(node, "must be a coefficient >= 0 or an angle", remedy);
     (void)key;
   }
 
   void stiffness(Node& node, const Key& key) {
     const std::string remedy = "write \"hard\", \"30 GN/m\" (per contact point) or \"20 GPa/m\" (per area)";
     if (node.kind == Node::Kind::text && node.text == "hard") {
-      if (key.path == "interface.shear_stiffness") report(node, "only normal_stiffness can be \"hard\"", "leave shear_stiffness out: hard contact has none");
+      if (key.path == "interface.shear_stiffness")
+        report(node, "only normal_stiffness can be \"hard\"",
+               "leave shear_stiffness out: hard contact has none");
       return;
     }
     double value = 0;
-    if (node.is_number()) value = node.as_number();
+    if (node.is_number())
+      value = node.as_number();
     else {
       std::string error;
       const auto given = node.kind == Node::Kind::text ? parse_quantity(node.text, error) : std::nullopt;
-      if (!given) return report(node, "must be \"hard\", N/m or Pa/m" + (error.empty() ? "" : ": " + error), remedy);
+      if (!given)
+        return report(node, "must be \"hard\", N/m or Pa/m" + (error.empty() ? "" : ": " + error), remedy);
       if (given->dimension != dimension::stiffness && given->dimension != dimension::stiffness_per_area)
-        return report(node, fmt::format("must be \"hard\", N/m or Pa/m: this one is in {}", unit_name(given->dimension)), remedy);
+        return report(
+            node,
+            fmt::format("must be \"hard\", N/m or Pa/m: this one is in {}", unit_name(given->dimension)),
+            remedy);
       value = given->value;
     }
     if (!std::isfinite(value) || value <= 0) report(node, "must be > 0", remedy);
@@ -375,9 +430,14 @@ class Validator {
     std::string error;
     const auto direction = parse_quantity(node.text.substr(0, slash), error);
     const auto dip = parse_quantity(node.text.substr(slash + 1), error);
-    if (!direction || !dip || !direction->dimension.none() || !dip->dimension.none()) return report(node, "must be two numbers, dip direction/dip", remedy);
-    if (direction->value < -360 || direction->value > 360) return report(node, "the dip direction must be 0 to 360 degrees", remedy);
-    if (dip->value < 0 || dip->value > 90) return report(node, "the dip must be 0 to 90 degrees", "a dip beyond 90 is a plane that dips the other way: turn the dip direction by 180 and take 180 - dip");
+    if (!direction || !dip || !direction->dimension.none() || !dip->dimension.none())
+      return report(node, "must be two numbers, dip direction/dip", remedy);
+    if (direction->value < -360 || direction->value > 360)
+      return report(node, "the dip direction must be 0 to 360 degrees", remedy);
+    if (dip->value < 0 || dip->value > 90)
+      return report(node, "the dip must be 0 to 90 degrees",
+                    "a dip beyond 90 is a plane that dips the other way: turn the dip direction by 180 and "
+                    "take 180 - dip");
   }
 
   std::vector<Problem>& problems_;

@@ -26,7 +26,8 @@ std::optional<double> quantity_of(const Node& node, Dimension dimension, std::st
     return {};
   }
   Dimension given = quantity->dimension;
-  if (dimension == dimension::angular_velocity && given.rad == 0) given.rad = 1;   // "2 1/s": the radian is often left out
+  if (dimension == dimension::angular_velocity && given.rad == 0)
+    given.rad = 1;  // "2 1/s": the radian is often left out
   if (given == dimension) return quantity->value;
   why = given.none() ? fmt::format("must be {}: the unit is missing", describe(dimension))
                      : fmt::format("must be {}: this one is in {}", describe(dimension), unit_name(given));
@@ -38,7 +39,8 @@ std::string how_to_add(const Key& key, const std::string& name) {
   if (!doc.empty() && doc.back() == '.') doc.pop_back();
   // The meaning of these types says how they are written.
   const bool told = key.type == Type::friction || key.type == Type::stiffness;
-  return told ? fmt::format("add {} = ...; {}", name, doc) : fmt::format("add {}, {}. {}", name, type_text(key), doc);
+  return told ? fmt::format("add {} = ...; {}", name, doc)
+              : fmt::format("add {}, {}. {}", name, type_text(key), doc);
 }
 
 Vec3 vector_of(const Node& node, Dimension dimension) {
@@ -150,11 +152,13 @@ std::vector<View> View::tables(const std::string& key) const {
   std::vector<View> views;
   if (node && node->kind == Node::Kind::array)
     for (const Node& item : node->items)
-      if (item.kind == Node::Kind::table) views.emplace_back(item, path_.empty() ? key : path_ + "." + key, *problems_);
+      if (item.kind == Node::Kind::table)
+        views.emplace_back(item, path_.empty() ? key : path_ + "." + key, *problems_);
   return views;
 }
 
-void View::problem(const std::string& key, std::string rule, std::string remedy, Problem::Severity severity) const {
+void View::problem(const std::string& key, std::string rule, std::string remedy,
+                   Problem::Severity severity) const {
   const Node* node = table_->find(key);
   const Where& where = node ? node->where : table_->where;
   Problem problem;

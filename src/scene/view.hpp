@@ -1,5 +1,5 @@
-/// Typed reading of a validated tree. Dimension and default come from the key table, so what `talus explain` prints is
-/// what is used. Anything that validate() has already reported reads as its default.
+/// Typed reading of a validated tree. Dimension and default come from the key table, so what `talus explain`
+/// prints is what is used. Anything that validate() has already reported reads as its default.
 #pragma once
 #include <array>
 #include <optional>
@@ -19,8 +19,8 @@ std::optional<double> quantity_of(const Node& node, Dimension dimension, std::st
 /// What a quantity of this dimension must not exceed, in SI: beyond, no scene makes sense.
 double largest(Dimension dimension);
 
-/// Checks every value of the tree against the key table: unknown keys, types, dimensions, ranges, choices, and keys that
-/// are always required. Reports all problems, and marks the nodes as bad.
+/// Checks every value of the tree against the key table: unknown keys, types, dimensions, ranges, choices,
+/// and keys that are always required. Reports all problems, and marks the nodes as bad.
 void validate(Node& root, std::vector<Problem>& problems);
 /// The rule of the key table that a value breaks; empty: none.
 std::string fault_of(Node value, const Key& key);
@@ -30,17 +30,17 @@ class View {
   View(const Node& table, std::string path, std::vector<Problem>& problems)
       : table_(&table), path_(std::move(path)), problems_(&problems) {}
 
-  bool has(const std::string& key) const { return table_->find(key) != nullptr; }   // good or bad
-  const Node* get(const std::string& key) const;   // present and good, else null
+  bool has(const std::string& key) const { return table_->find(key) != nullptr; }  // good or bad
+  const Node* get(const std::string& key) const;  // present and good, else null
   const Node& node() const { return *table_; }
   const std::string& label() const { return table_->label; }
 
-  double number(const std::string& key) const;                     // 0 if absent and without default
-  std::optional<double> maybe(const std::string& key) const;       // absent: nothing, whatever the default
+  double number(const std::string& key) const;                // 0 if absent and without default
+  std::optional<double> maybe(const std::string& key) const;  // absent: nothing, whatever the default
   long integer(const std::string& key) const;
   bool flag(const std::string& key) const;
   std::optional<bool> maybe_flag(const std::string& key) const;
-  std::string text(const std::string& key) const;                  // also choice and path (as given)
+  std::string text(const std::string& key) const;  // also choice and path (as given)
   Vec3 vector(const std::string& key) const;
   std::optional<Vec3> maybe_vector(const std::string& key) const;
   std::vector<Vec3> vectors(const std::string& key) const;

@@ -10,8 +10,9 @@
 
 namespace talus::sim {
 
-/// What is wrong; empty if nothing. `residual` of the ledger, energy that the scheme has made in all (`made`, > 0) and in its worst step, over the largest kinetic
-/// energy, at least the potential energy of blocks that fall by the accuracy.
+/// What is wrong; empty if nothing. `residual` of the ledger, energy that the scheme has made in all (`made`,
+/// > 0) and in its worst step, over the largest kinetic energy, at least the potential energy of blocks that
+/// fall by the accuracy.
 std::string audit_failure(const InterfaceAudit& audit, double residual, double made, double in_one_step);
 
 }  // namespace talus::sim

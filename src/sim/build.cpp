@@ -22,8 +22,9 @@ bool natural_less(const std::string& a, const std::string& b) {
       ++i, ++j;
       continue;
     }
-    const auto run = [&](const std::string& s, std::size_t& at) {   // of digits, without zeros in front
-      const std::size_t end = std::find_if_not(s.begin() + static_cast<std::ptrdiff_t>(at), s.end(), digit) - s.begin();
+    const auto run = [&](const std::string& s, std::size_t& at) {  // of digits, without zeros in front
+      const std::size_t end =
+          std::find_if_not(s.begin() + static_cast<std::ptrdiff_t>(at), s.end(), digit) - s.begin();
       while (at < end && s[at] == '0') ++at;
       const std::string_view number = std::string_view(s).substr(at, end - at);
       at = end;
@@ -37,7 +38,8 @@ bool natural_less(const std::string& a, const std::string& b) {
 
 }  // namespace
 
-Builder::Builder(scene::Scene scene, Report report, Shared* shared) : world_(std::make_unique<World>()), shared_(shared) {
+Builder::Builder(scene::Scene scene, Report report, Shared* shared)
+    : world_(std::make_unique<World>()), shared_(shared) {
   world_->scene = std::move(scene);
   world_->report = report ? std::move(report) : [](const std::string&) {};
 }
@@ -45,11 +47,21 @@ Builder::Builder(scene::Scene scene, Report report, Shared* shared) : world_(std
 std::unique_ptr<World> Builder::build() {
   const scene::Scene& s = world_->scene;
   if (s.impact)
-    add_warnings({{.severity = Problem::Severity::warning, .file = {}, .key = "impact", .value = {}, .rule = "only talus impact takes the block of [impact]; talus run and talus check leave it out",
-                   .remedy = "start it by talus impact, or remove [impact]"}});
+    add_warnings(
+        {{.severity = Problem::Severity::warning,
+          .file = {},
+          .key = "impact",
+          .value = {},
+          .rule = "only talus impact takes the block of [impact]; talus run and talus check leave it out",
+          .remedy = "start it by talus impact, or remove [impact]"}});
   if (s.ensemble)
-    add_warnings({{.severity = Problem::Severity::warning, .file = {}, .key = "ensemble", .value = {}, .rule = "only talus ensemble draws from it; talus run and talus check take the scene's own values",
-                   .remedy = "start the members by talus ensemble"}});
+    add_warnings(
+        {{.severity = Problem::Severity::warning,
+          .file = {},
+          .key = "ensemble",
+          .value = {},
+          .rule = "only talus ensemble draws from it; talus run and talus check take the scene's own values",
+          .remedy = "start the members by talus ensemble"}});
   model_.gravity = s.simulation.gravity;
   add_terrain();
   for (const scene::Block& b : s.blocks) add_block(b);
@@ -64,7 +76,7 @@ std::unique_ptr<World> Builder::build() {
   complete_laws();
   check_stiffness();
   const bool laws = problems_.size() == before;
-  if (terrain_ || !s.site || !s.site->given()) add_structures();   // a viaduct may stand on the terrain
+  if (terrain_ || !s.site || !s.site->given()) add_structures();  // a viaduct may stand on the terrain
   const bool whole = laws && env_.structures.size() == s.structures.size();
   if (!problems_.empty() && !whole) fail();
   warn_of_small_blocks();
@@ -78,13 +90,20 @@ std::unique_ptr<World> Builder::build() {
   settings.step.exchanges_per_rise = s.coupling.exchanges_per_rise;
   settings.sleeping = s.simulation.sleeping;
   settings.threads = std::max(1, s.simulation.threads);
-  const bool steps = std::any_of(env_.structures.begin(), env_.structures.end(), [](const coupling::StructurePart& part) { return part.stepped(); });
-  if (steps) settings.longest_stretch = std::max(settings.longest_stretch, s.output.history_interval);   // there rows end stretches
+  const bool steps = std::any_of(env_.structures.begin(), env_.structures.end(),
+                                 [](const coupling::StructurePart& part) { return part.stepped(); });
+  if (steps)
+    settings.longest_stretch =
+        std::max(settings.longest_stretch, s.output.history_interval);  // there rows end stretches
   sort_blocks();
-  world_->system = std::make_unique<coupling::CoupledSystem>(std::move(model_), std::move(state_), std::move(env_), settings);
+  world_->system = std::make_unique<coupling::CoupledSystem>(std::move(model_), std::move(state_),
+                                                             std::move(env_), settings);
   // What starts from an earlier run is looked at as that run left it (start_from).
-  for (Problem& overlap : s.simulation.initial_state.empty() ? initial_overlaps(*world_) : std::vector<Problem>{}) {
-    const bool told = std::any_of(problems_.begin(), problems_.end(), [&](const Problem& p) { return p.key == overlap.key; });   // its centroid lies in the ground
+  for (Problem& overlap :
+       s.simulation.initial_state.empty() ? initial_overlaps(*world_) : std::vector<Problem>{}) {
+    const bool told = std::any_of(problems_.begin(), problems_.end(), [&](const Problem& p) {
+      return p.key == overlap.key;
+    });  // its centroid lies in the ground
     if (!told) problems_.push_back(std::move(overlap));
   }
   if (!problems_.empty()) fail();
@@ -102,13 +121,17 @@ std::unique_ptr<World> Builder::build() {
 
 void Builder::locate(Problem& p) const {
   if (p.line > 0 || (!p.file.empty() && p.file != world_->scene.file)) return;
-  if (const scene::Where* place = scene::place_of(world_->scene, p.key)) p.file = place->file, p.line = place->line, p.column = place->column;
+  if (const scene::Where* place = scene::place_of(world_->scene, p.key))
+    p.file = place->file, p.line = place->line, p.column = place->column;
 }
 
 void Builder::fail() {
-  for (Problem& p : world_->scene.warnings) problems_.push_back(std::move(p));   // a foot in the air explains a probe that is far
+  for (Problem& p : world_->scene.warnings)
+    problems_.push_back(std::move(p));  // a foot in the air explains a probe that is far
   for (Problem& p : problems_) locate(p);
-  std::stable_sort(problems_.begin(), problems_.end(), [](const Problem& a, const Problem& b) { return std::pair(a.line, a.column) < std::pair(b.line, b.column); });
+  std::stable_sort(problems_.begin(), problems_.end(), [](const Problem& a, const Problem& b) {
+    return std::pair(a.line, a.column) < std::pair(b.line, b.column);
+  });
   throw InputError(problems_);
 }
 
@@ -140,7 +163,10 @@ void Builder::sort_blocks() {
   const std::size_t n = model_.blocks.size();
   std::vector<int> sorted(n);
   std::iota(sorted.begin(), sorted.end(), 0);
-  std::sort(sorted.begin(), sorted.end(), [&](int a, int b) { return natural_less(model_.blocks[static_cast<std::size_t>(a)].name, model_.blocks[static_cast<std::size_t>(b)].name); });
+  std::sort(sorted.begin(), sorted.end(), [&](int a, int b) {
+    return natural_less(model_.blocks[static_cast<std::size_t>(a)].name,
+                        model_.blocks[static_cast<std::size_t>(b)].name);
+  });
   std::vector<int>& place = world_->place;
   place.resize(n);
   dda::Model model{.blocks = {}, .gravity = model_.gravity};
@@ -160,8 +186,12 @@ void Builder::sort_blocks() {
   world_->order = std::move(sorted);
   model_ = std::move(model);
   state_.blocks = std::move(state);
-  for (coupling::Bond& b : env_.bonds) std::tie(b.a, b.b) = std::minmax({place[static_cast<std::size_t>(b.a)], place[static_cast<std::size_t>(b.b)]});
-  std::sort(env_.bonds.begin(), env_.bonds.end(), [](const coupling::Bond& x, const coupling::Bond& y) { return std::tie(x.a, x.b, x.joint) < std::tie(y.a, y.b, y.joint); });
+  for (coupling::Bond& b : env_.bonds)
+    std::tie(b.a, b.b) =
+        std::minmax({place[static_cast<std::size_t>(b.a)], place[static_cast<std::size_t>(b.b)]});
+  std::sort(env_.bonds.begin(), env_.bonds.end(), [](const coupling::Bond& x, const coupling::Bond& y) {
+    return std::tie(x.a, x.b, x.joint) < std::tie(y.a, y.b, y.joint);
+  });
 }
 
 namespace {
@@ -170,8 +200,9 @@ namespace {
 double end_of(const std::vector<StructureSpec::Load>& loads) {
   double end = 0;
   for (const StructureSpec::Load& load : loads) {
-    if (load.history.empty() || load.history.back().second != 0) return std::numeric_limits<double>::infinity();
-    std::size_t last = load.history.size() - 1;   // the first of the zeros that it ends with
+    if (load.history.empty() || load.history.back().second != 0)
+      return std::numeric_limits<double>::infinity();
+    std::size_t last = load.history.size() - 1;  // the first of the zeros that it ends with
     while (last > 0 && load.history[last - 1].second == 0) --last;
     end = std::max(end, load.history[last].first);
   }
@@ -192,7 +223,8 @@ void Builder::fill_header() {
   for (const int k : world_->place) {
     const dda::Model::Block& b = world_->system->model().blocks[static_cast<std::size_t>(k)];
     const scene::Material& m = s.materials[static_cast<std::size_t>(b.material)];
-    h.blocks.push_back({b.name, b.mass, b.volume, b.fixed, false, *b.shape, m.young, m.young > 0 ? m.poisson : 0, -1});
+    h.blocks.push_back(
+        {b.name, b.mass, b.volume, b.fixed, false, *b.shape, m.young, m.young > 0 ? m.poisson : 0, -1});
   }
   if (terrain_ && !shared_) h.terrain = terrain_->surface;
   h.planes = s.planes;
@@ -218,12 +250,15 @@ void Builder::fill_header() {
     info.told_permanent = true;
     if (info.loaded) info.load_until = end_of(s.structures[i].loads);
     for (const auto& [a, b] : world_->system->environment().touching_structures)
-      if (a == static_cast<int>(i) || b == static_cast<int>(i)) info.meets.push_back(a == static_cast<int>(i) ? b : a);
+      if (a == static_cast<int>(i) || b == static_cast<int>(i))
+        info.meets.push_back(a == static_cast<int>(i) ? b : a);
     h.structures.push_back(std::move(info));
   }
   for (const scene::Material& m : s.materials) h.materials.push_back(m.name);
 }
 
-std::unique_ptr<World> build(scene::Scene scene, Report report, Shared* shared) { return Builder(std::move(scene), std::move(report), shared).build(); }
+std::unique_ptr<World> build(scene::Scene scene, Report report, Shared* shared) {
+  return Builder(std::move(scene), std::move(report), shared).build();
+}
 
 }  // namespace talus::sim

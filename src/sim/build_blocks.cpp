@@ -38,13 +38,18 @@ constexpr double strain_damping_ratio = 0.02;
 
 /// STL holds single precision: of coordinates of a map it keeps centimetres to half a metre.
 std::vector<Problem> rounded_shape(const scene::Block& b, const geometry::Shape& shape) {
-  constexpr double allowed = 1e-4;   // of the size
+  constexpr double allowed = 1e-4;  // of the size
   if (b.shape.file.empty() || !geometry::is_stl_file(b.shape.file)) return {};
   const double step = geometry::single_precision_step(shape.shift.cwiseAbs().maxCoeff());
   if (step <= allowed * shape.body.radius) return {};
-  return {{.severity = Problem::Severity::warning, .file = b.shape.file, .key = "block." + b.name + ".file",
-           .value = fmt::format("centroid at [{:.7g}, {:.7g}, {:.7g}]", shape.shift.x(), shape.shift.y(), shape.shift.z()),
-           .rule = fmt::format("STL keeps seven digits, here steps of {:.2g} m: the shape of a block of radius {:.3g} m is rounded to them", step, shape.body.radius),
+  return {{.severity = Problem::Severity::warning,
+           .file = b.shape.file,
+           .key = "block." + b.name + ".file",
+           .value = fmt::format("centroid at [{:.7g}, {:.7g}, {:.7g}]", shape.shift.x(), shape.shift.y(),
+                                shape.shift.z()),
+           .rule = fmt::format("STL keeps seven digits, here steps of {:.2g} m: the shape of a block of "
+                               "radius {:.3g} m is rounded to them",
+                               step, shape.body.radius),
            .remedy = "export it about a local origin, or as OBJ or PLY with all digits"}};
 }
 
@@ -52,7 +57,9 @@ std::vector<Problem> rounded_shape(const scene::Block& b, const geometry::Shape&
 
 void Builder::push(dda::Model::Block b, const Vec3& c, const Mat3& rotation, const Vec3& v, const Vec3& w) {
   if (!names_.insert(b.name).second)
-    problem("block." + b.name, b.name, "two blocks have this name", "rename one: copies of a release area are called NAME-1, NAME-2, ..., imported blocks as their groups");
+    problem("block." + b.name, b.name, "two blocks have this name",
+            "rename one: copies of a release area are called NAME-1, NAME-2, ..., imported blocks as their "
+            "groups");
   dda::State& s = state_.blocks;
   s.c.push_back(c);
   s.v.push_back(v);
@@ -63,10 +70,11 @@ void Builder::push(dda::Model::Block b, const Vec3& c, const Mat3& rotation, con
   model_.blocks.push_back(std::move(b));
 }
 
-dda::Model::Block Builder::make_block(const std::string& name, Polyhedron shape, int material, bool deformable) {
+dda::Model::Block Builder::make_block(const std::string& name, Polyhedron shape, int material,
+                                      bool deformable) {
   const scene::Material& m = world_->scene.materials[static_cast<std::size_t>(material)];
   const geometry::MassProperties properties = geometry::mass_properties(shape, m.density);
-  constexpr double least_volume = 1e-9;   // [m^3] a millimetre cubed
+  constexpr double least_volume = 1e-9;  // [m^3] a millimetre cubed
   if (properties.volume < least_volume) {
     Problem tiny;
     tiny.severity = Problem::Severity::warning;
@@ -94,13 +102,21 @@ dda::Model::Block Builder::make_block(const std::string& name, Polyhedron shape,
   return b;
 }
 
-/// A point that stays is one of the block, up to a thousandth of its size: beyond it nothing holds the block to the point.
+/// A point that stays is one of the block, up to a thousandth of its size: beyond it nothing holds the block
+/// to the point.
 void Builder::check_held(const dda::Model::Block& b, const Vec3& c, const Mat3& rotation, const Vec3& x) {
-  const Vec3 at = rotation.transpose() * (x - c), near = nearest_of(*b.shape, at), world = (c + rotation * near).unaryExpr([&](double v) { return std::abs(v) < 1e-9 * b.shape->radius ? 0.0 : v; });
+  const Vec3 at = rotation.transpose() * (x - c), near = nearest_of(*b.shape, at),
+             world = (c + rotation * near).unaryExpr([&](double v) {
+               return std::abs(v) < 1e-9 * b.shape->radius ? 0.0 : v;
+             });
   const double outside = (near - at).norm();
   if (outside <= 1e-3 * b.shape->radius) return;
-  problem(fmt::format("block.{}.fixed_points", b.name), fmt::format("[{:g}, {:g}, {:g}]", x.x(), x.y(), x.z()), fmt::format("lies {:.4g} m outside of the block", outside),
-          fmt::format("give points of the block in world coordinates at t = 0; the nearest one of it is [{:.6g}, {:.6g}, {:.6g}]", world.x(), world.y(), world.z()));
+  problem(fmt::format("block.{}.fixed_points", b.name),
+          fmt::format("[{:g}, {:g}, {:g}]", x.x(), x.y(), x.z()),
+          fmt::format("lies {:.4g} m outside of the block", outside),
+          fmt::format("give points of the block in world coordinates at t = 0; the nearest one of it is "
+                      "[{:.6g}, {:.6g}, {:.6g}]",
+                      world.x(), world.y(), world.z()));
 }
 
 RigidMotion Builder::held_start(const dda::Model::Block& b, const Mat3& rotation, const RigidMotion& given) {
@@ -113,14 +129,23 @@ RigidMotion Builder::held_start(const dda::Model::Block& b, const Mat3& rotation
   if (b.fixed || fastest <= 1e-12 * (given.v.norm() + b.shape->radius * given.w.norm())) return given;
   const Mat3 inertia = rotation * b.inertia * rotation.transpose();
   const RigidMotion motion = held_motion(b.mass, inertia, arms, given);
-  const auto energy = [&](const RigidMotion& m) { return 0.5 * (b.mass * m.v.squaredNorm() + m.w.dot(inertia * m.w)); };
-  const auto text = [](const Vec3& v) { return fmt::format("[{:.6g}, {:.6g}, {:.6g}]", v.x(), v.y(), v.z()); };
+  const auto energy = [&](const RigidMotion& m) {
+    return 0.5 * (b.mass * m.v.squaredNorm() + m.w.dot(inertia * m.w));
+  };
+  const auto text = [](const Vec3& v) {
+    return fmt::format("[{:.6g}, {:.6g}, {:.6g}]", v.x(), v.y(), v.z());
+  };
   const double before = energy(given), lost = before - energy(motion);
-  if (lost > 1e-6 * before)   // less is the rounding of what was written
-    add_warnings({{.severity = Problem::Severity::warning, .file = {}, .key = fmt::format("block.{}.velocity", b.name), .value = fmt::format("{}, spin {}", text(given.v), text(given.w)),
-                   .rule = fmt::format("moves its fixed points, by up to {:.3g} m/s: it starts with velocity {} and spin {}, as if it were caught there, {:.3g} % of its kinetic energy less", fastest, text(motion.v),
-                                       text(motion.w), 100 * lost / before),
-                   .remedy = "about a fixed point at x, velocity = spin x (position - x)"}});
+  if (lost > 1e-6 * before)  // less is the rounding of what was written
+    add_warnings(
+        {{.severity = Problem::Severity::warning,
+          .file = {},
+          .key = fmt::format("block.{}.velocity", b.name),
+          .value = fmt::format("{}, spin {}", text(given.v), text(given.w)),
+          .rule = fmt::format("moves its fixed points, by up to {:.3g} m/s: it starts with velocity {} and "
+                              "spin {}, as if it were caught there, {:.3g} % of its kinetic energy less",
+                              fastest, text(motion.v), text(motion.w), 100 * lost / before),
+          .remedy = "about a fixed point at x, velocity = spin x (position - x)"}});
   return motion;
 }
 
@@ -157,7 +182,8 @@ void Builder::add_copies(const scene::Block& b, const Polyhedron& body) {
   }
   int serial = 0;
   for (const auto& [c, rotation] : release_places(*b.release, body, world_->scene, terrain_.get(), occupied_))
-    push(make_block(fmt::format("{}-{}", b.name, ++serial), body, b.material, b.deformable), c, rotation, b.velocity, b.spin);
+    push(make_block(fmt::format("{}-{}", b.name, ++serial), body, b.material, b.deformable), c, rotation,
+         b.velocity, b.spin);
 }
 
 void Builder::add_rock_mass() {
@@ -175,8 +201,9 @@ void Builder::add_rock_mass() {
   const int first = static_cast<int>(model_.blocks.size());
   int serial = 0;
   for (geometry::CutBlock& b : cut.blocks)
-    push(make_block(fmt::format("{}{}", mass->block_prefix, ++serial), std::move(b.body), mass->material, mass->deformable), b.centroid,
-         Mat3::Identity(), Vec3::Zero(), Vec3::Zero());
+    push(make_block(fmt::format("{}{}", mass->block_prefix, ++serial), std::move(b.body), mass->material,
+                    mass->deformable),
+         b.centroid, Mat3::Identity(), Vec3::Zero(), Vec3::Zero());
   const ContactLaw& law = world_->scene.laws(mass->material, mass->material);
   bool own = false;
   for (const scene::JointSet& j : mass->joint_sets) {
@@ -193,9 +220,11 @@ void Builder::add_rock_mass() {
   if (!own) env_.joint_laws.clear();
   for (const geometry::CutInterface& i : cut.interfaces)
     if (i.bonded_area > 0 && i.area > 0)
-      env_.bonds.push_back({first + i.a, first + i.b, i.joint, i.shear * i.bonded_area / i.area, i.tension * i.bonded_area / i.area});
-  world_->notes.push_back(fmt::format("Rock mass: {} blocks cut from {:.6g} m^3, {} slivers merged, {} rock bridges.", cut.blocks.size(),
-                                      cut.region_volume, cut.merged, env_.bonds.size()));
+      env_.bonds.push_back({first + i.a, first + i.b, i.joint, i.shear * i.bonded_area / i.area,
+                            i.tension * i.bonded_area / i.area});
+  world_->notes.push_back(
+      fmt::format("Rock mass: {} blocks cut from {:.6g} m^3, {} slivers merged, {} rock bridges.",
+                  cut.blocks.size(), cut.region_volume, cut.merged, env_.bonds.size()));
 }
 
 void Builder::add_block_system(const scene::RockMass& mass) {
@@ -204,10 +233,17 @@ void Builder::add_block_system(const scene::RockMass& mass) {
   for (geometry::NamedBlock& b : blocks) {
     volume += b.volume;
     if (const std::string structure = scene::structure_of_fragment(world_->scene, b.name); !structure.empty())
-      problems_.push_back({.file = mass.blocks, .line = geometry::group_line(mass.blocks, b.name), .key = "group", .value = b.name, .rule = fragment_name_rule(structure), .remedy = fragment_name_remedy});
-    push(make_block(b.name, std::move(b.body), mass.material, mass.deformable), b.centroid, Mat3::Identity(), Vec3::Zero(), Vec3::Zero());
+      problems_.push_back({.file = mass.blocks,
+                           .line = geometry::group_line(mass.blocks, b.name),
+                           .key = "group",
+                           .value = b.name,
+                           .rule = fragment_name_rule(structure),
+                           .remedy = fragment_name_remedy});
+    push(make_block(b.name, std::move(b.body), mass.material, mass.deformable), b.centroid, Mat3::Identity(),
+         Vec3::Zero(), Vec3::Zero());
   }
-  world_->notes.push_back(fmt::format("Rock mass: {} blocks of {:.6g} m^3, read from {}.", blocks.size(), volume, mass.blocks));
+  world_->notes.push_back(
+      fmt::format("Rock mass: {} blocks of {:.6g} m^3, read from {}.", blocks.size(), volume, mass.blocks));
 }
 
 }  // namespace talus::sim

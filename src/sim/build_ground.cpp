@@ -16,7 +16,8 @@ void Builder::add_terrain() {
     return;
   }
   try {
-    if (auto loaded = load_ground(world_->scene.site)) terrain_ = std::make_shared<const geometry::Terrain>(std::move(*loaded));
+    if (auto loaded = load_ground(world_->scene.site))
+      terrain_ = std::make_shared<const geometry::Terrain>(std::move(*loaded));
   } catch (const InputError& e) {
     add_problems(e.problems());
     return;
@@ -24,14 +25,15 @@ void Builder::add_terrain() {
   if (!terrain_) return;
   for (const Problem& w : terrain_->warnings) world_->scene.warnings.push_back(w);
   if (terrain_->decimation_reached > 0)
-    world_->notes.push_back(fmt::format("Terrain: {} of {} triangles are kept, within {:.3g} m of the given height everywhere.", terrain_->surface.triangles.size(),
-                                        terrain_->triangles_read, terrain_->decimation_reached));
+    world_->notes.push_back(fmt::format(
+        "Terrain: {} of {} triangles are kept, within {:.3g} m of the given height everywhere.",
+        terrain_->surface.triangles.size(), terrain_->triangles_read, terrain_->decimation_reached));
 }
 
 namespace {
 
-/// Where walls end below ground whose lowest point is `low`, for blocks of this radius: so that scenes with other blocks have the same walls, the
-/// radius is taken as 8 m, or a multiple of that by a power of 4.
+/// Where walls end below ground whose lowest point is `low`, for blocks of this radius: so that scenes with
+/// other blocks have the same walls, the radius is taken as 8 m, or a multiple of that by a power of 4.
 double wall_bottom(double low, double radius) {
   double step = 8;
   while (step < radius) step *= 4;
@@ -52,7 +54,8 @@ void Builder::index_terrain() {
   for (const Plane& p : world_->scene.planes)
     for (int k = 0; k < 4 && p.normal.z() > 1e-3; ++k) {
       const Eigen::Vector2d corner = plan.corner(static_cast<Eigen::AlignedBox2d::CornerType>(k));
-      lowest = std::min(lowest, p.point.z() - p.normal.head<2>().dot(corner - p.point.head<2>()) / p.normal.z());
+      lowest =
+          std::min(lowest, p.point.z() - p.normal.head<2>().dot(corner - p.point.head<2>()) / p.normal.z());
     }
   const double ground_low = lowest;
   for (std::size_t i = 0; i < model_.blocks.size(); ++i) {
@@ -60,13 +63,15 @@ void Builder::index_terrain() {
     lowest = std::min(lowest, state_.blocks.c[i].z() - model_.blocks[i].shape->radius);
   }
   const double bottom = std::min(wall_bottom(ground_low, radius), lowest - 4 * radius);
-  env_.terrain = shared_ && shared_->ground() ? shared_->index(bottom, world_->scene.planes)
-                                              : std::make_shared<const contact::SurfaceIndex>(geometry::with_border_walls(terrain_->surface, world_->scene.planes, bottom));
+  env_.terrain = shared_ && shared_->ground()
+                     ? shared_->index(bottom, world_->scene.planes)
+                     : std::make_shared<const contact::SurfaceIndex>(
+                           geometry::with_border_walls(terrain_->surface, world_->scene.planes, bottom));
 }
 
 /// A rock larger than any, or than the ground that it is to roll on, is one in millimetres or centimetres.
 void Builder::check_size(std::size_t i) {
-  constexpr double largest = 100;   // [m]
+  constexpr double largest = 100;  // [m]
   const dda::Model::Block& b = model_.blocks[i];
   Box3 box;
   for (const Vec3& x : b.shape->vertices) box.extend(x);
@@ -75,13 +80,24 @@ void Builder::check_size(std::size_t i) {
   if (b.fixed) return;
   if (terrain_) {
     const Vec3 ground = env_.terrain->bounds().sizes();
-    if (const double side = std::min(ground.x(), ground.y()); size > side) rule = fmt::format("is larger than the terrain, which spans {:.4g} x {:.4g} m", ground.x(), ground.y());
+    if (const double side = std::min(ground.x(), ground.y()); size > side)
+      rule = fmt::format("is larger than the terrain, which spans {:.4g} x {:.4g} m", ground.x(), ground.y());
   }
-  if (rule.empty() && size > largest) rule = fmt::format("is larger than {:g} m: no rock falls as one piece of that size", largest);
+  if (rule.empty() && size > largest)
+    rule = fmt::format("is larger than {:g} m: no rock falls as one piece of that size", largest);
   if (rule.empty()) return;
-  add_warnings({{.severity = Problem::Severity::warning, .file = {}, .key = "block." + b.name, .value = fmt::format("{:.4g} x {:.4g} x {:.4g} m", box.sizes().x(), box.sizes().y(), box.sizes().z()), .rule = rule,
-                 .remedy = size > 10 * largest ? fmt::format("lengths are metres, those of mesh files too: in millimetres it would be {:.3g} m; volume or mass scale a shape", 1e-3 * size)
-                                               : "lengths are metres, those of mesh files too: check the unit; volume or mass scale a shape"}});
+  add_warnings(
+      {{.severity = Problem::Severity::warning,
+        .file = {},
+        .key = "block." + b.name,
+        .value = fmt::format("{:.4g} x {:.4g} x {:.4g} m", box.sizes().x(), box.sizes().y(), box.sizes().z()),
+        .rule = rule,
+        .remedy = size > 10 * largest
+                      ? fmt::format("lengths are metres, those of mesh files too: in millimetres it would be "
+                                    "{:.3g} m; volume or mass scale a shape",
+                                    1e-3 * size)
+                      : "lengths are metres, those of mesh files too: check the unit; volume or mass scale a "
+                        "shape"}});
 }
 
 void Builder::check_buried(std::size_t i) {
@@ -89,19 +105,27 @@ void Builder::check_buried(std::size_t i) {
   const contact::Plumb plumb = contact::plumb_at(*env_.terrain, c);
   if (model_.blocks[i].ndof() == 0 || !plumb.solid) return;
   const double above = plumb.above;
-  problem(fmt::format("block.{}.position", model_.blocks[i].name), fmt::format("[{:g}, {:g}, {:g}]", c.x(), c.y(), c.z()),
-          fmt::format("its centroid lies {:.6g} m below the terrain, which is solid and stands at z = {:.6g} there", above - c.z(), above),
-          fmt::format("raise it to about z = {:.6g}, and from there by what talus check tells; or set site.two_sided for a sheet that has nothing below", above + model_.blocks[i].shape->radius));
+  problem(fmt::format("block.{}.position", model_.blocks[i].name),
+          fmt::format("[{:g}, {:g}, {:g}]", c.x(), c.y(), c.z()),
+          fmt::format(
+              "its centroid lies {:.6g} m below the terrain, which is solid and stands at z = {:.6g} there",
+              above - c.z(), above),
+          fmt::format("raise it to about z = {:.6g}, and from there by what talus check tells; or set "
+                      "site.two_sided for a sheet that has nothing below",
+                      above + model_.blocks[i].shape->radius));
 }
 
 void Builder::check_ground() {
   for (std::size_t i = 0; i < single_blocks_; ++i) check_size(i);
   if (!terrain_) return;
   const Box3 box = env_.terrain->bounds();
-  const Eigen::AlignedBox2d limits(Eigen::Vector2d(box.min().head<2>()), Eigen::Vector2d(box.max().head<2>()));
+  const Eigen::AlignedBox2d limits(Eigen::Vector2d(box.min().head<2>()),
+                                   Eigen::Vector2d(box.max().head<2>()));
   for (std::size_t i = 0; i < single_blocks_; ++i) check_buried(i);
   for (std::size_t i = 0; i < model_.blocks.size(); ++i)
-    for (Problem& p : ground_problems(model_.blocks[i].name, state_.blocks.c[i], *terrain_, limits, !world_->scene.planes.empty(), contact::plumb_at(*env_.terrain, state_.blocks.c[i]).floor)) {
+    for (Problem& p : ground_problems(model_.blocks[i].name, state_.blocks.c[i], *terrain_, limits,
+                                      !world_->scene.planes.empty(),
+                                      contact::plumb_at(*env_.terrain, state_.blocks.c[i]).floor)) {
       p.file = world_->scene.file;
       (p.severity == Problem::Severity::error ? problems_ : world_->scene.warnings).push_back(std::move(p));
     }

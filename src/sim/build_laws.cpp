@@ -12,23 +12,35 @@ void Builder::refuse_what_is_missing() {
   const auto missing = [&](const std::string& key, const std::string& value, const std::string& remedy) {
     problem(key, value, "is not there yet in this version", remedy);
   };
-  if (s.simulation.method == scene::Simulation::Method::dda1988) {   // its plan says what else it leaves out
-    if (!env_.joint_laws.empty()) missing("rock_mass.joint_set.friction", "", "method dda-1988 has one law for a pair of materials: leave it out, with cohesion and tension, or use method talus");
-    if (!env_.bonds.empty()) missing("rock_mass.joint_set.persistence", "", "method dda-1988 has no rock bridges: let joints go through, or use method talus");
+  if (s.simulation.method == scene::Simulation::Method::dda1988) {  // its plan says what else it leaves out
+    if (!env_.joint_laws.empty())
+      missing("rock_mass.joint_set.friction", "",
+              "method dda-1988 has one law for a pair of materials: leave it out, with cohesion and tension, "
+              "or use method talus");
+    if (!env_.bonds.empty())
+      missing("rock_mass.joint_set.persistence", "",
+              "method dda-1988 has no rock bridges: let joints go through, or use method talus");
     return;
   }
   const int n = s.laws.materials;
   for (int i = 0; i < n; ++i)
     for (int j = i; j < n; ++j) {
       const ContactLaw& law = s.laws(i, j);
-      const std::string key = fmt::format("interface.{}/{}.", s.materials[static_cast<std::size_t>(i)].name, s.materials[static_cast<std::size_t>(j)].name);
+      const std::string key = fmt::format("interface.{}/{}.", s.materials[static_cast<std::size_t>(i)].name,
+                                          s.materials[static_cast<std::size_t>(j)].name);
       const bool deforms = s.coupling.scheme == scene::Coupling::Scheme::two_way &&
-                           std::any_of(s.structures.begin(), s.structures.end(), [&](const StructureSpec& q) { return q.material == i || q.material == j; });
-      if (law.yield_gradient > 0 && deforms) missing(key + "contact_law.gradient", fmt::format("{:g} Pa/m", law.yield_gradient), "leave it out where a block meets a deformable structure; thickness holds there");
+                           std::any_of(s.structures.begin(), s.structures.end(), [&](const StructureSpec& q) {
+                             return q.material == i || q.material == j;
+                           });
+      if (law.yield_gradient > 0 && deforms)
+        missing(key + "contact_law.gradient", fmt::format("{:g} Pa/m", law.yield_gradient),
+                "leave it out where a block meets a deformable structure; thickness holds there");
       if (law.rolling_resistance > 0 && deforms)
-        missing(key + "rolling_resistance", fmt::format("{:g}", law.rolling_resistance), "leave it out where a block meets a deformable structure");
+        missing(key + "rolling_resistance", fmt::format("{:g}", law.rolling_resistance),
+                "leave it out where a block meets a deformable structure");
       else if (law.drilling_resistance > 0 && deforms)
-        missing(key + "drilling_resistance", fmt::format("{:g}", law.drilling_resistance), "leave it out where a block meets a deformable structure");
+        missing(key + "drilling_resistance", fmt::format("{:g}", law.drilling_resistance),
+                "leave it out where a block meets a deformable structure");
     }
 }
 
@@ -38,20 +50,26 @@ void Builder::complete_laws() {
   for (int i = 0; i < n; ++i)
     for (int j = 0; j < n; ++j) {
       ContactLaw& law = env_.laws.law[static_cast<std::size_t>(i * n + j)];
-      const scene::Material &a = s.materials[static_cast<std::size_t>(i)], &b = s.materials[static_cast<std::size_t>(j)];
+      const scene::Material &a = s.materials[static_cast<std::size_t>(i)],
+                            &b = s.materials[static_cast<std::size_t>(j)];
       const std::string key = fmt::format("interface.{}/{}.contact_law", a.name, b.name);
       if (law.kind == ContactLaw::Kind::hertz) {
-        const double soft = (a.young > 0 ? (1 - a.poisson * a.poisson) / a.young : 0) + (b.young > 0 ? (1 - b.poisson * b.poisson) / b.young : 0);
-        if (!(soft > 0) && i <= j) problem(key, "hertz", "needs Young's modulus of at least one of the two materials", "give material.young (a material without it counts as rigid)");
+        const double soft = (a.young > 0 ? (1 - a.poisson * a.poisson) / a.young : 0) +
+                            (b.young > 0 ? (1 - b.poisson * b.poisson) / b.young : 0);
+        if (!(soft > 0) && i <= j)
+          problem(key, "hertz", "needs Young's modulus of at least one of the two materials",
+                  "give material.young (a material without it counts as rigid)");
         if (soft > 0) law.normal_stiffness = 4.0 / 3.0 / soft * std::sqrt(law.hertz_radius);
       }
       if (law.kind == ContactLaw::Kind::hertz || law.kind == ContactLaw::Kind::table) {
-        if (law.chosen) law.shear_stiffness = 0;   // Coulomb friction without a shear spring, unless one is given
+        if (law.chosen)
+          law.shear_stiffness = 0;  // Coulomb friction without a shear spring, unless one is given
         law.stiffness = ContactLaw::Stiffness::per_contact;
         law.chosen = false;
       }
       if (law.kind == ContactLaw::Kind::crushing && law.stiffness == ContactLaw::Stiffness::hard && i <= j)
-        problem(key, "crushing", "a contact that crushes must be elastic before it does", "give the interface a normal_stiffness, or the materials Young's moduli");
+        problem(key, "crushing", "a contact that crushes must be elastic before it does",
+                "give the interface a normal_stiffness, or the materials Young's moduli");
     }
 }
 
@@ -61,16 +79,20 @@ double largest_face(const Polyhedron& shape) {
   double largest = 0;
   for (int f = 0; f < shape.faces(); ++f) {
     Vec3 twice = Vec3::Zero();
-    const int first = shape.face_offset[static_cast<std::size_t>(f)], last = shape.face_offset[static_cast<std::size_t>(f) + 1];
-    const auto corner = [&](int i) { return shape.vertices[static_cast<std::size_t>(shape.face_vertices[static_cast<std::size_t>(i)])]; };
+    const int first = shape.face_offset[static_cast<std::size_t>(f)],
+              last = shape.face_offset[static_cast<std::size_t>(f) + 1];
+    const auto corner = [&](int i) {
+      return shape.vertices[static_cast<std::size_t>(shape.face_vertices[static_cast<std::size_t>(i)])];
+    };
     for (int i = first; i < last; ++i) twice += corner(i).cross(corner(i + 1 < last ? i + 1 : first));
     largest = std::max(largest, 0.5 * twice.norm());
   }
   return largest;
 }
 
-/// Depth to which its weight presses a block that lies at its best: on three contact points, or on its largest face (on no less than the cap of a ball of
-/// its inradius, a tenth of that deep) [m]. 0: not a matter of a stiffness.
+/// Depth to which its weight presses a block that lies at its best: on three contact points, or on its
+/// largest face (on no less than the cap of a ball of its inradius, a tenth of that deep) [m]. 0: not a
+/// matter of a stiffness.
 double settles(const ContactLaw& law, const dda::Model::Block& block, double gravity) {
   const double weight = block.mass * gravity;
   if (law.stiffness == ContactLaw::Stiffness::hard || law.kind == ContactLaw::Kind::table) return 0;
@@ -83,7 +105,7 @@ double settles(const ContactLaw& law, const dda::Model::Block& block, double gra
 }  // namespace
 
 void Builder::check_stiffness() {
-  constexpr double refused = 0.1, told = 0.01;   // of the inradius
+  constexpr double refused = 0.1, told = 0.01;  // of the inradius
   const scene::Scene& s = world_->scene;
   const double gravity = model_.gravity.norm();
   const int n = env_.laws.materials;
@@ -95,16 +117,22 @@ void Builder::check_stiffness() {
       for (const dda::Model::Block& b : model_.blocks) {
         if (b.ndof() == 0 || (b.material != i && b.material != j)) continue;
         const double d = settles(law, b, gravity);
-        if (d > told * b.shape->inradius && (!worst || d / b.shape->inradius > depth / worst->shape->inradius)) worst = &b, depth = d;
+        if (d > told * b.shape->inradius &&
+            (!worst || d / b.shape->inradius > depth / worst->shape->inradius))
+          worst = &b, depth = d;
       }
       if (!worst) continue;
       const double r = worst->shape->inradius, part = depth / r;
       Problem p;
       p.file = s.file;
-      p.key = fmt::format("interface.{}/{}.normal_stiffness", s.materials[static_cast<std::size_t>(i)].name, s.materials[static_cast<std::size_t>(j)].name);
+      p.key = fmt::format("interface.{}/{}.normal_stiffness", s.materials[static_cast<std::size_t>(i)].name,
+                          s.materials[static_cast<std::size_t>(j)].name);
       p.value = fmt::format("{:.4g}", law.normal_stiffness);
-      p.rule = fmt::format("block {} sinks in by {:.3g} m under its own weight, {:.2g} % of its inradius{}", worst->name, depth, 100 * part, part > refused ? "; 10 % at most" : "");
-      p.remedy = fmt::format("take {:.2g} times the stiffness{}", part / (part > refused ? refused : told), part > refused ? " or more, or \"hard\"" : " for a hundredth of it, or accept it");
+      p.rule = fmt::format("block {} sinks in by {:.3g} m under its own weight, {:.2g} % of its inradius{}",
+                           worst->name, depth, 100 * part, part > refused ? "; 10 % at most" : "");
+      p.remedy =
+          fmt::format("take {:.2g} times the stiffness{}", part / (part > refused ? refused : told),
+                      part > refused ? " or more, or \"hard\"" : " for a hundredth of it, or accept it");
       if (part > refused) {
         problems_.push_back(std::move(p));
       } else {

@@ -32,7 +32,8 @@ Report Builder::report_of(const std::string& name) {
 
 namespace {
 
-/// Parts of a mesh file that lie on each other without common nodes. With a preload a part that nothing holds is an error of its own.
+/// Parts of a mesh file that lie on each other without common nodes. With a preload a part that nothing holds
+/// is an error of its own.
 std::vector<Problem> unmerged_parts(const StructureSpec& spec) {
   if (spec.kind != "mesh" || !is_solid_mesh_file(spec.file)) return {};
   const UnmergedNodes found = unmerged_nodes(read_solid_mesh(spec.file));
@@ -41,8 +42,12 @@ std::vector<Problem> unmerged_parts(const StructureSpec& spec) {
   p.severity = Problem::Severity::warning;
   p.file = spec.file;
   p.key = fmt::format("structure.{}.file", spec.name);
-  p.value = fmt::format("{} node{}, one at [{:.6g}, {:.6g}, {:.6g}] of the file", found.count, found.count == 1 ? "" : "s", found.first.x(), found.first.y(), found.first.z());
-  p.rule = fmt::format("lie on nodes of another part and are not merged with them: the mesh is {} parts that nothing ties together", found.parts);
+  p.value = fmt::format("{} node{}, one at [{:.6g}, {:.6g}, {:.6g}] of the file", found.count,
+                        found.count == 1 ? "" : "s", found.first.x(), found.first.y(), found.first.z());
+  p.rule = fmt::format(
+      "lie on nodes of another part and are not merged with them: the mesh is {} parts that nothing ties "
+      "together",
+      found.parts);
   p.remedy = "merge coincident nodes (Gmsh: Coherence Mesh), unless the parts are to come apart";
   return {p};
 }
@@ -50,7 +55,8 @@ std::vector<Problem> unmerged_parts(const StructureSpec& spec) {
 }  // namespace
 
 void Builder::add_structures() {
-  if (shared_ && !shared_->structures.empty() && world_->scene.coupling.scheme == scene::Coupling::Scheme::rigid) {
+  if (shared_ && !shared_->structures.empty() &&
+      world_->scene.coupling.scheme == scene::Coupling::Scheme::rigid) {
     env_.structures = shared_->structures;
     world_->displaced.resize(env_.structures.size());
     return;
@@ -58,25 +64,25 @@ void Builder::add_structures() {
   const auto add_problems_of = [this](const InputError& e, const StructureSpec& spec) {
     for (Problem p : e.problems()) {
       if (p.file.empty()) p.file = world_->scene.file;
-      if (p.key.rfind("structure", 0) != 0) p.key = fmt::format("structure.{}{}{}", spec.name, p.key.empty() ? "" : ".", p.key);
+      if (p.key.rfind("structure", 0) != 0)
+        p.key = fmt::format("structure.{}{}{}", spec.name, p.key.empty() ? "" : ".", p.key);
       problems_.push_back(std::move(p));
     }
   };
-  constexpr double large = 2e4;   // cells: fewer are made and solved in a moment
+  constexpr double large = 2e4;  // cells: fewer are made and solved in a moment
   // What cannot be is said before the first of them is made and solved, which may take minutes.
   std::vector<StructureSpec> specs = world_->scene.structures;
   std::vector<char> possible;
   for (StructureSpec& spec : specs) {
     // The index lives as long as the world does, this builder does not.
-    if (terrain_) spec.ground = [ground = env_.terrain.get()](double x, double y) { return ground->height(x, y); };
+    if (terrain_)
+      spec.ground = [ground = env_.terrain.get()](double x, double y) { return ground->height(x, y); };
     possible.push_back(0);
     try {
       const StructurePlan plan = plan_structure(spec, model_.gravity);
       if (plan.cells >= large) world_->report("plan: " + plan.text);
       possible.back() = 1;
-    } catch (const InputError& e) {
-      add_problems_of(e, spec);
-    }
+    } catch (const InputError& e) { add_problems_of(e, spec); }
   }
   std::size_t next = 0;
   for (const StructureSpec& spec : specs) {
@@ -92,8 +98,12 @@ void Builder::add_structures() {
       continue;
     }
     if (part.stepped() && part.structure->dofs() == 0)
-      problem(fmt::format("structure.{}.support", spec.name), "", "holds every node: nothing of the structure can move", "hold fewer faces, take more cells, or coupling.scheme = \"rigid\" for an obstacle that does not give way");
-    part.index = part.fixed_surface ? std::make_unique<contact::SurfaceIndex>(part.structure->surface()) : coupling::moving_index(part.structure->surface());
+      problem(fmt::format("structure.{}.support", spec.name), "",
+              "holds every node: nothing of the structure can move",
+              "hold fewer faces, take more cells, or coupling.scheme = \"rigid\" for an obstacle that does "
+              "not give way");
+    part.index = part.fixed_surface ? std::make_unique<contact::SurfaceIndex>(part.structure->surface())
+                                    : coupling::moving_index(part.structure->surface());
     check_probes(spec, part.index->bounds());
     add_warnings(unmerged_parts(spec));
     add_warnings(fineness_problems(spec));
@@ -101,23 +111,35 @@ void Builder::add_structures() {
     if (part.fixed_surface && impact_refinement(spec).cell_size > 0) warn_of_no_strikes(spec);
     const std::vector<Member> members = part.structure->members();
     if (terrain_)
-      add_warnings(footing_problems(spec, members, [&](const Vec3& at) { return ground_height(env_.terrain.get(), world_->scene.planes, at); }));
+      add_warnings(footing_problems(spec, members, [&](const Vec3& at) {
+        return ground_height(env_.terrain.get(), world_->scene.planes, at);
+      }));
     std::vector<double>& moved = world_->displaced.emplace_back();
     if (spec.gravity_preload)
       for (const Vec3& u : part.structure->snapshot().displacement) moved.push_back(u.norm());
     env_.structures.push_back(std::move(part));
   }
   const bool whole = env_.structures.size() == world_->scene.structures.size();
-  if (shared_ && shared_->keeps_structures && whole && world_->scene.coupling.scheme == scene::Coupling::Scheme::rigid) shared_->structures = env_.structures;
+  if (shared_ && shared_->keeps_structures && whole &&
+      world_->scene.coupling.scheme == scene::Coupling::Scheme::rigid)
+    shared_->structures = env_.structures;
 }
 
 void Builder::warn_of_unused_loads(const StructureSpec& spec) {
-  add_warnings({{.severity = Problem::Severity::warning, .file = {}, .key = fmt::format("structure.{}.load", spec.name), .value = {}, .rule = "has no effect: coupling.scheme = \"rigid\" steps no structure",
+  add_warnings({{.severity = Problem::Severity::warning,
+                 .file = {},
+                 .key = fmt::format("structure.{}.load", spec.name),
+                 .value = {},
+                 .rule = "has no effect: coupling.scheme = \"rigid\" steps no structure",
                  .remedy = "take scheme \"two-way\" or \"one-way\", or leave the load out"}});
 }
 
 void Builder::warn_of_no_strikes(const StructureSpec& spec) {
-  add_warnings({{.severity = Problem::Severity::warning, .file = {}, .key = fmt::format("structure.{}.refine", spec.name), .value = "where = \"impact\"", .rule = "has no effect: with this coupling.scheme blocks strike a skin that stays as it is",
+  add_warnings({{.severity = Problem::Severity::warning,
+                 .file = {},
+                 .key = fmt::format("structure.{}.refine", spec.name),
+                 .value = "where = \"impact\"",
+                 .rule = "has no effect: with this coupling.scheme blocks strike a skin that stays as it is",
                  .remedy = "take scheme \"two-way\", or refine in a region"}});
 }
 
@@ -128,11 +150,17 @@ void Builder::check_probes(const StructureSpec& spec, const Box3& bounds) {
       const std::string key = fmt::format("structure.{}.probe.{}", spec.name, p.name);
       const bool by_offset = world_->scene.places.count(key + ".offset") > 0;
       const Vec3 offset = spec.rotation.transpose() * (p.at - spec.position);
-      const Vec3 given = by_offset ? offset.unaryExpr([&](double x) { return std::abs(x) < 1e-12 * p.at.norm() ? 0.0 : x; }) : p.at;   // what rounding leaves of 0
-      problem(key + (by_offset ? ".offset" : ".at"), fmt::format("[{:g}, {:g}, {:g}]", given.x(), given.y(), given.z()),
-              fmt::format("lies {:.3g} m from the structure, which spans x {:.6g} to {:.6g}, y {:.6g} to {:.6g}, z {:.6g} to {:.6g}", d, bounds.min().x(), bounds.max().x(), bounds.min().y(), bounds.max().y(),
+      const Vec3 given =
+          by_offset ? offset.unaryExpr([&](double x) { return std::abs(x) < 1e-12 * p.at.norm() ? 0.0 : x; })
+                    : p.at;  // what rounding leaves of 0
+      problem(key + (by_offset ? ".offset" : ".at"),
+              fmt::format("[{:g}, {:g}, {:g}]", given.x(), given.y(), given.z()),
+              fmt::format("lies {:.3g} m from the structure, which spans x {:.6g} to {:.6g}, y {:.6g} to "
+                          "{:.6g}, z {:.6g} to {:.6g}",
+                          d, bounds.min().x(), bounds.max().x(), bounds.min().y(), bounds.max().y(),
                           bounds.min().z(), bounds.max().z()),
-              by_offset ? "count from the structure's base or position, along its own axes" : "give a point of the structure in scene coordinates");
+              by_offset ? "count from the structure's base or position, along its own axes"
+                        : "give a point of the structure in scene coordinates");
     }
 }
 
@@ -140,21 +168,31 @@ void Builder::pair_structures() {
   const auto& parts = env_.structures;
   for (int i = 0; i < static_cast<int>(parts.size()); ++i)
     for (int j = i + 1; j < static_cast<int>(parts.size()); ++j) {
-      const coupling::StructurePart &a = parts[static_cast<std::size_t>(i)], &b = parts[static_cast<std::size_t>(j)];
+      const coupling::StructurePart &a = parts[static_cast<std::size_t>(i)],
+                                    &b = parts[static_cast<std::size_t>(j)];
       if (a.fixed_surface || b.fixed_surface) continue;
       const auto& known = world_->scene.law_pairs;
-      if (std::find(known.begin(), known.end(), std::pair(std::min(a.material, b.material), std::max(a.material, b.material))) == known.end()) {
-        world_->notes.push_back(fmt::format("Structures {} and {}: no [[interface]] of their materials, they do not touch each other.", world_->scene.structures[static_cast<std::size_t>(i)].name, world_->scene.structures[static_cast<std::size_t>(j)].name));
+      if (std::find(known.begin(), known.end(),
+                    std::pair(std::min(a.material, b.material), std::max(a.material, b.material))) ==
+          known.end()) {
+        world_->notes.push_back(fmt::format(
+            "Structures {} and {}: no [[interface]] of their materials, they do not touch each other.",
+            world_->scene.structures[static_cast<std::size_t>(i)].name,
+            world_->scene.structures[static_cast<std::size_t>(j)].name));
         continue;
       }
-      const double edge_a = coupling::face_edge(a.index->surface()), edge_b = coupling::face_edge(b.index->surface());
-      const bool first_finer = edge_a < edge_b * (1 - 1e-9) || (edge_a <= edge_b * (1 + 1e-9) && a.index->bounds().volume() < b.index->bounds().volume());
+      const double edge_a = coupling::face_edge(a.index->surface()),
+                   edge_b = coupling::face_edge(b.index->surface());
+      const bool first_finer =
+          edge_a < edge_b * (1 - 1e-9) ||
+          (edge_a <= edge_b * (1 + 1e-9) && a.index->bounds().volume() < b.index->bounds().volume());
       env_.touching_structures.push_back(first_finer ? std::pair(j, i) : std::pair(i, j));
     }
   add_problems(free_structure_problems(world_->scene, env_, model_, state_.blocks));
 }
 
-/// A structure without supports that lies on another is in no preload: its weight comes onto both at once, at t = 0.
+/// A structure without supports that lies on another is in no preload: its weight comes onto both at once, at
+/// t = 0.
 void Builder::warn_of_sudden_weight() {
   if (model_.gravity.isZero(0) || !world_->scene.simulation.initial_state.empty()) return;
   const auto& specs = world_->scene.structures;
@@ -165,7 +203,8 @@ void Builder::warn_of_sudden_weight() {
       if (a != static_cast<int>(q) && b != static_cast<int>(q)) continue;
       const auto other = static_cast<std::size_t>(a == static_cast<int>(q) ? b : a);
       const Box3 here = env_.structures[q].index->bounds(), there = env_.structures[other].index->bounds();
-      if (here.exteriorDistance(there) <= 1e-3 * here.sizes().norm()) under += (under.empty() ? "" : ", ") + specs[other].name;
+      if (here.exteriorDistance(there) <= 1e-3 * here.sizes().norm())
+        under += (under.empty() ? "" : ", ") + specs[other].name;
     }
     if (under.empty()) continue;
     Problem p;
@@ -173,17 +212,24 @@ void Builder::warn_of_sudden_weight() {
     p.file = world_->scene.file;
     p.key = fmt::format("structure.{}.preload", specs[q].name);
     p.value = "none";
-    p.rule = fmt::format("no preload covers both it and what holds it ({}): its weight comes onto them at once at t = 0, they swing about where they would stand, by up to twice the weight, and reactions, forces, drift and "
-                         "damage include that", under);
-    p.remedy = "let them come to rest in a run of its own without blocks, with damping_ratio in the interface between them, and start from its results.h5 (simulation.initial_state); or look at a run without blocks for what is the weight's";
+    p.rule = fmt::format(
+        "no preload covers both it and what holds it ({}): its weight comes onto them at once at t = 0, they "
+        "swing about where they would stand, by up to twice the weight, and reactions, forces, drift and "
+        "damage include that",
+        under);
+    p.remedy =
+        "let them come to rest in a run of its own without blocks, with damping_ratio in the interface "
+        "between them, and start from its results.h5 (simulation.initial_state); or look at a run without "
+        "blocks for what is the weight's";
     world_->scene.warnings.push_back(std::move(p));
   }
 }
 
 void Builder::warn_of_small_blocks() {
-  constexpr double ratio = 0.5;   // least thickness of a block over the edge of a cell
+  constexpr double ratio = 0.5;  // least thickness of a block over the edge of a cell
   for (std::size_t q = 0; q < env_.structures.size(); ++q) {
-    const double fine = impact_refinement(world_->scene.structures[q]).cell_size, as_built = coupling::face_edge(env_.structures[q].structure->surface());
+    const double fine = impact_refinement(world_->scene.structures[q]).cell_size,
+                 as_built = coupling::face_edge(env_.structures[q].structure->surface());
     const double edge = fine > 0 ? std::min(fine, as_built) : as_built;
     int small = 0;
     const dda::Model::Block* least = nullptr;
@@ -197,9 +243,13 @@ void Builder::warn_of_small_blocks() {
     p.file = world_->scene.file;
     p.key = fmt::format("structure.{}.cell_size", world_->scene.structures[q].name);
     p.value = fmt::format("{:.4g} m", edge);
-    p.rule = fmt::format("{} block{} thinner than {:g} of a cell face, {} with {:.3g} m the thinnest: its force spreads over a whole face, so that local "
-                         "stress, damage and indentation come out too small; force and momentum hold", small, small == 1 ? " is" : "s are", ratio, least->name, 2 * least->shape->inradius);
-    p.remedy = fmt::format("take cells of {:.2g} m or less where such blocks strike, or accept it", 2 * least->shape->inradius / ratio);
+    p.rule = fmt::format(
+        "{} block{} thinner than {:g} of a cell face, {} with {:.3g} m the thinnest: its force spreads over "
+        "a whole face, so that local "
+        "stress, damage and indentation come out too small; force and momentum hold",
+        small, small == 1 ? " is" : "s are", ratio, least->name, 2 * least->shape->inradius);
+    p.remedy = fmt::format("take cells of {:.2g} m or less where such blocks strike, or accept it",
+                           2 * least->shape->inradius / ratio);
     p.severity = Problem::Severity::warning;
     world_->scene.warnings.push_back(std::move(p));
   }

@@ -1,7 +1,7 @@
 /// From a scene to the world of its run. Internal to sim: others call build() of world.hpp.
 ///
-/// Everything that exists comes from here, in the order of build(): ground, blocks, rock mass, laws, structures. Problems are collected, so that
-/// a user sees all of them at once.
+/// Everything that exists comes from here, in the order of build(): ground, blocks, rock mass, laws,
+/// structures. Problems are collected, so that a user sees all of them at once.
 #pragma once
 #include <memory>
 #include <optional>
@@ -49,7 +49,8 @@ class Builder {
   dda::Model::Block make_block(const std::string& name, Polyhedron shape, int material, bool deformable);
   void add_block(const scene::Block& b);
   void check_held(const dda::Model::Block& b, const Vec3& c, const Mat3& rotation, const Vec3& x);
-  /// Velocity and spin with which a held block starts: as given, or the nearest that leave its points at rest, with a warning.
+  /// Velocity and spin with which a held block starts: as given, or the nearest that leave its points at
+  /// rest, with a warning.
   RigidMotion held_start(const dda::Model::Block& b, const Mat3& rotation, const RigidMotion& given);
   void add_copies(const scene::Block& b, const Polyhedron& body);
   void add_rock_mass();
@@ -60,7 +61,8 @@ class Builder {
   void refuse_what_is_missing();
   /// What the curved laws need beyond their own keys: elastic moduli for Hertz, a stiffness for crushing.
   void complete_laws();
-  /// Springs that a block's own weight presses by more than a tenth of its inradius are an error, by more than a hundredth a warning.
+  /// Springs that a block's own weight presses by more than a tenth of its inradius are an error, by more
+  /// than a hundredth a warning.
   void check_stiffness();
 
   // Structures (build_structures.cpp)
@@ -71,13 +73,16 @@ class Builder {
   /// The nearest point of the structure is followed, but not one of another place altogether.
   void warn_of_no_strikes(const StructureSpec& spec);
   void check_probes(const StructureSpec& spec, const Box3& bounds);
-  /// Structures with a law between their materials may touch: nodes of the finer skin against faces of the coarser one.
+  /// Structures with a law between their materials may touch: nodes of the finer skin against faces of the
+  /// coarser one.
   void pair_structures();
   void warn_of_sudden_weight();
-  /// A block far smaller than the cell faces it strikes presses on one face: what happens below the cell size is not resolved.
+  /// A block far smaller than the cell faces it strikes presses on one face: what happens below the cell size
+  /// is not resolved.
   void warn_of_small_blocks();
 
-  /// Blocks in the order of their names, whatever the scene's: sums and searches then go the same way however the blocks are listed.
+  /// Blocks in the order of their names, whatever the scene's: sums and searches then go the same way however
+  /// the blocks are listed.
   void sort_blocks();
   void fill_header();
 
@@ -88,9 +93,9 @@ class Builder {
   Shared* shared_ = nullptr;
   std::shared_ptr<const geometry::Terrain> terrain_;
   std::set<std::string> names_;
-  std::size_t single_blocks_ = 0;   // of the scene's [[block]]s; the rock mass comes after them
-  Occupied occupied_;   // by blocks of release areas
-  ShapePool shapes_;    // of all blocks so far
+  std::size_t single_blocks_ = 0;  // of the scene's [[block]]s; the rock mass comes after them
+  Occupied occupied_;              // by blocks of release areas
+  ShapePool shapes_;               // of all blocks so far
   std::vector<Problem> problems_;
 };
 

@@ -82,18 +82,31 @@ class Reader {
 
 template <typename F>
 void each_ledger(coupling::Ledger& l, F&& f) {
-  f(l.friction_work); f(l.damping_work); f(l.yield_work); f(l.ploughing_work); f(l.vegetation_work); f(l.algorithmic); f(l.contact); f(l.structure_contact_work); f(l.blocks_contact_work);
+  f(l.friction_work);
+  f(l.damping_work);
+  f(l.yield_work);
+  f(l.ploughing_work);
+  f(l.vegetation_work);
+  f(l.algorithmic);
+  f(l.contact);
+  f(l.structure_contact_work);
+  f(l.blocks_contact_work);
 }
 
 /// Every sum of the run, in one order for both directions.
 template <typename Count, typename Number>
 void each_sum(coupling::RunSums& sums, Count&& count, Number&& number) {
   coupling::Counters& c = sums.counters;
-  for (long* n : {&c.steps, &c.rejected, &c.contacts, &c.newton, &c.sweeps, &c.outer, &c.impacts, &c.projections, &c.tier_a, &c.tier_b, &c.tier_c, &c.tier_d,
-                  &c.tier_e, &c.flights, &c.structure_steps, &c.condensed_steps, &sums.asleep_skipped, &sums.structure_asleep, &c.reduced})
+  for (long* n :
+       {&c.steps, &c.rejected, &c.contacts, &c.newton, &c.sweeps, &c.outer, &c.impacts, &c.projections,
+        &c.tier_a, &c.tier_b, &c.tier_c, &c.tier_d, &c.tier_e, &c.flights, &c.structure_steps,
+        &c.condensed_steps, &sums.asleep_skipped, &sums.structure_asleep, &c.reduced})
     count(*n);
   coupling::AuditSums& a = sums.audit;
-  for (double* x : {&c.worst_residual, &c.worst_penetration, &c.last_step, &a.worst_force, &a.worst_moment, &a.work_on_blocks, &a.work_on_structure, &c.gained, &c.worst_gain, &c.undone, &c.crush_depth, &c.crush_share}) number(*x);
+  for (double* x : {&c.worst_residual, &c.worst_penetration, &c.last_step, &a.worst_force, &a.worst_moment,
+                    &a.work_on_blocks, &a.work_on_structure, &c.gained, &c.worst_gain, &c.undone,
+                    &c.crush_depth, &c.crush_share})
+    number(*x);
   for (Vec3* v : {&a.impulse_on_structure, &a.impulse_on_blocks}) number(*v);
 }
 
@@ -107,7 +120,12 @@ Checkpoint Simulation::save() const {
   auto& blocks = c.numbers["blocks"];
   Writer out(blocks);
   for (std::size_t i = 0; i < n; ++i) {
-    out(s.blocks.c[i]); out(s.blocks.v[i]); out(s.blocks.w[i]); out(s.blocks.q[i]); out(s.blocks.eps[i]); out(s.blocks.eps_rate[i]);
+    out(s.blocks.c[i]);
+    out(s.blocks.v[i]);
+    out(s.blocks.w[i]);
+    out(s.blocks.q[i]);
+    out(s.blocks.eps[i]);
+    out(s.blocks.eps_rate[i]);
     out(s.step[i]);
   }
   auto& asleep = c.integers["asleep"];
@@ -129,22 +147,30 @@ Checkpoint Simulation::save() const {
   for (const auto& list : s.surface_contacts) {
     surface_keys.push_back(static_cast<std::int64_t>(list.size()));
     for (const coupling::ContactMemory& m : list) {
-      surface_keys.insert(surface_keys.end(), {static_cast<std::int64_t>(m.partner), static_cast<std::int64_t>(m.feature), m.broken ? 1 : 0});
+      surface_keys.insert(surface_keys.end(), {static_cast<std::int64_t>(m.partner),
+                                               static_cast<std::int64_t>(m.feature), m.broken ? 1 : 0});
       coupling::each_number(m, surfaces);
     }
   }
   Writer general(c.numbers["general"]);
   general(s.time);
   each_ledger(s.ledger, [&](double x) { general(x); });
-  general(w.energy_start); general(w.energy_peak); general(s.stretch);
+  general(w.energy_start);
+  general(w.energy_peak);
+  general(s.stretch);
   Writer sums(c.numbers["sums"]);
-  each_sum(w.system->sums(), [&](long n) { c.integers["sums"].push_back(n); }, sums);
+  each_sum(
+      w.system->sums(), [&](long n) { c.integers["sums"].push_back(n); }, sums);
   c.integers["general"] = {s.stretches, w.built_energy ? 1 : 0, static_cast<std::int64_t>(n)};
   c.integers["told_unsupported"].assign(w.told_unsupported.begin(), w.told_unsupported.end());
   c.numbers["structure_steps"] = s.structure_step;
   Writer struck(c.numbers["struck_places"]);
   for (const World::StruckPlace& place : w.struck) {
-    struck(static_cast<double>(place.structure)); struck(place.zone.region.min()); struck(place.zone.region.max()); struck(place.zone.cell_size); struck(place.energy);
+    struck(static_cast<double>(place.structure));
+    struck(place.zone.region.min());
+    struck(place.zone.region.max());
+    struck(place.zone.cell_size);
+    struck(place.energy);
   }
   if (!s.blocks.slid.empty()) c.numbers["slid"] = s.blocks.slid;
   c.integers["crush_law"] = {w.system->sums().counters.crush_law, w.told_crushed_through ? 1 : 0};
@@ -170,13 +196,16 @@ Checkpoint Simulation::save() const {
     counts.push_back(b.material);
     counts.push_back(b.structure);
     for (const auto& t : b.shape->triangles) counts.insert(counts.end(), t.begin(), t.end());
-    shape(b.mass); shape(b.volume); shape(b.second_moment);
+    shape(b.mass);
+    shape(b.volume);
+    shape(b.second_moment);
     for (const Vec3& x : b.shape->vertices) shape(x);
   }
   if (w.paper) {
     w.paper->history.save(c.numbers["paper"]);
     const PaperScheme& p = *w.paper;
-    c.numbers["paper_sums"] = {p.time, p.friction_work, p.algorithmic, p.worst_penetration, p.contact_energy, p.strain_energy, p.kinetic};
+    c.numbers["paper_sums"] = {p.time,           p.friction_work, p.algorithmic, p.worst_penetration,
+                               p.contact_energy, p.strain_energy, p.kinetic};
     c.integers["paper_sums"] = {p.steps, p.iterations, p.cuts, p.unsettled, p.contacts};
   }
   return c;
@@ -185,8 +214,12 @@ Checkpoint Simulation::save() const {
 void Simulation::restore(const Checkpoint& c) {
   World& w = *world_;
   w.restored = true;
-  const auto numbers = [&](const std::string& key) -> const std::vector<double>& { return array(c.numbers, key); };
-  const auto integers = [&](const std::string& key) -> const std::vector<std::int64_t>& { return array(c.integers, key); };
+  const auto numbers = [&](const std::string& key) -> const std::vector<double>& {
+    return array(c.numbers, key);
+  };
+  const auto integers = [&](const std::string& key) -> const std::vector<std::int64_t>& {
+    return array(c.integers, key);
+  };
   // Fragments first: they are blocks of the state.
   Counts counts(integers("fragments"));
   Reader shape(numbers("fragments"));
@@ -200,7 +233,9 @@ void Simulation::restore(const Checkpoint& c) {
     std::vector<std::array<int, 3>> t(static_cast<std::size_t>(triangles));
     for (auto& tri : t)
       for (int& v : tri) v = static_cast<int>(counts.below(vertices));
-    shape(b.mass); shape(b.volume); shape(b.second_moment);
+    shape(b.mass);
+    shape(b.volume);
+    shape(b.second_moment);
     std::vector<Vec3> v(static_cast<std::size_t>(vertices));
     for (Vec3& x : v) shape(x);
     b.inertia = b.second_moment.trace() * Mat3::Identity() - b.second_moment;
@@ -218,14 +253,21 @@ void Simulation::restore(const Checkpoint& c) {
     refuse(fmt::format("{} blocks", blocks), fmt::format("the scene has {} blocks", n));
   Reader in(numbers("blocks"));
   for (std::size_t i = 0; i < n; ++i) {
-    in(s.blocks.c[i]); in(s.blocks.v[i]); in(s.blocks.w[i]); in(s.blocks.q[i]); in(s.blocks.eps[i]); in(s.blocks.eps_rate[i]);
+    in(s.blocks.c[i]);
+    in(s.blocks.v[i]);
+    in(s.blocks.w[i]);
+    in(s.blocks.q[i]);
+    in(s.blocks.eps[i]);
+    in(s.blocks.eps_rate[i]);
     in(s.step[i]);
   }
   Reader memory(numbers("contacts"));
   Counts asleep(integers("asleep")), contact_count(integers("contact_count")), keys(integers("contact_key"));
   for (std::size_t i = 0; i < n; ++i) {
     s.asleep[i] = asleep.next() != 0 ? 1 : 0;
-    s.contacts[i].assign(static_cast<std::size_t>(contact_count.below(static_cast<std::int64_t>(integers("contact_key").size()) + 1)), {});
+    s.contacts[i].assign(static_cast<std::size_t>(contact_count.below(
+                             static_cast<std::int64_t>(integers("contact_key").size()) + 1)),
+                         {});
     for (coupling::ContactMemory& m : s.contacts[i]) {
       m.partner = static_cast<std::uint64_t>(keys.next());
       m.feature = static_cast<std::uint64_t>(keys.next());
@@ -247,10 +289,13 @@ void Simulation::restore(const Checkpoint& c) {
   Reader general(numbers("general"));
   general(s.time);
   each_ledger(s.ledger, [&](double& x) { general(x); });
-  general(w.energy_start); general(w.energy_peak); general(s.stretch);
+  general(w.energy_start);
+  general(w.energy_peak);
+  general(s.stretch);
   Reader sums(numbers("sums"));
   Counts sum_counts(integers("sums"));
-  each_sum(w.system->sums(), [&](long& k) { k = sum_counts.next(); }, sums);
+  each_sum(
+      w.system->sums(), [&](long& k) { k = sum_counts.next(); }, sums);
   s.stretches = stretches;
   w.built_energy = built_energy;
   if (const auto slid = c.numbers.find("slid"); slid != c.numbers.end()) {
@@ -266,21 +311,27 @@ void Simulation::restore(const Checkpoint& c) {
   auto& structures = w.system->environment().structures;
   if (const auto told = c.integers.find("told_unsupported"); told != c.integers.end())
     for (const std::int64_t flag : told->second) w.told_unsupported.push_back(flag != 0 ? 1 : 0);
-  if (const auto steps = c.numbers.find("structure_steps"); steps != c.numbers.end()) {   // none in those of former versions
+  if (const auto steps = c.numbers.find("structure_steps");
+      steps != c.numbers.end()) {  // none in those of former versions
     Reader step(steps->second);
     for (double& h : s.structure_step) step(h);
   }
-  if (const auto found = c.numbers.find("struck_places"); found != c.numbers.end()) {   // cells were halved there
+  if (const auto found = c.numbers.find("struck_places");
+      found != c.numbers.end()) {  // cells were halved there
     Reader struck(found->second);
     for (std::size_t left = found->second.size(); left > 0; left -= 9) {
       World::StruckPlace place;
       const double structure = struck.next();
-      if (left < 9 || !(structure >= 0 && structure < static_cast<double>(structures.size()))) refuse(fmt::format("{:g}", structure), "names no structure");
+      if (left < 9 || !(structure >= 0 && structure < static_cast<double>(structures.size())))
+        refuse(fmt::format("{:g}", structure), "names no structure");
       place.structure = static_cast<int>(structure);
-      struck(place.zone.region.min()); struck(place.zone.region.max()); struck(place.zone.cell_size); struck(place.energy);
+      struck(place.zone.region.min());
+      struck(place.zone.region.max());
+      struck(place.zone.cell_size);
+      struck(place.energy);
       w.struck.push_back(place);
     }
-    const double energy_start = w.energy_start;   // of the run, whatever cells it began with
+    const double energy_start = w.energy_start;  // of the run, whatever cells it began with
     for (std::size_t q = 0; q < structures.size(); ++q)
       if (structures[q].stepped()) w.refine_structure(static_cast<int>(q));
     w.energy_start = energy_start;
@@ -289,7 +340,7 @@ void Simulation::restore(const Checkpoint& c) {
     coupling::StructurePart& part = structures[q];
     if (!part.stepped()) continue;
     part.structure->restore(numbers(fmt::format("structure{}", q)));
-    if (part.fixed_surface) continue;   // blocks strike its undeformed skin
+    if (part.fixed_surface) continue;  // blocks strike its undeformed skin
     TriangleSurface skin = part.structure->surface();
     const std::vector<double>& lagging = numbers(fmt::format("index{}", q));
     part.lagging_index = !lagging.empty();
@@ -304,7 +355,9 @@ void Simulation::restore(const Checkpoint& c) {
     Reader d(numbers("paper_sums"));
     Counts k(integers("paper_sums"));
     PaperScheme& p = *w.paper;
-    for (double* x : {&p.time, &p.friction_work, &p.algorithmic, &p.worst_penetration, &p.contact_energy, &p.strain_energy, &p.kinetic}) d(*x);
+    for (double* x : {&p.time, &p.friction_work, &p.algorithmic, &p.worst_penetration, &p.contact_energy,
+                      &p.strain_energy, &p.kinetic})
+      d(*x);
     for (long* x : {&p.steps, &p.iterations, &p.cuts, &p.unsettled, &p.contacts}) *x = k.next();
   }
 }

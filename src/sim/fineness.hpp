@@ -1,7 +1,7 @@
 /// How many cells lie across the smallest section of a structure that may be damaged.
 ///
-/// Bending and shear of a member show in its cells from about three across on; where and how much it is damaged wants six to eight
-/// (docs/guide/choosing.md).
+/// Bending and shear of a member show in its cells from about three across on; where and how much it is
+/// damaged wants six to eight (docs/guide/choosing.md).
 #pragma once
 #include <optional>
 #include <string>
@@ -13,8 +13,8 @@
 namespace talus::sim {
 
 struct Fineness {
-  double section = 0;   // least extent across a column or pier, or of a box; a hollow one's wall [m]
-  int cells = 0;        // across it, where they are finest
+  double section = 0;  // least extent across a column or pier, or of a box; a hollow one's wall [m]
+  int cells = 0;       // across it, where they are finest
 };
 
 /// Nothing for a mesh file, whose sections are not known.

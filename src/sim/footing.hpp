@@ -12,9 +12,11 @@ namespace talus::sim {
 /// Height of terrain or planes at the place of a point [m]; NaN where there is none.
 using GroundHeight = std::function<double(const Vec3& at)>;
 
-/// Warnings for columns, boxes held at their lower side, and viaducts whose feet hang above the ground, lie deep below it, or have none under
-/// them. A foot hangs from 2 % of the height on (at least 0.1 m) above the highest ground under its section, and is buried from a quarter of the
-/// height on (at least 3 m) below the lowest.
-std::vector<Problem> footing_problems(const StructureSpec& spec, std::span<const Member> members, const GroundHeight& ground);
+/// Warnings for columns, boxes held at their lower side, and viaducts whose feet hang above the ground, lie
+/// deep below it, or have none under them. A foot hangs from 2 % of the height on (at least 0.1 m) above the
+/// highest ground under its section, and is buried from a quarter of the height on (at least 3 m) below the
+/// lowest.
+std::vector<Problem> footing_problems(const StructureSpec& spec, std::span<const Member> members,
+                                      const GroundHeight& ground);
 
 }  // namespace talus::sim

@@ -19,17 +19,22 @@ constexpr int most_tries = 2000;  // for the next place that is free, within the
 Mat3 random_rotation(geometry::Random& random) {
   const double u = random.uniform(), a = 2 * M_PI * random.uniform(), b = 2 * M_PI * random.uniform();
   const double p = std::sqrt(1 - u), q = std::sqrt(u);
-  return Quat(q * std::cos(b), p * std::sin(a), p * std::cos(a), q * std::sin(b)).normalized().toRotationMatrix();
+  return Quat(q * std::cos(b), p * std::sin(a), p * std::cos(a), q * std::sin(b))
+      .normalized()
+      .toRotationMatrix();
 }
 
 /// Highest ground within a rectangle: terrain and planes; -infinity without any.
-double highest_ground(const geometry::Terrain* terrain, const std::vector<Plane>& planes, const Eigen::AlignedBox2d& plan) {
-  double z = terrain ? geometry::highest_within(terrain->surface, plan) : -std::numeric_limits<double>::infinity();
+double highest_ground(const geometry::Terrain* terrain, const std::vector<Plane>& planes,
+                      const Eigen::AlignedBox2d& plan) {
+  double z =
+      terrain ? geometry::highest_within(terrain->surface, plan) : -std::numeric_limits<double>::infinity();
   for (const Plane& p : planes)
     if (p.normal.z() > 1e-9)
       for (int k = 0; k < 4; ++k) {
         const double x = k & 1 ? plan.max().x() : plan.min().x(), y = k & 2 ? plan.max().y() : plan.min().y();
-        z = std::max(z, p.point.z() - (p.normal.x() * (x - p.point.x()) + p.normal.y() * (y - p.point.y())) / p.normal.z());
+        z = std::max(z, p.point.z() - (p.normal.x() * (x - p.point.x()) + p.normal.y() * (y - p.point.y())) /
+                                          p.normal.z());
       }
   return z;
 }
@@ -47,9 +52,11 @@ std::optional<geometry::Terrain> load_ground(const std::optional<scene::Site>& s
   o.widen = site->widen;
   o.crs = site->crs;
   o.breaklines = site->breaklines;
-  for (const auto& a : site->material_areas) o.material_areas.push_back({a.polygon_file, a.raster_file, a.value, a.material, a.part, a.mesh_file});
+  for (const auto& a : site->material_areas)
+    o.material_areas.push_back({a.polygon_file, a.raster_file, a.value, a.material, a.part, a.mesh_file});
   o.up = site->up;
-  for (const auto& r : site->roughness) o.roughness.push_back({r.material, r.surface.amplitude, r.surface.length, r.surface.seed});
+  for (const auto& r : site->roughness)
+    o.roughness.push_back({r.material, r.surface.amplitude, r.surface.length, r.surface.seed});
   if (site->faces.empty()) return geometry::load_terrain(site->terrain, o);
   std::vector<geometry::SlopeFace> faces;
   for (const auto& f : site->faces) faces.push_back({f.dip, f.length});
@@ -57,10 +64,13 @@ std::optional<geometry::Terrain> load_ground(const std::optional<scene::Site>& s
   return geometry::make_terrain(std::move(slope.vertices), std::move(slope.triangles), o, "site.face");
 }
 
-std::vector<std::pair<Vec3, Mat3>> release_places(const scene::Release& release, const Polyhedron& body, const scene::Scene& scene,
-                                                  const geometry::Terrain* terrain, Occupied& occupied) {
+std::vector<std::pair<Vec3, Mat3>> release_places(const scene::Release& release, const Polyhedron& body,
+                                                  const scene::Scene& scene, const geometry::Terrain* terrain,
+                                                  Occupied& occupied) {
   const geometry::Area area = geometry::read_area(release.polygon);
-  if (scene.site) geometry::expect_same_crs(scene.site->crs.empty() && terrain ? terrain->crs : scene.site->crs, area.crs, release.polygon, "release.polygon");
+  if (scene.site)
+    geometry::expect_same_crs(scene.site->crs.empty() && terrain ? terrain->crs : scene.site->crs, area.crs,
+                              release.polygon, "release.polygon");
   const Vec3 origin = scene.site ? scene.site->origin : Vec3::Zero();
   Eigen::AlignedBox2d limits;
   for (const auto& ring : area.rings)
@@ -70,21 +80,33 @@ std::vector<std::pair<Vec3, Mat3>> release_places(const scene::Release& release,
   bool over_ground = false;
   for (int tries = 0; static_cast<int>(places.size()) < release.count; ++tries) {
     if (tries == most_tries)
-      throw InputError(Problem{.file = release.polygon, .key = over_ground ? "release.count" : "release.polygon",
-                               .value = over_ground ? fmt::format("{}", release.count) : fmt::format("x {:.6g} to {:.6g}, y {:.6g} to {:.6g} in scene coordinates", limits.min().x(), limits.max().x(), limits.min().y(), limits.max().y()),
-                               .rule = over_ground ? fmt::format("only {} blocks find room in the area", places.size()) : "no place of the area lies over the terrain",
-                               .remedy = over_ground ? "enlarge the area, or release fewer or smaller blocks" : "give the polygon in the terrain's coordinate system, and site.origin as well"});
-    const double x = limits.min().x() + random.uniform() * limits.sizes().x(), y = limits.min().y() + random.uniform() * limits.sizes().y();
+      throw InputError(Problem{
+          .file = release.polygon,
+          .key = over_ground ? "release.count" : "release.polygon",
+          .value = over_ground
+                       ? fmt::format("{}", release.count)
+                       : fmt::format("x {:.6g} to {:.6g}, y {:.6g} to {:.6g} in scene coordinates",
+                                     limits.min().x(), limits.max().x(), limits.min().y(), limits.max().y()),
+          .rule = over_ground ? fmt::format("only {} blocks find room in the area", places.size())
+                              : "no place of the area lies over the terrain",
+          .remedy = over_ground
+                        ? "enlarge the area, or release fewer or smaller blocks"
+                        : "give the polygon in the terrain's coordinate system, and site.origin as well"});
+    const double x = limits.min().x() + random.uniform() * limits.sizes().x(),
+                 y = limits.min().y() + random.uniform() * limits.sizes().y();
     const Mat3 rotation = release.turn ? random_rotation(random) : Mat3::Identity();
     if (!area.contains(x + origin.x(), y + origin.y())) continue;
     Box3 box;
     for (const Vec3& v : body.vertices) box.extend(rotation * v);
     const Eigen::Vector2d at(x, y);
-    const double z = highest_ground(terrain, scene.planes, {at + box.min().head<2>(), at + box.max().head<2>()});
+    const double z =
+        highest_ground(terrain, scene.planes, {at + box.min().head<2>(), at + box.max().head<2>()});
     if (!std::isfinite(z) || (terrain && terrain->over_hole(x, y))) continue;
     over_ground = true;
     const Vec3 c(x, y, z + release.height - box.min().z());
-    const bool is_free = std::none_of(occupied.begin(), occupied.end(), [&](const auto& o) { return (o.first - c).norm() < o.second + body.radius; });
+    const bool is_free = std::none_of(occupied.begin(), occupied.end(), [&](const auto& o) {
+      return (o.first - c).norm() < o.second + body.radius;
+    });
     if (!is_free) continue;
     occupied.emplace_back(c, body.radius);
     places.emplace_back(c, rotation);
@@ -93,13 +115,19 @@ std::vector<std::pair<Vec3, Mat3>> release_places(const scene::Release& release,
   return places;
 }
 
-Vec3 place_above(const scene::Release& release, const Polyhedron& body, const Mat3& rotation, const scene::Scene& scene, const geometry::Terrain* terrain) {
+Vec3 place_above(const scene::Release& release, const Polyhedron& body, const Mat3& rotation,
+                 const scene::Scene& scene, const geometry::Terrain* terrain) {
   const Eigen::Vector2d at = *release.at;
   Box3 box;
   for (const Vec3& v : body.vertices) box.extend(rotation * v);
-  const double z = highest_ground(terrain, scene.planes, {at + box.min().head<2>(), at + box.max().head<2>()});
+  const double z =
+      highest_ground(terrain, scene.planes, {at + box.min().head<2>(), at + box.max().head<2>()});
   if (!std::isfinite(z) || (terrain && terrain->over_hole(at.x(), at.y())))
-    throw InputError(Problem{.file = scene.file, .key = "release.at", .value = fmt::format("[{:g}, {:g}]", at.x(), at.y()), .rule = "there is no ground below", .remedy = "name a place over the terrain, in scene coordinates"});
+    throw InputError(Problem{.file = scene.file,
+                             .key = "release.at",
+                             .value = fmt::format("[{:g}, {:g}]", at.x(), at.y()),
+                             .rule = "there is no ground below",
+                             .remedy = "name a place over the terrain, in scene coordinates"});
   return {at.x(), at.y(), z + release.height - box.min().z()};
 }
 
@@ -107,12 +135,15 @@ double ground_height(const contact::SurfaceIndex* terrain, const std::vector<Pla
   double z = terrain ? contact::plumb_at(*terrain, at).floor : std::numeric_limits<double>::quiet_NaN();
   for (const Plane& p : planes)
     if (p.normal.z() > 1e-9)
-      z = std::fmax(z, p.point.z() - (p.normal.x() * (at.x() - p.point.x()) + p.normal.y() * (at.y() - p.point.y())) / p.normal.z());
+      z = std::fmax(
+          z, p.point.z() - (p.normal.x() * (at.x() - p.point.x()) + p.normal.y() * (at.y() - p.point.y())) /
+                               p.normal.z());
   return z;
 }
 
-double uppermost_ground(const contact::SurfaceIndex* terrain, const std::vector<Plane>& planes, double x, double y) {
-  constexpr double above_all = 1e9;   // [m]
+double uppermost_ground(const contact::SurfaceIndex* terrain, const std::vector<Plane>& planes, double x,
+                        double y) {
+  constexpr double above_all = 1e9;  // [m]
   return ground_height(terrain, planes, Vec3(x, y, above_all));
 }
 
@@ -120,22 +151,38 @@ InGround ground_of(const TriangleSurface* terrain, const std::vector<Plane>& pla
   const auto index = terrain ? std::make_shared<contact::SurfaceIndex>(*terrain) : nullptr;
   return [index, planes](const Vec3& x) {
     if (index && contact::plumb_at(*index, x).solid) return true;
-    return std::any_of(planes.begin(), planes.end(), [&](const Plane& p) { return p.normal.dot(x - p.point) < 0; });
+    return std::any_of(planes.begin(), planes.end(),
+                       [&](const Plane& p) { return p.normal.dot(x - p.point) < 0; });
   };
 }
 
-std::vector<Problem> ground_problems(const std::string& block, const Vec3& c, const geometry::Terrain& terrain, const Eigen::AlignedBox2d& limits,
+std::vector<Problem> ground_problems(const std::string& block, const Vec3& c,
+                                     const geometry::Terrain& terrain, const Eigen::AlignedBox2d& limits,
                                      bool has_planes, double under) {
-  constexpr double far_above = 1000;   // [m]
-  const std::string key = "block." + block + ".position", value = fmt::format("[{:g}, {:g}, {:g}]", c.x(), c.y(), c.z());
+  constexpr double far_above = 1000;  // [m]
+  const std::string key = "block." + block + ".position",
+                    value = fmt::format("[{:g}, {:g}, {:g}]", c.x(), c.y(), c.z());
   if (terrain.over_hole(c.x(), c.y()))
-    return {{.file = {}, .key = key, .value = value, .rule = "the terrain has no data (NODATA) under the block", .remedy = "move the block, or fill the hole in the grid before use"}};
+    return {{.file = {},
+             .key = key,
+             .value = value,
+             .rule = "the terrain has no data (NODATA) under the block",
+             .remedy = "move the block, or fill the hole in the grid before use"}};
   if (c.z() - under > far_above)
-    return {{.severity = Problem::Severity::warning, .file = {}, .key = key, .value = value, .rule = fmt::format("starts {:.4g} m above the terrain under it (z = {:.6g})", c.z() - under, under),
-             .remedy = "heights are scene coordinates: map heights less the third number of site.origin"}};
+    return {
+        {.severity = Problem::Severity::warning,
+         .file = {},
+         .key = key,
+         .value = value,
+         .rule = fmt::format("starts {:.4g} m above the terrain under it (z = {:.6g})", c.z() - under, under),
+         .remedy = "heights are scene coordinates: map heights less the third number of site.origin"}};
   if (has_planes || limits.contains(Eigen::Vector2d(c.head<2>()))) return {};
-  return {{.severity = Problem::Severity::warning, .file = {}, .key = key, .value = value,
-           .rule = fmt::format("lies beside the terrain, which spans x {:.6g} to {:.6g}, y {:.6g} to {:.6g}", limits.min().x(), limits.max().x(), limits.min().y(), limits.max().y()),
+  return {{.severity = Problem::Severity::warning,
+           .file = {},
+           .key = key,
+           .value = value,
+           .rule = fmt::format("lies beside the terrain, which spans x {:.6g} to {:.6g}, y {:.6g} to {:.6g}",
+                               limits.min().x(), limits.max().x(), limits.min().y(), limits.max().y()),
            .remedy = "give block positions in scene coordinates: map coordinates less site.origin"}};
 }
 

@@ -49,17 +49,18 @@ Vec3 nearest_of(const Polyhedron& body, const Vec3& x) {
   return winding > 0.5 ? x : best;
 }
 
-RigidMotion held_motion(double mass, const Mat3& inertia, std::span<const Vec3> arms, const RigidMotion& given) {
+RigidMotion held_motion(double mass, const Mat3& inertia, std::span<const Vec3> arms,
+                        const RigidMotion& given) {
   // In units of the root of the masses (1) is an orthogonal projection: x = L^T V, off the rows J L^-T.
   const Eigen::LLT<Mat3> turning(inertia);
   const auto rows = static_cast<Eigen::Index>(3 * arms.size());
-  Eigen::MatrixXd scaled(6, rows);   // the rows' transposes
+  Eigen::MatrixXd scaled(6, rows);  // the rows' transposes
   for (Eigen::Index i = 0; i < rows / 3; ++i) {
     const Vec3& r = arms[static_cast<std::size_t>(i)];
     Mat3 cross;
     cross << 0, -r.z(), r.y(), r.z(), 0, -r.x(), -r.y(), r.x(), 0;
     scaled.block<3, 3>(0, 3 * i) = Mat3::Identity() / std::sqrt(mass);
-    scaled.block<3, 3>(3, 3 * i) = turning.matrixL().solve(cross);   // w x r = -r x w, transposed
+    scaled.block<3, 3>(3, 3 * i) = turning.matrixL().solve(cross);  // w x r = -r x w, transposed
   }
   Eigen::Matrix<double, 6, 1> x;
   x << std::sqrt(mass) * given.v, turning.matrixU() * given.w;

@@ -1,4 +1,5 @@
-// Nothing may overlap at the start by more than 1e-9 of the block size; no block lies inside a structure, no structure in a block.
+// Nothing may overlap at the start by more than 1e-9 of the block size; no block lies inside a structure, no
+// structure in a block.
 #include <algorithm>
 #include <cmath>
 
@@ -12,10 +13,13 @@ namespace talus::sim {
 namespace {
 
 /// Solid angle of a closed triangulated surface seen from x over 4 pi: 1 inside, 0 outside [vanoosterom1983].
-double winding(const std::vector<Vec3>& vertices, const std::vector<std::array<int, 3>>& triangles, const Vec3& x) {
+double winding(const std::vector<Vec3>& vertices, const std::vector<std::array<int, 3>>& triangles,
+               const Vec3& x) {
   double sum = 0;
   for (const auto& t : triangles) {
-    const Vec3 a = vertices[static_cast<std::size_t>(t[0])] - x, b = vertices[static_cast<std::size_t>(t[1])] - x, c = vertices[static_cast<std::size_t>(t[2])] - x;
+    const Vec3 a = vertices[static_cast<std::size_t>(t[0])] - x,
+               b = vertices[static_cast<std::size_t>(t[1])] - x,
+               c = vertices[static_cast<std::size_t>(t[2])] - x;
     const double na = a.norm(), nb = b.norm(), nc = c.norm();
     sum += 2 * std::atan2(a.dot(b.cross(c)), na * nb * nc + a.dot(b) * nc + b.dot(c) * na + c.dot(a) * nb);
   }
@@ -29,18 +33,21 @@ double round_up(double x) { return std::ceil(1e3 * x + 1e-6) / 1e3; }
 bool enclosed(const dda::Model::Block& block, const Pose& pose, const TriangleSurface& skin) {
   std::vector<Vec3> corners;
   for (const Vec3& x : block.shape->vertices) corners.push_back(pose.world(x));
-  return winding(skin.vertices, skin.triangles, corners[0]) > 0.5 || winding(corners, block.shape->triangles, skin.vertices[0]) > 0.5;
+  return winding(skin.vertices, skin.triangles, corners[0]) > 0.5 ||
+         winding(corners, block.shape->triangles, skin.vertices[0]) > 0.5;
 }
 
 /// How far the face of a structure's skin that a touch lies on has moved from where the scene has it [m].
 double displaced(const World& world, int structure, int triangle) {
   const std::vector<double>& moved = world.displaced[static_cast<std::size_t>(structure)];
   if (moved.empty()) return 0;
-  const TriangleSurface& skin = world.system->environment().structures[static_cast<std::size_t>(structure)].index->surface();
+  const TriangleSurface& skin =
+      world.system->environment().structures[static_cast<std::size_t>(structure)].index->surface();
   double most = 0;
   for (const int v : skin.triangles[static_cast<std::size_t>(triangle)]) {
     const TriangleSurface::NodeWeights& nodes = skin.nodes[static_cast<std::size_t>(v)];
-    for (int i = 0; i < nodes.count; ++i) most = std::max(most, moved[static_cast<std::size_t>(nodes.node[static_cast<std::size_t>(i)])]);
+    for (int i = 0; i < nodes.count; ++i)
+      most = std::max(most, moved[static_cast<std::size_t>(nodes.node[static_cast<std::size_t>(i)])]);
   }
   return most;
 }
@@ -48,7 +55,7 @@ double displaced(const World& world, int structure, int triangle) {
 /// Blocks that one structure's skin has moved into.
 struct MovedInto {
   int blocks = 0;
-  double deepest = 0;   // [m]
+  double deepest = 0;  // [m]
   std::string first;
 };
 
@@ -61,24 +68,31 @@ std::vector<Problem> initial_overlaps(World& world, const coupling::KnownPairs& 
   const coupling::SystemState& state = system.state();
   const int n = static_cast<int>(model.blocks.size());
   std::vector<Box3> boxes;
-  for (int i = 0; i < n; ++i) boxes.push_back(contact::bounds(*model.blocks[static_cast<std::size_t>(i)].shape, dda::pose(state.blocks, i), 0));
+  for (int i = 0; i < n; ++i)
+    boxes.push_back(
+        contact::bounds(*model.blocks[static_cast<std::size_t>(i)].shape, dda::pose(state.blocks, i), 0));
   std::vector<std::pair<int, int>> pairs;
   contact::overlapping_pairs(boxes, pairs);
   std::vector<coupling::CandidatePair> candidates;
   using Kind = coupling::Partner::Kind;
   for (const auto& [i, j] : pairs) {
-    const bool moves_i = model.blocks[static_cast<std::size_t>(i)].ndof() > 0, moves_j = model.blocks[static_cast<std::size_t>(j)].ndof() > 0;
+    const bool moves_i = model.blocks[static_cast<std::size_t>(i)].ndof() > 0,
+               moves_j = model.blocks[static_cast<std::size_t>(j)].ndof() > 0;
     if (moves_i || moves_j) candidates.push_back({{Kind::block, moves_j ? i : j}, moves_j ? j : i});
   }
   const coupling::Environment& env = system.environment();
   for (int i = 0; i < n; ++i) {
     if (model.blocks[static_cast<std::size_t>(i)].ndof() == 0) continue;
-    for (std::size_t q = 0; q < env.planes.size(); ++q) candidates.push_back({{Kind::plane, static_cast<int>(q)}, i});
-    if (env.terrain && env.terrain->overlaps(boxes[static_cast<std::size_t>(i)])) candidates.push_back({{Kind::terrain, 0}, i});
+    for (std::size_t q = 0; q < env.planes.size(); ++q)
+      candidates.push_back({{Kind::plane, static_cast<int>(q)}, i});
+    if (env.terrain && env.terrain->overlaps(boxes[static_cast<std::size_t>(i)]))
+      candidates.push_back({{Kind::terrain, 0}, i});
     for (std::size_t q = 0; q < env.structures.size(); ++q)
-      if (boxes[static_cast<std::size_t>(i)].intersects(env.structures[q].index->bounds())) candidates.push_back({{Kind::structure, static_cast<int>(q)}, i});
+      if (boxes[static_cast<std::size_t>(i)].intersects(env.structures[q].index->bounds()))
+        candidates.push_back({{Kind::structure, static_cast<int>(q)}, i});
   }
-  const bool offsets = world.scene.simulation.method == scene::Simulation::Method::talus;   // the other keeps none
+  const bool offsets =
+      world.scene.simulation.method == scene::Simulation::Method::talus;  // the other keeps none
   std::vector<MovedInto> moved_into(env.structures.size());
   std::vector<coupling::Touch> touches;
   for (const coupling::CandidatePair& c : candidates) {
@@ -92,7 +106,8 @@ std::vector<Problem> initial_overlaps(World& world, const coupling::KnownPairs& 
     bool moved_in = offsets && c.a.kind == Kind::structure;
     for (const coupling::Touch& t : touches) {
       const double depth = t.offset - t.at.gap;
-      moved_in = moved_in && (depth <= allowed || depth <= allowed + displaced(world, c.a.index, t.at.face_a));
+      moved_in =
+          moved_in && (depth <= allowed || depth <= allowed + displaced(world, c.a.index, t.at.face_a));
       if (t.at.normal.z() > 0.05) raise = std::max(raise, depth / t.at.normal.z());
       if (depth > deepest) {
         deepest = depth;
@@ -102,7 +117,8 @@ std::vector<Problem> initial_overlaps(World& world, const coupling::KnownPairs& 
     }
     bool inside = false;
     if (c.a.kind == Kind::structure && touches.empty()) {
-      inside = enclosed(b, dda::pose(state.blocks, c.b), env.structures[static_cast<std::size_t>(c.a.index)].index->surface());
+      inside = enclosed(b, dda::pose(state.blocks, c.b),
+                        env.structures[static_cast<std::size_t>(c.a.index)].index->surface());
       where = state.blocks.c[static_cast<std::size_t>(c.b)];
     }
     if (!inside && deepest <= allowed) continue;
@@ -118,25 +134,38 @@ std::vector<Problem> initial_overlaps(World& world, const coupling::KnownPairs& 
       case Kind::block: other = "block " + model.blocks[static_cast<std::size_t>(c.a.index)].name; break;
       case Kind::plane: other = fmt::format("plane {}", c.a.index + 1); break;
       case Kind::terrain: other = "the terrain"; break;
-      case Kind::structure: other = "structure " + world.scene.structures[static_cast<std::size_t>(c.a.index)].name; break;
+      case Kind::structure:
+        other = "structure " + world.scene.structures[static_cast<std::size_t>(c.a.index)].name;
+        break;
     }
     Problem p;
     const Vec3& at = state.blocks.c[static_cast<std::size_t>(c.b)];
     p.file = world.scene.file;
     p.key = fmt::format("block.{}.position", b.name);
     p.value = fmt::format("[{:g}, {:g}, {:g}]", at.x(), at.y(), at.z());
-    p.rule = fmt::format("it overlaps {} by {:.6g} m at ({:.6g}, {:.6g}, {:.6g}) at the start", other, deepest, where.x(), where.y(), where.z());
+    p.rule = fmt::format("it overlaps {} by {:.6g} m at ({:.6g}, {:.6g}, {:.6g}) at the start", other,
+                         deepest, where.x(), where.y(), where.z());
     if (inside) p.rule = fmt::format("it and {} lie one inside the other at the start", other);
     const bool ground = c.a.kind == Kind::terrain || c.a.kind == Kind::plane;
-    if (inside) p.remedy = "move it out";
-    else if (ground && raise > 0) p.remedy = fmt::format("raise it by {:.3g} m or more, to z = {:.6g}; touching (up to 1e-9 of its size) is allowed", round_up(raise), at.z() + round_up(raise));
-    else p.remedy = fmt::format("move it by [{:.3g}, {:.3g}, {:.3g}] m or farther; touching (up to 1e-9 of its size) is allowed", away.x(), away.y(), away.z());
+    if (inside)
+      p.remedy = "move it out";
+    else if (ground && raise > 0)
+      p.remedy = fmt::format(
+          "raise it by {:.3g} m or more, to z = {:.6g}; touching (up to 1e-9 of its size) is allowed",
+          round_up(raise), at.z() + round_up(raise));
+    else
+      p.remedy = fmt::format(
+          "move it by [{:.3g}, {:.3g}, {:.3g}] m or farther; touching (up to 1e-9 of its size) is allowed",
+          away.x(), away.y(), away.z());
     problems.push_back(std::move(p));
   }
   for (std::size_t q = 0; q < moved_into.size(); ++q)
     if (const MovedInto& m = moved_into[q]; m.blocks > 0)
-      world.report(fmt::format("structure {}: {} moved its skin into {} by up to {:.3g} m; they touch at the start", world.scene.structures[q].name,
-                               known ? "the run before" : "gravity preload", m.blocks == 1 ? "block " + m.first : fmt::format("{} blocks, {} among them,", m.blocks, m.first), m.deepest));
+      world.report(fmt::format(
+          "structure {}: {} moved its skin into {} by up to {:.3g} m; they touch at the start",
+          world.scene.structures[q].name, known ? "the run before" : "gravity preload",
+          m.blocks == 1 ? "block " + m.first : fmt::format("{} blocks, {} among them,", m.blocks, m.first),
+          m.deepest));
   return problems;
 }
 

@@ -17,15 +17,15 @@
 namespace talus::sim {
 namespace {
 
-/// CPU time of a whole run [s] that hardly any exceeds, and what is known of its parts. How long blocks move and touch decides by two orders of
-/// magnitude, so that no single figure is given.
+/// CPU time of a whole run [s] that hardly any exceeds, and what is known of its parts. How long blocks move
+/// and touch decides by two orders of magnitude, so that no single figure is given.
 struct TimeBound {
   double most = 0;
   std::string text;
 };
 
-/// Measured costs of one core (docs/results/robustness.md): a moving block's step, and an element's explicit sub-step, contacts included [s].
-/// A few blocks cost more for each, since their impacts are located in time.
+/// Measured costs of one core (docs/results/robustness.md): a moving block's step, and an element's explicit
+/// sub-step, contacts included [s]. A few blocks cost more for each, since their impacts are located in time.
 constexpr int few = 12;
 constexpr double block_step = 1e-4, block_step_of_few = 5e-4, paper_block_step = 3e-5;
 constexpr double element_step = 4e-7, element_step_damage = 1.8e-6;
@@ -34,10 +34,12 @@ std::string spoken(double seconds) {
   if (seconds < 1) return "a second";
   if (seconds < 100) return fmt::format("{:.0f} s", seconds);
   if (seconds < 100 * 60) return fmt::format("{:.0f} min", seconds / 60);
-  return seconds < 100 * 3600 ? fmt::format("{:.0f} h", seconds / 3600) : fmt::format("{:.0f} days", seconds / 86400);
+  return seconds < 100 * 3600 ? fmt::format("{:.0f} h", seconds / 3600)
+                              : fmt::format("{:.0f} days", seconds / 86400);
 }
 
-/// Steps per simulated second of a moving block by `accuracy`: some hundreds for a metre at 1e-3, fewer for larger ones, as their time scale sqrt(size/g) is longer.
+/// Steps per simulated second of a moving block by `accuracy`: some hundreds for a metre at 1e-3, fewer for
+/// larger ones, as their time scale sqrt(size/g) is longer.
 double block_steps_per_second(const World& w) {
   if (w.scene.simulation.step) return 1 / *w.scene.simulation.step;
   std::vector<double> sizes;
@@ -50,7 +52,8 @@ double block_steps_per_second(const World& w) {
 
 /// CPU time of a simulated second of a structure that is touched or cracks [s].
 double touched_second(const Structure& structure, const StructureSpec& spec) {
-  return static_cast<double>(structure.elements()) / structure.critical_step() * (spec.damage == "none" ? element_step : element_step_damage);
+  return static_cast<double>(structure.elements()) / structure.critical_step() *
+         (spec.damage == "none" ? element_step : element_step_damage);
 }
 
 TimeBound time_bound(const World& w) {
@@ -58,18 +61,20 @@ TimeBound time_bound(const World& w) {
   double moving = 0;
   for (const dda::Model::Block& b : w.system->model().blocks) moving += b.fixed ? 0 : 1;
   TimeBound bound;
-  if (w.paper) {   // every block takes every step
+  if (w.paper) {  // every block takes every step
     const double all = moving * duration / w.scene.simulation.step.value_or(1e-4) * paper_block_step;
     return {all * 10, ""};
   }
-  const double blocks = moving * duration * block_steps_per_second(w) * (moving <= few ? block_step_of_few : block_step);
+  const double blocks =
+      moving * duration * block_steps_per_second(w) * (moving <= few ? block_step_of_few : block_step);
   bound.most = 8 * blocks;
   const auto& parts = w.system->environment().structures;
   for (std::size_t i = 0; i < parts.size(); ++i) {
     if (parts[i].fixed_surface && !parts[i].one_way) continue;
     const StructureSpec& spec = w.scene.structures[i];
     const double second = touched_second(*parts[i].structure, spec);
-    bound.text += fmt::format("; each second that {} is touched{} takes some {}, quiet ones next to nothing", spec.name, spec.damage == "none" ? "" : " or cracks", spoken(second));
+    bound.text += fmt::format("; each second that {} is touched{} takes some {}, quiet ones next to nothing",
+                              spec.name, spec.damage == "none" ? "" : " or cracks", spoken(second));
     bound.most += 5 * second * duration;
   }
   return bound;
@@ -84,52 +89,72 @@ std::pair<double, double> volumes(const World& w) {
 }
 
 std::string time_line(const World& w) {
-  // The condition of a contact problem goes with the ratio of the masses that press on each other, and the iterations of its solution with that.
+  // The condition of a contact problem goes with the ratio of the masses that press on each other, and the
+  // iterations of its solution with that.
   constexpr double unlike = 1e5;
   const auto [smallest, largest] = volumes(w);
-  const auto moving = std::ranges::count_if(w.system->model().blocks, [](const dda::Model::Block& b) { return !b.fixed; });
+  const auto moving =
+      std::ranges::count_if(w.system->model().blocks, [](const dda::Model::Block& b) { return !b.fixed; });
   if (!w.paper && moving > few && largest > unlike * smallest)
-    return fmt::format("CPU time: unknown. The volumes of the {} blocks that move lie between {:.2g} and {:.2g} m^3: how long it takes to solve the contacts of slivers among blocks cannot be told before.", moving, smallest, largest);
+    return fmt::format(
+        "CPU time: unknown. The volumes of the {} blocks that move lie between {:.2g} and {:.2g} m^3: how "
+        "long it takes to solve the contacts of slivers among blocks cannot be told before.",
+        moving, smallest, largest);
   const TimeBound bound = time_bound(w);
   if (bound.most < 1.5) return "CPU time: about a second or less.";
-  return fmt::format("CPU time: not known beforehand: it depends on how long blocks move and touch{}. The run tells how much is left.", bound.text);
+  return fmt::format(
+      "CPU time: not known beforehand: it depends on how long blocks move and touch{}. The run tells how "
+      "much is left.",
+      bound.text);
 }
 
 struct Span {
   double least = std::numeric_limits<double>::infinity(), most = -std::numeric_limits<double>::infinity();
   void add(double x) { least = std::min(least, x), most = std::max(most, x); }
   std::string text(int digits, double none) const {
-    const auto number = [&](double x) { return fmt::format("{:.{}g}", std::abs(x) < none ? 0.0 : x, digits); };
+    const auto number = [&](double x) {
+      return fmt::format("{:.{}g}", std::abs(x) < none ? 0.0 : x, digits);
+    };
     return number(most) == number(least) ? number(least) : number(least) + " to " + number(most);
   }
 };
 
 int material_of(const TriangleSurface& surface, int triangle) {
-  return surface.material.empty() ? surface.default_material : surface.material[static_cast<std::size_t>(triangle)];
+  return surface.material.empty() ? surface.default_material
+                                  : surface.material[static_cast<std::size_t>(triangle)];
 }
 
-/// Size of the terrain, how many of its faces overhang, and the plan area of each material of the ground. `triangles` are those without border walls.
+/// Size of the terrain, how many of its faces overhang, and the plan area of each material of the ground.
+/// `triangles` are those without border walls.
 std::vector<std::string> terrain_lines(const World& w) {
   const TriangleSurface& s = w.header.terrain;
   std::vector<double> area(w.scene.materials.size(), 0.0);
   std::size_t overhanging = 0;
   for (std::size_t t = 0; t < s.triangles.size(); ++t) {
-    const auto corner = [&](std::size_t k) -> const Vec3& { return s.vertices[static_cast<std::size_t>(s.triangles[t][k])]; };
+    const auto corner = [&](std::size_t k) -> const Vec3& {
+      return s.vertices[static_cast<std::size_t>(s.triangles[t][k])];
+    };
     const double plan = 0.5 * (corner(1) - corner(0)).cross(corner(2) - corner(0)).z();
     overhanging += plan < 0;
     area[static_cast<std::size_t>(material_of(s, static_cast<int>(t)))] += std::abs(plan);
   }
-  std::vector<std::string> lines{fmt::format("Terrain: {} triangles, fixed, no degrees of freedom.", s.triangles.size())};
-  if (s.two_sided) lines.back() += " It bears from both sides.";
-  else if (overhanging > 0) lines.back() += fmt::format(" {} of them overhang: rock lies above them.", overhanging);
+  std::vector<std::string> lines{
+      fmt::format("Terrain: {} triangles, fixed, no degrees of freedom.", s.triangles.size())};
+  if (s.two_sided)
+    lines.back() += " It bears from both sides.";
+  else if (overhanging > 0)
+    lines.back() += fmt::format(" {} of them overhang: rock lies above them.", overhanging);
   std::string by_material;
   for (std::size_t m = 0; m < area.size(); ++m)
-    if (area[m] > 0) by_material += fmt::format("{}{} {:.4g} m^2", by_material.empty() ? "" : ", ", w.scene.materials[m].name, area[m]);
+    if (area[m] > 0)
+      by_material +=
+          fmt::format("{}{} {:.4g} m^2", by_material.empty() ? "" : ", ", w.scene.materials[m].name, area[m]);
   if (!by_material.empty()) lines.push_back("  Ground in plan: " + by_material + ".");
   return lines;
 }
 
-/// How steep the ground is under the blocks, over their width, and the dip that their friction there holds by itself. Empty where there is no ground below.
+/// How steep the ground is under the blocks, over their width, and the dip that their friction there holds by
+/// itself. Empty where there is no ground below.
 std::string dip_line(const World& w) {
   const coupling::Environment& env = w.system->environment();
   const dda::Model& model = w.system->model();
@@ -141,12 +166,15 @@ std::string dip_line(const World& w) {
     const Vec3 c = w.pose(i).c;
     const contact::Plumb under = env.terrain ? contact::plumb_at(*env.terrain, c) : contact::Plumb{};
     const double on_plane = ground_height(nullptr, env.planes, c);
-    const auto height = [&](double x, double y) { return ground_height(env.terrain.get(), env.planes, c + Vec3(x, y, 0)); };
+    const auto height = [&](double x, double y) {
+      return ground_height(env.terrain.get(), env.planes, c + Vec3(x, y, 0));
+    };
     const double r = block.shape->radius;
     const double slope = std::hypot(height(r, 0) - height(-r, 0), height(0, r) - height(0, -r)) / (2 * r);
     if (!std::isfinite(slope)) continue;
     int ground = -1;
-    if (under.triangle >= 0 && !(on_plane > under.floor)) ground = material_of(env.terrain->surface(), under.triangle);
+    if (under.triangle >= 0 && !(on_plane > under.floor))
+      ground = material_of(env.terrain->surface(), under.triangle);
     for (const Plane& plane : env.planes)
       if (ground < 0 && ground_height(nullptr, {plane}, c) == on_plane) ground = plane.material;
     if (ground < 0) continue;
@@ -154,10 +182,12 @@ std::string dip_line(const World& w) {
     held.add(degree * std::atan(env.laws(ground, block.material).friction));
   }
   if (!(dip.least <= dip.most)) return "";
-  return fmt::format(" The ground under them dips by {} deg, friction alone holds {} deg.", dip.text(2, 1e-3), held.text(2, 1e-3));
+  return fmt::format(" The ground under them dips by {} deg, friction alone holds {} deg.", dip.text(2, 1e-3),
+                     held.text(2, 1e-3));
 }
 
-/// How high the blocks start above the ground: least plumb height of their corners. Empty where there is no ground below.
+/// How high the blocks start above the ground: least plumb height of their corners. Empty where there is no
+/// ground below.
 std::string start_line(const World& w) {
   const coupling::Environment& env = w.system->environment();
   const dda::Model& model = w.system->model();
@@ -169,15 +199,20 @@ std::string start_line(const World& w) {
     double height = std::numeric_limits<double>::infinity();
     for (const Vec3& corner : block.shape->vertices) {
       const Vec3 x = pose.world(corner);
-      if (const double ground = ground_height(env.terrain.get(), env.planes, Vec3(x.x(), x.y(), pose.c.z())); std::isfinite(ground)) height = std::min(height, x.z() - ground);
+      if (const double ground = ground_height(env.terrain.get(), env.planes, Vec3(x.x(), x.y(), pose.c.z()));
+          std::isfinite(ground))
+        height = std::min(height, x.z() - ground);
     }
     if (std::isfinite(height)) start.add(height);
   }
   if (!(start.least <= start.most)) return "";
-  return fmt::format("Start: {} m above the ground, plumb under the lowest corner.{}", start.text(3, 1e-6), dip_line(w));
+  return fmt::format("Start: {} m above the ground, plumb under the lowest corner.{}", start.text(3, 1e-6),
+                     dip_line(w));
 }
 
-std::string mass_text(double mass) { return mass < 1000 ? fmt::format("{:.3g} kg", mass) : fmt::format("{:.4g} t", mass / 1000); }
+std::string mass_text(double mass) {
+  return mass < 1000 ? fmt::format("{:.3g} kg", mass) : fmt::format("{:.4g} t", mass / 1000);
+}
 
 /// What the moving blocks weigh: each of a few, else the ends and the sum.
 std::string mass_line(const World& w) {
@@ -193,19 +228,25 @@ std::string mass_line(const World& w) {
     return "Mass: " + text + ".";
   }
   const auto [least, most] = std::minmax_element(blocks.begin(), blocks.end());
-  return fmt::format("Mass: {} to {}, the least {}, the greatest {}; {} in all.", mass_text(least->first), mass_text(most->first), least->second, most->second, mass_text(all));
+  return fmt::format("Mass: {} to {}, the least {}, the greatest {}; {} in all.", mass_text(least->first),
+                     mass_text(most->first), least->second, most->second, mass_text(all));
 }
 
 /// Where a structure's members stand, how high they are, what the whole weighs.
 std::vector<std::string> standing_lines(const StructureSpec& spec, const Structure& structure) {
   std::vector<std::string> lines;
   const Vec3 weight = structure.permanent_reaction().head<3>();
-  if (weight.norm() > 0) lines.push_back(fmt::format("  Permanent load on its supports: {:.4g} kN.", weight.norm() / 1e3));
+  if (weight.norm() > 0)
+    lines.push_back(fmt::format("  Permanent load on its supports: {:.4g} kN.", weight.norm() / 1e3));
   if (spec.kind != "viaduct") return lines;
   const Vec3 axis = spec.rotation.col(0);
-  lines.push_back(fmt::format("  Axis along [{:.3g}, {:.3g}, {:.3g}] from the first pier. Heights up to the top of the cap beam:", axis.x(), axis.y(), axis.z()));
+  lines.push_back(fmt::format(
+      "  Axis along [{:.3g}, {:.3g}, {:.3g}] from the first pier. Heights up to the top of the cap beam:",
+      axis.x(), axis.y(), axis.z()));
   for (const Member& m : structure.members())
-    if (!m.span) lines.push_back(fmt::format("  {}: foot at [{:.6g}, {:.6g}, {:.6g}], {:.4g} m high", m.name, m.base.x(), m.base.y(), m.base.z(), m.length));
+    if (!m.span)
+      lines.push_back(fmt::format("  {}: foot at [{:.6g}, {:.6g}, {:.6g}], {:.4g} m high", m.name, m.base.x(),
+                                  m.base.y(), m.base.z(), m.length));
   return lines;
 }
 
@@ -218,20 +259,36 @@ std::vector<std::string> contact_lines(const World& w, std::size_t structure) {
   for (const auto& [a, b] : s.law_pairs) {
     if (a != part.material && b != part.material) continue;
     const ContactLaw& law = s.laws(a, b);
-    const std::string pair = fmt::format("{}/{}", s.materials[static_cast<std::size_t>(a)].name, s.materials[static_cast<std::size_t>(b)].name);
-    if (law.restitution && law.stiffness == ContactLaw::Stiffness::hard && law.kind == ContactLaw::Kind::linear)
-      lines.push_back(fmt::format("  {}: restitution {:g} is not used at it: of a hard contact comes back what the structure's own deformation gives back", pair, *law.restitution));
+    const std::string pair = fmt::format("{}/{}", s.materials[static_cast<std::size_t>(a)].name,
+                                         s.materials[static_cast<std::size_t>(b)].name);
+    if (law.restitution && law.stiffness == ContactLaw::Stiffness::hard &&
+        law.kind == ContactLaw::Kind::linear)
+      lines.push_back(
+          fmt::format("  {}: restitution {:g} is not used at it: of a hard contact comes back what the "
+                      "structure's own deformation gives back",
+                      pair, *law.restitution));
     else if (law.restitution && law.damping_ratio == 0)
-      lines.push_back(fmt::format("  {}: restitution {:g} at it by dashpots, damping ratio {:.3f} of the contact's springs; the structure's own deformation comes on top", pair, *law.restitution,
-                                  contact::damping_ratio_for(*law.restitution)));
+      lines.push_back(
+          fmt::format("  {}: restitution {:g} at it by dashpots, damping ratio {:.3f} of the contact's "
+                      "springs; the structure's own deformation comes on top",
+                      pair, *law.restitution, contact::damping_ratio_for(*law.restitution)));
     const double edge = coupling::face_edge(part.index->surface()), young = part.structure->young();
     if (coupling::within_cell(law, young, edge))
-      lines.push_back(fmt::format("  {}: hard contact at it; springs of {:.4g} N/m give less than a cell of it does of its own, which gives more than both should", pair, law.normal_stiffness));
+      lines.push_back(
+          fmt::format("  {}: hard contact at it; springs of {:.4g} N/m give less than a cell of it does of "
+                      "its own, which gives more than both should",
+                      pair, law.normal_stiffness));
     if (law.stiffness == ContactLaw::Stiffness::per_contact && law.kind == ContactLaw::Kind::linear)
-      lines.push_back(fmt::format("  {}: springs of {:.4g} N/m at each contact point; where faces meet there is one for each node of the mesh, so that together they are stiffer with finer cells. What is known of the "
-                                  "whole contact is to be divided by the area that touches, and given in Pa/m", pair, law.normal_stiffness));
-    if (law.restitution_tangential) lines.push_back(fmt::format("  {}: restitution_tangential is not used at it", pair));
-    if (law.rolling_resistance > 0) lines.push_back(fmt::format("  {}: rolling_resistance is not used at it: its nodes take no couple", pair));
+      lines.push_back(fmt::format(
+          "  {}: springs of {:.4g} N/m at each contact point; where faces meet there is one for each node of "
+          "the mesh, so that together they are stiffer with finer cells. What is known of the "
+          "whole contact is to be divided by the area that touches, and given in Pa/m",
+          pair, law.normal_stiffness));
+    if (law.restitution_tangential)
+      lines.push_back(fmt::format("  {}: restitution_tangential is not used at it", pair));
+    if (law.rolling_resistance > 0)
+      lines.push_back(
+          fmt::format("  {}: rolling_resistance is not used at it: its nodes take no couple", pair));
   }
   return lines;
 }
@@ -242,14 +299,15 @@ Problem warning_at(const scene::Scene& scene, const std::string& key) {
   p.severity = Problem::Severity::warning;
   p.file = scene.file;
   p.key = key;
-  if (const scene::Where* place = scene::place_of(scene, key)) p.file = place->file, p.line = place->line, p.column = place->column;
+  if (const scene::Where* place = scene::place_of(scene, key))
+    p.file = place->file, p.line = place->line, p.column = place->column;
   return p;
 }
 
 }  // namespace
 
 std::vector<Problem> Simulation::warnings() const {
-  constexpr double day = 86400, impact = 0.5;   // [s]: a blow and its first swing
+  constexpr double day = 86400, impact = 0.5;  // [s]: a blow and its first swing
   const World& w = *world_;
   std::vector<Problem> found = w.scene.warnings;
   const auto& parts = w.system->environment().structures;
@@ -257,8 +315,11 @@ std::vector<Problem> Simulation::warnings() const {
     if (const double most = time_bound(w).most; most > day) {
       Problem p = warning_at(w.scene, "simulation.step");
       p.value = fmt::format("{:g} s", *w.scene.simulation.step);
-      p.rule = fmt::format("makes {:.2g} steps of the duration, up to {} of CPU time", w.scene.simulation.duration / *w.scene.simulation.step, spoken(most));
-      p.remedy = "check its unit; blocks of a metre take steps of some 1e-3 to 1e-4 s, or give accuracy in its place";
+      p.rule = fmt::format("makes {:.2g} steps of the duration, up to {} of CPU time",
+                           w.scene.simulation.duration / *w.scene.simulation.step, spoken(most));
+      p.remedy =
+          "check its unit; blocks of a metre take steps of some 1e-3 to 1e-4 s, or give accuracy in its "
+          "place";
       found.push_back(std::move(p));
     }
   for (std::size_t i = 0; i < parts.size(); ++i) {
@@ -281,17 +342,22 @@ double Simulation::memory_of_run() const {
   const auto blocks = static_cast<double>(w.system->model().blocks.size());
   const double rows = w.scene.simulation.duration / w.scene.output.history_interval;
   const auto triangles = static_cast<double>(header().terrain.triangles.size());
-  double sum = 10 + 0.045 * blocks + 150e-6 * triangles;                  // libraries of the results; a block's contacts in a pile; the terrain on its way to the files
-  double row = 200 * blocks + 400;                                        // [bytes]
+  double sum = 10 + 0.045 * blocks + 150e-6 * triangles;  // libraries of the results; a block's contacts in a
+                                                          // pile; the terrain on its way to the files
+  double row = 200 * blocks + 400;                        // [bytes]
   for (const RunHeader::StructureInfo& s : header().structures) {
     std::size_t values = 9 + 3 * s.probes.size();
     for (const Member& m : s.members) values += 5 * m.stations.size() + 6;
     row += sizeof(double) * static_cast<double>(values);
   }
-  sum += std::min(32.0, 2 * rows * row * 1e-6);                           // a batch of rows on its way to results.h5, and what HDF5 holds of it
-  if (w.scene.output.report) sum += 3 + 4 * std::min(6.0, rows * 28 * blocks * 1e-6);   // the empty page; its arrays, their text, the page
+  sum += std::min(
+      32.0, 2 * rows * row * 1e-6);  // a batch of rows on its way to results.h5, and what HDF5 holds of it
+  if (w.scene.output.report)
+    sum +=
+        3 + 4 * std::min(6.0, rows * 28 * blocks * 1e-6);  // the empty page; its arrays, their text, the page
   for (const auto& part : env.structures)
-    if (!part.fixed_surface || part.one_way) sum += 1e-6 * part.structure->memory_of_steps(w.scene.simulation.duration);
+    if (!part.fixed_surface || part.one_way)
+      sum += 1e-6 * part.structure->memory_of_steps(w.scene.simulation.duration);
   return sum;
 }
 
@@ -303,18 +369,32 @@ std::vector<std::string> Simulation::plan() const {
   int fixed = 0, rigid = 0, strained = 0;
   for (const dda::Model::Block& b : model.blocks) ++(b.fixed ? fixed : b.deformable ? strained : rigid);
   if (w.paper) {
-    lines.push_back(fmt::format("Method dda-1988: the paper's scheme, 12 degrees of freedom for every block, step {:g} s.", s.simulation.step.value_or(1e-4)));
+    lines.push_back(fmt::format(
+        "Method dda-1988: the paper's scheme, 12 degrees of freedom for every block, step {:g} s.",
+        s.simulation.step.value_or(1e-4)));
     if (!s.structures.empty())
-      lines.push_back(s.coupling.scheme == scene::Coupling::Scheme::one_way ? "Method dda-1988: structures do not give way to blocks (scheme one-way): their undeformed skin is a fixed surface, its contact forces are put on them in each step."
-                                                                             : "Method dda-1988: structures are fixed surfaces (scheme rigid): what blocks do to them is told, they do not respond.");
+      lines.push_back(
+          s.coupling.scheme == scene::Coupling::Scheme::one_way
+              ? "Method dda-1988: structures do not give way to blocks (scheme one-way): their undeformed "
+                "skin is a fixed surface, its contact forces are put on them in each step."
+              : "Method dda-1988: structures are fixed surfaces (scheme rigid): what blocks do to them is "
+                "told, they do not respond.");
     for (const std::string& line : w.paper->scheme.plan(model, s.laws)) lines.push_back(line);
   } else if (s.simulation.step) {
-    lines.push_back(fmt::format("Method talus: one convex contact problem per island and step, fixed step {:g} s.", *s.simulation.step));
+    lines.push_back(
+        fmt::format("Method talus: one convex contact problem per island and step, fixed step {:g} s.",
+                    *s.simulation.step));
   } else {
-    lines.push_back(fmt::format("Method talus: one convex contact problem per island and step, step chosen for an accuracy of {:g} of the block size.", s.simulation.accuracy.value_or(1e-3)));
+    lines.push_back(
+        fmt::format("Method talus: one convex contact problem per island and step, step chosen for an "
+                    "accuracy of {:g} of the block size.",
+                    s.simulation.accuracy.value_or(1e-3)));
   }
   if (!w.paper)
-    lines.push_back(fmt::format("Blocks: {} with 6 degrees of freedom, {} with 12 (strain asked for), {} fixed without any: {} in all.", rigid, strained, fixed, 6 * rigid + 12 * strained));
+    lines.push_back(
+        fmt::format("Blocks: {} with 6 degrees of freedom, {} with 12 (strain asked for), {} fixed without "
+                    "any: {} in all.",
+                    rigid, strained, fixed, 6 * rigid + 12 * strained));
   if (std::string mass = mass_line(w); !mass.empty()) lines.push_back(std::move(mass));
   if (std::string start = start_line(w); !start.empty()) lines.push_back(std::move(start));
   const coupling::Environment& env = w.system->environment();
@@ -328,10 +408,13 @@ std::vector<std::string> Simulation::plan() const {
   } else {
     for (std::size_t i = 0; i < env.structures.size(); ++i) {
       const Structure& st = *env.structures[i].structure;
-      lines.push_back(fmt::format("Structure {}: {} elements, {} degrees of freedom{}.", s.structures[i].name, st.elements(), st.dofs(),
-                                  env.structures[i].one_way         ? "; blocks strike its undeformed skin as a fixed surface, their loads are put on it afterwards"
-                                  : env.structures[i].fixed_surface ? "; its skin is a fixed surface, it is not stepped"
-                                                                    : ""));
+      lines.push_back(fmt::format(
+          "Structure {}: {} elements, {} degrees of freedom{}.", s.structures[i].name, st.elements(),
+          st.dofs(),
+          env.structures[i].one_way
+              ? "; blocks strike its undeformed skin as a fixed surface, their loads are put on it afterwards"
+          : env.structures[i].fixed_surface ? "; its skin is a fixed surface, it is not stepped"
+                                            : ""));
       std::string text = st.plan();
       std::size_t from = 0;
       while (from < text.size()) {
@@ -344,8 +427,12 @@ std::vector<std::string> Simulation::plan() const {
       for (std::string& line : contact_lines(w, i)) lines.push_back(std::move(line));
     }
   }
-  if (!s.coupling.fragments && std::any_of(s.structures.begin(), s.structures.end(), [](const StructureSpec& q) { return q.damage != "none" || q.kind == "viaduct"; }))
-    lines.push_back("Fragments: off; parts that lose their support stay in the mesh, and sink through the ground from then on (the run warns of it).");
+  if (!s.coupling.fragments &&
+      std::any_of(s.structures.begin(), s.structures.end(),
+                  [](const StructureSpec& q) { return q.damage != "none" || q.kind == "viaduct"; }))
+    lines.push_back(
+        "Fragments: off; parts that lose their support stay in the mesh, and sink through the ground from "
+        "then on (the run warns of it).");
   for (std::size_t i = 0; i < s.structures.size(); ++i)
     if (std::string line = fineness_line(s.structures[i]); !line.empty()) lines.push_back(std::move(line));
   bool springs = false, restitution = false, cohesion = false;
@@ -354,10 +441,14 @@ std::vector<std::string> Simulation::plan() const {
     restitution = restitution || l.restitution.has_value();
     cohesion = cohesion || l.cohesion > 0 || l.tension > 0;
   }
-  lines.push_back(springs ? "Contact: springs where a stiffness is given or chosen, hard elsewhere." : "Contact: hard; no springs, no shear history is kept.");
+  lines.push_back(springs ? "Contact: springs where a stiffness is given or chosen, hard elsewhere."
+                          : "Contact: hard; no springs, no shear history is kept.");
   if (!restitution) lines.push_back("Restitution: not given; impacts on hard contacts are inelastic.");
   if (!cohesion) lines.push_back("Cohesion and tension: none.");
-  if (!w.paper) lines.push_back(s.simulation.sleeping ? "Blocks that provably rest are not computed until something reaches them; free flight is in closed form." : "Sleeping is off.");
+  if (!w.paper)
+    lines.push_back(s.simulation.sleeping ? "Blocks that provably rest are not computed until something "
+                                            "reaches them; free flight is in closed form."
+                                          : "Sleeping is off.");
   lines.push_back(time_line(w));
   for (const std::string& n : w.notes) lines.push_back(n);
   for (const std::string& n : s.notes) lines.push_back(n);

@@ -1,4 +1,5 @@
-// The run: the world advances stretch by stretch, rows are read off the steps that they fall into, the sink is told.
+// The run: the world advances stretch by stretch, rows are read off the steps that they fall into, the sink
+// is told.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -30,10 +31,12 @@ class Clocks {
   std::clock_t cpu_ = std::clock();
 };
 
-/// The instants at which histories or fields are due: multiples of their interval and the end. All up to the world's time have been recorded, so that a restart finds the same ones.
+/// The instants at which histories or fields are due: multiples of their interval and the end. All up to the
+/// world's time have been recorded, so that a restart finds the same ones.
 class Instants {
  public:
-  Instants(double from, double duration, double interval) : duration_(duration), multiples_(interval), index_(multiples_.after(from)) {}
+  Instants(double from, double duration, double interval)
+      : duration_(duration), multiples_(interval), index_(multiples_.after(from)) {}
   double next() const {
     const double t = multiples_.at(index_);
     return t > duration_ * (1 - 1e-12) ? duration_ : t;
@@ -53,9 +56,10 @@ class Instants {
   long index_;
 };
 
-/// What relative energies are relative to: the largest kinetic energy, or that of all free blocks at 1 cm/s where nothing got so fast [J].
+/// What relative energies are relative to: the largest kinetic energy, or that of all free blocks at 1 cm/s
+/// where nothing got so fast [J].
 double energy_scale(const World& w) {
-  constexpr double least = 5e-5;   // [J/kg]
+  constexpr double least = 5e-5;  // [J/kg]
   double mass = 0;
   for (const dda::Model::Block& b : w.system->model().blocks) mass += b.fixed ? 0 : b.mass;
   return std::max(w.energy_peak, least * mass);
@@ -103,9 +107,11 @@ class Telling {
   void field(const Moment& moment) {
     if (sink_.quiet()) return;
     std::vector<Pose> poses;
-    for (int i = 0; i < static_cast<int>(w_.system->model().blocks.size()); ++i) poses.push_back(w_.pose(i, moment));
+    for (int i = 0; i < static_cast<int>(w_.system->model().blocks.size()); ++i)
+      poses.push_back(w_.pose(i, moment));
     std::vector<Structure::Snapshot> snapshots;
-    for (const coupling::StructurePart& p : w_.system->environment().structures) snapshots.push_back(p.structure->snapshot());
+    for (const coupling::StructurePart& p : w_.system->environment().structures)
+      snapshots.push_back(p.structure->snapshot());
     sink_.field(moment.time, poses, snapshots);
   }
 
@@ -130,13 +136,14 @@ class Telling {
   World& w_;
   Sink& sink_;
   Clocks clocks_;
-  double last_row_;       // time of the last history row [s]
-  double residual_ = 0;   // its energy residual over the largest kinetic energy
+  double last_row_;      // time of the last history row [s]
+  double residual_ = 0;  // its energy residual over the largest kinetic energy
 };
 
 bool all_left(const World& w) {
   const auto& blocks = w.system->model().blocks;
-  const auto moving = static_cast<std::size_t>(std::count_if(blocks.begin(), blocks.end(), [](const dda::Model::Block& b) { return b.ndof() > 0; }));
+  const auto moving = static_cast<std::size_t>(
+      std::count_if(blocks.begin(), blocks.end(), [](const dda::Model::Block& b) { return b.ndof() > 0; }));
   return moving > 0 && w.system->departed().size() == moving;
 }
 
@@ -170,7 +177,8 @@ RunResult Simulation::run(Sink& sink, const std::atomic<int>* stop) {
   const double duration = s.simulation.duration;
   RunResult result;
   Telling tell(w, sink);
-  Instants histories(w.time(), duration, s.output.history_interval), fields(w.time(), duration, s.output.interval);
+  Instants histories(w.time(), duration, s.output.history_interval),
+      fields(w.time(), duration, s.output.interval);
   w.begin_ledger();
   if (w.time() == 0 && !w.restored) {
     const Moment start = w.now();
@@ -180,12 +188,13 @@ RunResult Simulation::run(Sink& sink, const std::atomic<int>* stop) {
   }
   const int checkpoint_steps = s.output.checkpoint_steps > 0 ? s.output.checkpoint_steps : 200;
   long since_checkpoint = 0;
-  std::vector<double> rows;   // that the next stretch may reach
+  std::vector<double> rows;  // that the next stretch may reach
   try {
     while (duration - w.time() > 1e-12 * duration) {
       const double end = w.rows_end_steps() ? std::min(histories.next(), fields.next()) : duration;
       rows.clear();
-      for (const Instants* due : {&histories, &fields}) due->list(w.time() + 1.01 * w.longest_advance(), rows);   // more than it can reach, by rounding
+      for (const Instants* due : {&histories, &fields})
+        due->list(w.time() + 1.01 * w.longest_advance(), rows);  // more than it can reach, by rounding
       std::sort(rows.begin(), rows.end());
       rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
       const bool arrived = agreed(stop) == 0 && w.advance(end, rows, stop);
@@ -199,7 +208,8 @@ RunResult Simulation::run(Sink& sink, const std::atomic<int>* stop) {
       tell.warnings();
       const bool rest = s.simulation.until_rest && !w.paper && w.system->at_rest();
       const bool last = w.time() >= duration || rest;
-      if (rest && (rows.empty() || !std::binary_search(rows.begin(), rows.end(), w.time()))) rows.insert(std::upper_bound(rows.begin(), rows.end(), w.time()), w.time());
+      if (rest && (rows.empty() || !std::binary_search(rows.begin(), rows.end(), w.time())))
+        rows.insert(std::upper_bound(rows.begin(), rows.end(), w.time()), w.time());
       for (const double t : rows) {
         if (t > w.time()) break;
         const Moment moment = w.at(t);
@@ -235,7 +245,9 @@ RunResult Simulation::run(Sink& sink, const std::atomic<int>* stop) {
   if (s.coupling.strict && result.exit_code == 0) {
     const LedgerRow ledger = w.ledger(w.now());
     const double scale = w.energy_peak > 0 ? 1 / energy_scale(w) : 0;
-    result.message = audit_failure(result.audit, scale * std::abs(ledger.residual), scale * std::max(0.0, -ledger.by_the_scheme()), scale * result.counters.worst_gain);
+    result.message =
+        audit_failure(result.audit, scale * std::abs(ledger.residual),
+                      scale * std::max(0.0, -ledger.by_the_scheme()), scale * result.counters.worst_gain);
     if (!result.message.empty()) result.exit_code = 1;
   }
   return result;

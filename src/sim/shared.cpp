@@ -7,13 +7,16 @@
 namespace talus::sim {
 
 Shared::Shared(const std::optional<scene::Site>& site) {
-  if (auto loaded = load_ground(site)) ground_ = std::make_shared<const geometry::Terrain>(std::move(*loaded));
+  if (auto loaded = load_ground(site))
+    ground_ = std::make_shared<const geometry::Terrain>(std::move(*loaded));
 }
 
 std::shared_ptr<const contact::SurfaceIndex> Shared::index(double bottom, std::span<const Plane> planes) {
   const std::lock_guard lock(mutex_);
   auto& found = indices_[bottom];
-  if (!found) found = std::make_shared<const contact::SurfaceIndex>(geometry::with_border_walls(ground_->surface, planes, bottom));
+  if (!found)
+    found = std::make_shared<const contact::SurfaceIndex>(
+        geometry::with_border_walls(ground_->surface, planes, bottom));
   return found;
 }
 

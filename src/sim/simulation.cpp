@@ -10,10 +10,14 @@
 namespace talus::sim {
 namespace {
 
-/// "scene.toml:12:1: key = value: rule; remedy". Of the file the name alone: a summary is read where its directory says nothing.
+/// "scene.toml:12:1: key = value: rule; remedy". Of the file the name alone: a summary is read where its
+/// directory says nothing.
 std::string sentence(Problem problem) {
   problem.file = std::filesystem::path(problem.file).filename().string();
-  const std::string place = problem.file.empty() ? "" : problem.line > 0 ? fmt::format("{}:{}:{}: ", problem.file, problem.line, problem.column) : problem.file + ": ";
+  const std::string place = problem.file.empty() ? ""
+                            : problem.line > 0
+                                ? fmt::format("{}:{}:{}: ", problem.file, problem.line, problem.column)
+                                : problem.file + ": ";
   problem.file.clear();
   constexpr std::string_view mark = "warning: ";
   const std::string text = problem.str();
@@ -40,12 +44,14 @@ double Simulation::time() const { return world_->time(); }
 std::vector<std::string> Simulation::departed() const {
   std::vector<std::string> names;
   if (!world_->paper)
-    for (const int b : world_->system->departed()) names.push_back(world_->system->model().blocks[static_cast<std::size_t>(b)].name);
+    for (const int b : world_->system->departed())
+      names.push_back(world_->system->model().blocks[static_cast<std::size_t>(b)].name);
   return names;
 }
 std::vector<Structure*> Simulation::structures() {
   std::vector<Structure*> list;
-  for (const coupling::StructurePart& part : world_->system->environment().structures) list.push_back(part.fixed_surface ? nullptr : part.structure.get());
+  for (const coupling::StructurePart& part : world_->system->environment().structures)
+    list.push_back(part.fixed_surface ? nullptr : part.structure.get());
   return list;
 }
 

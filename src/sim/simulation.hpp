@@ -1,7 +1,9 @@
-/// The run: a scene is read, a world is built from only the pieces that the scene needs, the world is stepped, a sink writes.
+/// The run: a scene is read, a world is built from only the pieces that the scene needs, the world is
+/// stepped, a sink writes.
 ///
-/// `build()` (build.hpp) is the only place that decides what exists. A part that the scene does not need is null and costs nothing: no
-/// structure, no structure module; no damage law, no history arrays; fixed terrain and blocks, no DOFs; no strain asked for, 6 DOFs.
+/// `build()` (build.hpp) is the only place that decides what exists. A part that the scene does not need is
+/// null and costs nothing: no structure, no structure module; no damage law, no history arrays; fixed terrain
+/// and blocks, no DOFs; no strain asked for, 6 DOFs.
 #pragma once
 #include <atomic>
 #include <functional>
@@ -41,7 +43,8 @@ class Sink {
 };
 
 struct RunResult {
-  std::string status = "done";    // done, at rest, all left (fell past all that could hold them), interrupted, failed
+  std::string status =
+      "done";  // done, at rest, all left (fell past all that could hold them), interrupted, failed
   std::string message;
   RunCounters counters;
   InterfaceAudit audit;
@@ -49,8 +52,8 @@ struct RunResult {
   int exit_code = 0;
 };
 
-class World;    // world.hpp
-class Shared;   // shared.hpp
+class World;   // world.hpp
+class Shared;  // shared.hpp
 
 class Simulation {
  public:
@@ -65,9 +68,11 @@ class Simulation {
   const scene::Scene& scene() const;
   /// What is computed and what is left out and why, degrees of freedom, memory, time.
   std::vector<std::string> plan() const;
-  /// Of the scene, of what was built from it, and of structures so fine that a touched second of them takes days.
+  /// Of the scene, of what was built from it, and of structures so fine that a touched second of them takes
+  /// days.
   std::vector<Problem> warnings() const;
-  /// What stepping, results and report hold beyond what stands after the building, at most [MB]; measured (docs/results/robustness.md).
+  /// What stepping, results and report hold beyond what stands after the building, at most [MB]; measured
+  /// (docs/results/robustness.md).
   double memory_of_run() const;
 
   /// Runs to the end, to rest, or until `stop` is non-zero (a signal number).
@@ -77,9 +82,9 @@ class Simulation {
   void restore(const Checkpoint&);
 
   FinalState final_state() const;
-  /// Starts blocks and structures of the same names from `state` instead of the scene's own; t stays 0 and all works start from zero.
-  /// Returns what was taken over, for the log. Throws InputError if nothing fits, a mesh differs, or bodies overlap then; `file` names
-  /// the source in messages.
+  /// Starts blocks and structures of the same names from `state` instead of the scene's own; t stays 0 and
+  /// all works start from zero. Returns what was taken over, for the log. Throws InputError if nothing fits,
+  /// a mesh differs, or bodies overlap then; `file` names the source in messages.
   std::vector<std::string> start_from(const FinalState& state, const std::string& file);
   double time() const;
   /// Names of the blocks that have left the model and fall for ever.

@@ -12,8 +12,11 @@ namespace talus::sim {
 namespace {
 
 /// How the mesh of a structure differs from that of the earlier run.
-std::string other_mesh(const std::string& name, const std::vector<Vec3>& there, const std::vector<Vec3>& here) {
-  if (there.size() != here.size()) return fmt::format("structure {} has another mesh there ({} nodes, here {})", name, there.size(), here.size());
+std::string other_mesh(const std::string& name, const std::vector<Vec3>& there,
+                       const std::vector<Vec3>& here) {
+  if (there.size() != here.size())
+    return fmt::format("structure {} has another mesh there ({} nodes, here {})", name, there.size(),
+                       here.size());
   double farthest = 0;
   for (std::size_t n = 0; n < here.size(); ++n) farthest = std::max(farthest, (there[n] - here[n]).norm());
   return fmt::format("structure {} has its nodes elsewhere there, by up to {:.3g} m", name, farthest);
@@ -23,7 +26,8 @@ std::string other_mesh(const std::string& name, const std::vector<Vec3>& there, 
 std::string first_bond(const scene::Scene& s) {
   for (const auto& [a, b] : s.law_pairs)
     if (const ContactLaw& law = s.laws(a, b); law.cohesion > 0 || law.tension > 0)
-      return fmt::format("the interface of {} and {}", s.materials[static_cast<std::size_t>(a)].name, s.materials[static_cast<std::size_t>(b)].name);
+      return fmt::format("the interface of {} and {}", s.materials[static_cast<std::size_t>(a)].name,
+                         s.materials[static_cast<std::size_t>(b)].name);
   return {};
 }
 
@@ -31,16 +35,24 @@ std::string first_bond(const scene::Scene& s) {
 std::vector<std::string> contact_lines(const World& w, const FinalState& state, const std::string& file) {
   std::vector<std::string> lines;
   const dda::Model& model = w.system->model();
-  const auto here = [&](const std::string& name) { return std::any_of(model.blocks.begin(), model.blocks.end(), [&](const dda::Model::Block& b) { return b.name == name; }); };
+  const auto here = [&](const std::string& name) {
+    return std::any_of(model.blocks.begin(), model.blocks.end(),
+                       [&](const dda::Model::Block& b) { return b.name == name; });
+  };
   std::string first;
   long gone = 0;
   for (const auto& [name, block] : state.blocks)
     if (!here(name) && gone++ == 0) first = name;
-  if (gone > 0) lines.push_back(fmt::format("Blocks: {} of {} are not of this scene and are left out, {} among them.", gone, file, first));
+  if (gone > 0)
+    lines.push_back(fmt::format("Blocks: {} of {} are not of this scene and are left out, {} among them.",
+                                gone, file, first));
   long all = 0, bonded = 0, torn = 0;
   for (const auto& list : w.system->state().contacts)
     for (const coupling::ContactMemory& m : list) ++all, bonded += m.glued, torn += m.broken;
-  if (all > 0 && !first_bond(w.scene).empty()) lines.push_back(fmt::format("Contacts: {} bonded, {} torn at the start; what met in {} without a bond has none.", bonded, torn, file));
+  if (all > 0 && !first_bond(w.scene).empty())
+    lines.push_back(
+        fmt::format("Contacts: {} bonded, {} torn at the start; what met in {} without a bond has none.",
+                    bonded, torn, file));
   return lines;
 }
 
@@ -54,7 +66,7 @@ FinalState Simulation::final_state() const {
     state.blocks[system.model().blocks[i].name] = {s.c[i], s.v[i], s.w[i], s.q[i], s.eps[i], s.eps_rate[i]};
   const auto& parts = system.environment().structures;
   for (std::size_t q = 0; q < parts.size(); ++q) {
-    if (!parts[q].stepped()) continue;   // it has no history
+    if (!parts[q].stepped()) continue;  // it has no history
     FinalState::Structure& out = state.structures[world_->scene.structures[q].name];
     out.nodes = parts[q].structure->snapshot().nodes;
     parts[q].structure->save(out.history);
@@ -93,13 +105,15 @@ std::vector<std::string> Simulation::start_from(const FinalState& state, const s
     Structure& structure = *parts[q].structure;
     const std::vector<Vec3> nodes = structure.snapshot().nodes;
     if (nodes != found->second.nodes) {
-      problem(other_mesh(name, found->second.nodes, nodes), "give the structure the place, geometry and cell size it had in that run");
+      problem(other_mesh(name, found->second.nodes, nodes),
+              "give the structure the place, geometry and cell size it had in that run");
       continue;
     }
     try {
       structure.restore(found->second.history);
     } catch (const NumericalFailure&) {
-      problem(fmt::format("the state of structure {} has another form than here", name), "give it the damage law, bars and loads it had in that run");
+      problem(fmt::format("the state of structure {} has another form than here", name),
+              "give it the damage law, bars and loads it had in that run");
       continue;
     }
     structure.start_over();
@@ -109,12 +123,18 @@ std::vector<std::string> Simulation::start_from(const FinalState& state, const s
       w.displaced[q].clear();
       for (const Vec3& u : structure.snapshot().displacement) w.displaced[q].push_back(u.norm());
     }
-    lines.push_back(fmt::format("Structure {}: starts from the last state in {}, largest damage {:.4g}.", name, file, structure.damage_max()));
+    lines.push_back(fmt::format("Structure {}: starts from the last state in {}, largest damage {:.4g}.",
+                                name, file, structure.damage_max()));
   }
-  if (problems.empty() && lines.empty()) problem("it holds no block and no structure of this scene", "give blocks or structures the names they had in that run");
+  if (problems.empty() && lines.empty())
+    problem("it holds no block and no structure of this scene",
+            "give blocks or structures the names they had in that run");
   if (w.paper || state.bodies.empty())
     if (const auto bond = first_bond(w.scene); !bond.empty())
-      problem(fmt::format("method dda-1988 hands no bonds on to a later run, nor takes them from an earlier one, and {} has cohesion or tension", bond), "use method talus in both runs");
+      problem(fmt::format("method dda-1988 hands no bonds on to a later run, nor takes them from an earlier "
+                          "one, and {} has cohesion or tension",
+                          bond),
+              "use method talus in both runs");
   if (problems.empty()) {
     const coupling::KnownPairs known = restore_contacts(w, state);
     problems = initial_overlaps(w, known);

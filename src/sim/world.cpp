@@ -15,7 +15,7 @@ namespace talus::sim {
 
 namespace {
 
-constexpr double paper_at_once = 0.05;   // steps of dda-1988 are taken until so much time has passed [s]
+constexpr double paper_at_once = 0.05;  // steps of dda-1988 are taken until so much time has passed [s]
 
 double paper_step(const scene::Scene& scene) { return scene.simulation.step.value_or(1e-4); }
 
@@ -36,10 +36,13 @@ Pose World::pose(int listed, const Moment& moment) const {
 
 bool World::rows_end_steps() const {
   const auto& structures = system->environment().structures;
-  return std::any_of(structures.begin(), structures.end(), [](const coupling::StructurePart& part) { return part.stepped(); });
+  return std::any_of(structures.begin(), structures.end(),
+                     [](const coupling::StructurePart& part) { return part.stepped(); });
 }
 
-double World::longest_advance() const { return paper ? std::max(paper_at_once, paper_step(scene)) : system->longest_stretch(); }
+double World::longest_advance() const {
+  return paper ? std::max(paper_at_once, paper_step(scene)) : system->longest_stretch();
+}
 
 double World::blocks_kinetic() const {
   if (paper && paper->steps > 0) return paper->kinetic;
@@ -53,11 +56,14 @@ double World::blocks_kinetic() const {
 }
 
 bool World::advance(double end, std::span<const double> rows, const std::atomic<int>* stop) {
-  const bool arrived = paper ? advance_paper(end, rows, stop) : system->advance(foresee_strikes(end), stop, rows);
+  const bool arrived =
+      paper ? advance_paper(end, rows, stop) : system->advance(foresee_strikes(end), stop, rows);
   if (!arrived) return false;
   // With that of structures, which costs as much as a step, where rows are taken.
-  if (!rows_end_steps()) energy_peak = std::max(energy_peak, blocks_kinetic());
-  else if (!rows.empty() && rows.front() <= time()) energy_peak = std::max(energy_peak, ledger(now()).kinetic);
+  if (!rows_end_steps())
+    energy_peak = std::max(energy_peak, blocks_kinetic());
+  else if (!rows.empty() && rows.front() <= time())
+    energy_peak = std::max(energy_peak, ledger(now()).kinetic);
   return true;
 }
 
@@ -74,13 +80,18 @@ Moment World::at(double t) const {
   Moment between = after;
   between.time = t;
   const dda::Model& model = system->model();
-  double dip = 0;   // of the kinetic energy, by velocities that change in proportion to time
+  double dip = 0;  // of the kinetic energy, by velocities that change in proportion to time
   for (int i = 0; i < static_cast<int>(model.blocks.size()); ++i) {
     const auto k = static_cast<std::size_t>(i);
-    const dda::BlockState a = dda::block_state(paper_before_.blocks, i), b = dda::block_state(after.blocks, i);
-    dda::set_block_state(between.blocks, i, evaluate(coupling::MotionSegment{i, coupling::MotionSegment::Path::trapezoid, t0, paper->time, a, b}, t, model));
+    const dda::BlockState a = dda::block_state(paper_before_.blocks, i),
+                          b = dda::block_state(after.blocks, i);
+    dda::set_block_state(
+        between.blocks, i,
+        evaluate(coupling::MotionSegment{i, coupling::MotionSegment::Path::trapezoid, t0, paper->time, a, b},
+                 t, model));
     if (!model.blocks[k].fixed) dip += 0.5 * model.blocks[k].mass * (b.v - a.v).squaredNorm();
-    if (k < after.map.size() && k < paper_before_.map.size()) between.map[k] = paper_before_.map[k] + r * (after.map[k] - paper_before_.map[k]);
+    if (k < after.map.size() && k < paper_before_.map.size())
+      between.map[k] = paper_before_.map[k] + r * (after.map[k] - paper_before_.map[k]);
   }
   const auto straight = [r](double a, double b) { return a + r * (b - a); };
   between.kinetic = straight(paper_before_.kinetic, after.kinetic) - r * (1 - r) * dip;
@@ -104,8 +115,9 @@ Moment World::paper_now() const {
   return now;
 }
 
-/// Steps of equal length on the run's own clock, up to the first whose end reaches a row, or for as long as a stretch; structures of scheme "one-way" take the forces of each
-/// step. While nothing touches them they stay behind, at the system's time.
+/// Steps of equal length on the run's own clock, up to the first whose end reaches a row, or for as long as a
+/// stretch; structures of scheme "one-way" take the forces of each step. While nothing touches them they stay
+/// behind, at the system's time.
 bool World::advance_paper(double end, std::span<const double> rows, const std::atomic<int>* stop) {
   PaperScheme& p = *paper;
   const double dt = paper_step(scene), from = p.time, same = 1e-9 * dt;
@@ -116,14 +128,16 @@ bool World::advance_paper(double end, std::span<const double> rows, const std::a
     if (behind > same) system->advance_structures(behind, forces);
     system->state().time = time;
   };
-  while (end - p.time > same && p.time - from < paper_at_once - same && (rows.empty() || p.time < rows.front())) {
+  while (end - p.time > same && p.time - from < paper_at_once - same &&
+         (rows.empty() || p.time < rows.front())) {
     if (agreed(stop) != 0) return false;
     const double start = p.time, next = clock.at(clock.after(start + same));
     const bool last = next > end - same;
     const double h = last ? std::min(dt, end - start) : dt;
     if (coupling::falls_into(rows, start, last ? end : next)) paper_before_ = paper_now();
     const dda::State before = watch_paper ? system->state().blocks : dda::State{};
-    const dda::Shi1988Report r = p.scheme.step(system->model(), system->state().blocks, p.history, env.planes, p.surfaces, env.laws, h);
+    const dda::Shi1988Report r = p.scheme.step(system->model(), system->state().blocks, p.history, env.planes,
+                                               p.surfaces, env.laws, h);
     p.time = last ? end : next;
     p.steps += r.substeps;
     p.iterations += r.iterations;
@@ -139,8 +153,14 @@ bool World::advance_paper(double end, std::span<const double> rows, const std::a
     std::vector<coupling::StructureContact> forces;
     for (const dda::Shi1988Load& load : r.loads)
       if (load.surface >= p.first_structure)
-        forces.push_back({.time = load.time < h ? start + load.time : p.time, .dt = load.dt, .block = load.block, .structure = load.surface - p.first_structure, .point = load.point, .force = load.force,
-                          .normal = load.normal, .area = load.area});
+        forces.push_back({.time = load.time < h ? start + load.time : p.time,
+                          .dt = load.dt,
+                          .block = load.block,
+                          .structure = load.surface - p.first_structure,
+                          .point = load.point,
+                          .force = load.force,
+                          .normal = load.normal,
+                          .area = load.area});
     if (watch_paper) watch_paper(start, before);
     if (forces.empty()) continue;
     structures_to(start, {});
@@ -160,7 +180,8 @@ std::vector<RunHeader::BlockInfo> World::take_fragments() {
     const std::vector<Fragment> pieces = structures[q].structure->take_fragments();
     if (pieces.empty()) continue;
     int serial = 0;
-    std::set<std::string> names;   // those of an earlier run's pieces among them, where this one goes on with them
+    std::set<std::string>
+        names;  // those of an earlier run's pieces among them, where this one goes on with them
     for (const RunHeader::BlockInfo& b : header.blocks) {
       names.insert(b.name);
       if (b.fragment) ++serial;
@@ -172,7 +193,8 @@ std::vector<RunHeader::BlockInfo> World::take_fragments() {
       try {
         shape = make_polyhedron(std::move(vertices), f.triangles);
       } catch (const InputError& e) {
-        throw NumericalFailure(fmt::format("t = {:.6g} s: a piece of {} has no closed surface: {}", time(), scene.structures[q].name, e.what()));
+        throw NumericalFailure(fmt::format("t = {:.6g} s: a piece of {} has no closed surface: {}", time(),
+                                           scene.structures[q].name, e.what()));
       }
       dda::Model::Block b;
       do b.name = fragment_name(scene.structures[q].name, ++serial);
@@ -184,34 +206,41 @@ std::vector<RunHeader::BlockInfo> World::take_fragments() {
       double volume = 0;
       Mat3 second = Mat3::Zero();
       for (const auto& t : shape.triangles) {
-        const Vec3 &a = shape.vertices[static_cast<std::size_t>(t[0])], &v = shape.vertices[static_cast<std::size_t>(t[1])],
+        const Vec3 &a = shape.vertices[static_cast<std::size_t>(t[0])],
+                   &v = shape.vertices[static_cast<std::size_t>(t[1])],
                    &c = shape.vertices[static_cast<std::size_t>(t[2])];
         const double det = a.dot(v.cross(c));
         volume += det / 6;
         const Vec3 sum = a + v + c;
-        second += det / 120 * (sum * sum.transpose() + a * a.transpose() + v * v.transpose() + c * c.transpose());
+        second +=
+            det / 120 * (sum * sum.transpose() + a * a.transpose() + v * v.transpose() + c * c.transpose());
       }
-      if (!(volume > 0)) throw NumericalFailure(fmt::format("t = {:.6g} s: fragment {} has no volume", time(), b.name));
+      if (!(volume > 0))
+        throw NumericalFailure(fmt::format("t = {:.6g} s: fragment {} has no volume", time(), b.name));
       b.volume = volume;
       b.second_moment = f.mass / volume * second;
       b.inertia = b.second_moment.trace() * Mat3::Identity() - b.second_moment;
       b.shape = std::make_shared<const Polyhedron>(shape);
       const Vec3 v = f.linear_momentum / f.mass;
-      // Masses at nodes turn with more inertia than the same mass spread evenly: a piece that would turn with more energy than its nodes had
-      // takes as much more inertia as that needs.
+      // Masses at nodes turn with more inertia than the same mass spread evenly: a piece that would turn with
+      // more energy than its nodes had takes as much more inertia as that needs.
       Vec3 w = b.inertia.inverse() * f.angular_momentum;
-      const double turning = 0.5 * w.dot(f.angular_momentum), left = f.kinetic - 0.5 * f.mass * v.squaredNorm();
+      const double turning = 0.5 * w.dot(f.angular_momentum),
+                   left = f.kinetic - 0.5 * f.mass * v.squaredNorm();
       if (turning > left && left > 0) {
         b.second_moment *= turning / left;
-        b.inertia = b.second_moment.trace() * Mat3::Identity() - b.second_moment;   // to the bits that a checkpoint gives back
+        b.inertia = b.second_moment.trace() * Mat3::Identity() -
+                    b.second_moment;  // to the bits that a checkpoint gives back
         w *= left / turning;
       }
       const double kinetic = 0.5 * f.mass * v.squaredNorm() + 0.5 * w.dot(b.inertia * w);
       system->add_block(b, f.centroid, v, w);
-      // What its nodes moved against each other dies out within the piece; its strain energy is the structure's loss by breaking.
+      // What its nodes moved against each other dies out within the piece; its strain energy is the
+      // structure's loss by breaking.
       const double within = f.kinetic - kinetic;
       (within > 0 ? system->state().ledger.damping_work : system->state().ledger.algorithmic) += within;
-      born.push_back({b.name, b.mass, b.volume, false, true, shape, scene.structures[q].young, scene.structures[q].poisson, static_cast<int>(q)});
+      born.push_back({b.name, b.mass, b.volume, false, true, shape, scene.structures[q].young,
+                      scene.structures[q].poisson, static_cast<int>(q)});
     }
     structures[q].index = coupling::moving_index(structures[q].structure->surface());
   }
@@ -221,17 +250,27 @@ std::vector<RunHeader::BlockInfo> World::take_fragments() {
 }
 
 std::vector<std::string> World::take_warnings() {
-  constexpr double least = 0.02;   // of a structure's mass: less is cover that comes loose
+  constexpr double least = 0.02;  // of a structure's mass: less is cover that comes loose
   std::vector<std::string> list;
   constexpr double through = 1 - 1e-6;
-  if (const coupling::Counters& n = system->counters(); !paper && !told_crushed_through && n.crush_share >= through) {
+  if (const coupling::Counters& n = system->counters();
+      !paper && !told_crushed_through && n.crush_share >= through) {
     told_crushed_through = true;
     const int materials = system->environment().laws.materials;
     const auto name = [&](int material) { return scene.materials[static_cast<std::size_t>(material)].name; };
-    const std::string pair = n.crush_law >= 0 ? fmt::format("between {} and {} ", name(n.crush_law / materials), name(n.crush_law % materials)) : std::string();
-    list.push_back(fmt::format("the layer {}that crushes is crushed through by t = {:.4g} s: from there on the contact is as stiff as its normal_stiffness, and forces grow as if nothing were left of it; a thicker or stronger layer would take more", pair, time()));
+    const std::string pair =
+        n.crush_law >= 0
+            ? fmt::format("between {} and {} ", name(n.crush_law / materials), name(n.crush_law % materials))
+            : std::string();
+    list.push_back(
+        fmt::format("the layer {}that crushes is crushed through by t = {:.4g} s: from there on the contact "
+                    "is as stiff as its normal_stiffness, and forces grow as if nothing were left of it; a "
+                    "thicker or stronger layer would take more",
+                    pair, time()));
   }
-  const bool one_way = scene.coupling.scheme == scene::Coupling::Scheme::one_way;   // nothing comes off there, whatever `fragments` says
+  const bool one_way =
+      scene.coupling.scheme ==
+      scene::Coupling::Scheme::one_way;  // nothing comes off there, whatever `fragments` says
   if (paper || (scene.coupling.fragments && !one_way)) return list;
   const auto& structures = system->environment().structures;
   told_unsupported.resize(structures.size());
@@ -241,10 +280,14 @@ std::vector<std::string> World::take_warnings() {
     if (lost.share < least) continue;
     told_unsupported[q] = 1;
     const Vec3& x = lost.centroid;
-    list.push_back(fmt::format("{}: {:.3g} t of it ({:.0f} %, about [{:.4g}, {:.4g}, {:.4g}]) have lost their support by t = {:.4g} s and stay in the mesh ({}): nothing holds them, they sink "
-                               "through the ground, slowed by the structure's damping. Their motion from here on is void; {} lets them fall as blocks",
-                               scene.structures[q].name, lost.mass / 1e3, 100 * lost.share, x.x(), x.y(), x.z(), time(), one_way ? "coupling.scheme = \"one-way\"" : "coupling.fragments = false",
-                               one_way ? "coupling.scheme = \"two-way\"" : "coupling.fragments = true"));
+    list.push_back(
+        fmt::format("{}: {:.3g} t of it ({:.0f} %, about [{:.4g}, {:.4g}, {:.4g}]) have lost their support "
+                    "by t = {:.4g} s and stay in the mesh ({}): nothing holds them, they sink "
+                    "through the ground, slowed by the structure's damping. Their motion from here on is "
+                    "void; {} lets them fall as blocks",
+                    scene.structures[q].name, lost.mass / 1e3, 100 * lost.share, x.x(), x.y(), x.z(), time(),
+                    one_way ? "coupling.scheme = \"one-way\"" : "coupling.fragments = false",
+                    one_way ? "coupling.scheme = \"two-way\"" : "coupling.fragments = true"));
   }
   return list;
 }
@@ -285,7 +328,8 @@ LedgerRow World::ledger(const Moment& moment) const {
     l.damage_work += e.damage_work + e.plastic_work + e.eroded_energy;
     l.algorithmic += e.algorithmic + e.step_dependence;
     l.step_dependence += e.step_dependence;
-    l.external_work += e.external_work + (part.one_way ? e.contact_work : 0);   // recorded loads come from outside
+    l.external_work +=
+        e.external_work + (part.one_way ? e.contact_work : 0);  // recorded loads come from outside
     l.linear_momentum += e.linear_momentum;
     l.angular_momentum += e.angular_momentum;
   }

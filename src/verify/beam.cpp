@@ -58,17 +58,20 @@ void advance(double omega, double p, double s, double h, double& q, double& rate
 }  // namespace
 
 double Beam::tip_deflection(double force) const {
-  return force * length * length * length / (3 * young * inertia()) + force * length / (kappa * shear_modulus() * area());
+  return force * length * length * length / (3 * young * inertia()) +
+         force * length / (kappa * shear_modulus() * area());
 }
 
 double Beam::uniform_deflection(double load) const {
-  return load * std::pow(length, 4) / (8 * young * inertia()) + load * length * length / (2 * kappa * shear_modulus() * area());
+  return load * std::pow(length, 4) / (8 * young * inertia()) +
+         load * length * length / (2 * kappa * shear_modulus() * area());
 }
 
 std::vector<BeamMode> cantilever_modes(const Beam& b, int count) {
   std::vector<BeamMode> modes;
   // Roots lie at least a tenth of the first Euler-Bernoulli frequency apart.
-  const double step = 0.1 * 3.516 * std::sqrt(b.young * b.inertia() / (b.density * b.area())) / (b.length * b.length);
+  const double step =
+      0.1 * 3.516 * std::sqrt(b.young * b.inertia() / (b.density * b.area())) / (b.length * b.length);
   double low = step, f_low = determinant(b, low);
   while (static_cast<int>(modes.size()) < count) {
     const double high = low + step, f_high = determinant(b, high);
@@ -84,7 +87,10 @@ std::vector<BeamMode> cantilever_modes(const Beam& b, int count) {
       Eigen::Vector4d y(0, 0, -t(2, 3), t(2, 2));  // free end: no moment; no shear follows at a root
       double mass = 0;
       for (int i = 0; i <= slices; ++i) {
-        const double weight = (i == 0 || i == slices ? 1.0 : i % 2 ? 4.0 : 2.0) / (3.0 * slices) * b.length;  // Simpson
+        const double weight = (i == 0 || i == slices ? 1.0
+                               : i % 2               ? 4.0
+                                                     : 2.0) /
+                              (3.0 * slices) * b.length;  // Simpson
         const double w = y[0] * b.length;
         mass += weight * b.density * (b.area() * w * w + b.inertia() * y[1] * y[1]);
         if (i < slices) y = s * y;
@@ -98,7 +104,9 @@ std::vector<BeamMode> cantilever_modes(const Beam& b, int count) {
   return modes;
 }
 
-std::vector<double> tip_response(const std::vector<BeamMode>& modes, const std::vector<std::pair<double, double>>& history, const std::vector<double>& times) {
+std::vector<double> tip_response(const std::vector<BeamMode>& modes,
+                                 const std::vector<std::pair<double, double>>& history,
+                                 const std::vector<double>& times) {
   const auto force = [&](double t) {
     for (std::size_t i = 1; i < history.size(); ++i)
       if (t <= history[i].first) {
@@ -132,16 +140,19 @@ std::vector<double> frequencies_of(const std::vector<double>& samples, double dt
   const int n = static_cast<int>(samples.size()), columns = n / 3, rows = n - columns;
   MatX hankel(rows, columns + 1);
   for (int i = 0; i < rows; ++i)
-    for (int j = 0; j <= columns; ++j) hankel(i, j) = samples[static_cast<std::size_t>(std::min(i + j, n - 1))];
+    for (int j = 0; j <= columns; ++j)
+      hankel(i, j) = samples[static_cast<std::size_t>(std::min(i + j, n - 1))];
   const Eigen::BDCSVD<MatX> svd(hankel, Eigen::ComputeThinV);
   int rank = 0;
-  while (rank < svd.singularValues().size() && svd.singularValues()[rank] > 1e-8 * svd.singularValues()[0]) ++rank;
+  while (rank < svd.singularValues().size() && svd.singularValues()[rank] > 1e-8 * svd.singularValues()[0])
+    ++rank;
   const MatX v = svd.matrixV().leftCols(rank);
   const MatX shift = v.topRows(columns).colPivHouseholderQr().solve(v.bottomRows(columns));
   const Eigen::VectorXcd poles = Eigen::EigenSolver<MatX>(shift, false).eigenvalues();
   std::vector<double> f;
   for (int i = 0; i < poles.size(); ++i)
-    if (const double turn = std::arg(poles[i]); turn > 0 && std::abs(std::abs(poles[i]) - 1) < 0.02) f.push_back(turn / (2 * std::numbers::pi * dt));
+    if (const double turn = std::arg(poles[i]); turn > 0 && std::abs(std::abs(poles[i]) - 1) < 0.02)
+      f.push_back(turn / (2 * std::numbers::pi * dt));
   std::sort(f.begin(), f.end());
   return f;
 }

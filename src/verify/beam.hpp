@@ -1,10 +1,11 @@
 /// Timoshenko's cantilever in closed form [timoshenko1921], the reference for slender piers.
 ///
-///   (kappa G A (w' - psi))' = rho A w_tt,   (E I psi')' + kappa G A (w' - psi) = rho I psi_tt,   clamped at 0, free at L
-///   u_tip(t) = sum_n w_n(L)^2 q_n(t),   q_n'' + omega_n^2 q_n = F(t),   with modes of unit modal mass
+///   (kappa G A (w' - psi))' = rho A w_tt,   (E I psi')' + kappa G A (w' - psi) = rho I psi_tt,   clamped at
+///   0, free at L u_tip(t) = sum_n w_n(L)^2 q_n(t),   q_n'' + omega_n^2 q_n = F(t),   with modes of unit
+///   modal mass
 ///
-/// Frequencies are the roots of the determinant of the transfer matrix; modes follow from it. F(t) is piecewise linear, so each
-/// q_n is exact.
+/// Frequencies are the roots of the determinant of the transfer matrix; modes follow from it. F(t) is
+/// piecewise linear, so each q_n is exact.
 #pragma once
 #include <utility>
 #include <vector>
@@ -31,12 +32,14 @@ struct BeamMode {
 };
 std::vector<BeamMode> cantilever_modes(const Beam& beam, int count);
 
-/// Tip displacement at the given times under a tip force whose factor is piecewise linear in `history` (time, force [N]) and
-/// constant after its end; at rest at the first time.
-std::vector<double> tip_response(const std::vector<BeamMode>& modes, const std::vector<std::pair<double, double>>& history, const std::vector<double>& times);
+/// Tip displacement at the given times under a tip force whose factor is piecewise linear in `history` (time,
+/// force [N]) and constant after its end; at rest at the first time.
+std::vector<double> tip_response(const std::vector<BeamMode>& modes,
+                                 const std::vector<std::pair<double, double>>& history,
+                                 const std::vector<double>& times);
 
-/// Frequencies [Hz] of a sum of undamped sinusoids sampled with step dt, by the matrix pencil [hua1990]. Those above half the
-/// sampling rate must be absent.
+/// Frequencies [Hz] of a sum of undamped sinusoids sampled with step dt, by the matrix pencil [hua1990].
+/// Those above half the sampling rate must be absent.
 std::vector<double> frequencies_of(const std::vector<double>& samples, double dt);
 
 }  // namespace talus::verify

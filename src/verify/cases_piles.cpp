@@ -12,29 +12,35 @@
 namespace talus::verify {
 namespace {
 
-
 std::uint64_t block_id(int i) { return coupling::Partner{coupling::Partner::Kind::block, i}.id(); }
 std::uint64_t plane_id(int i) { return coupling::Partner{coupling::Partner::Kind::plane, i}.id(); }
 
 void bars(CaseRun& c) {
   // Each bar: n cubes of edge l and springs E/l per area, a chain with wave speed c = sqrt(E / rho).
   const int n = 40;
-  const double l = 0.05, density = 2500, E = 1e9, speed = std::sqrt(E / density), v = 1, T = 2 * n * l / speed;
+  const double l = 0.05, density = 2500, E = 1e9, speed = std::sqrt(E / density), v = 1,
+               T = 2 * n * l / speed;
   const Method m = Method::fixed_step(0.2 * l / speed);
   c.method(m);
   SceneText s(m, 1.5 * T, Vec3::Zero());
-  s.history(T / 400).material("rock", density).interface("rock", "rock", 0, "normal_stiffness = \"" + number(E / l) + " Pa/m\"");
-  for (int i = 0; i < 2 * n; ++i) s.box(fmt::format("B{}", i + 1), Vec3(l, l, l), Vec3((i + 0.5) * l, 0, 0), velocity(Vec3(i < n ? v : 0, 0, 0)));
+  s.history(T / 400)
+      .material("rock", density)
+      .interface("rock", "rock", 0, "normal_stiffness = \"" + number(E / l) + " Pa/m\"");
+  for (int i = 0; i < 2 * n; ++i)
+    s.box(fmt::format("B{}", i + 1), Vec3(l, l, l), Vec3((i + 0.5) * l, 0, 0),
+          velocity(Vec3(i < n ? v : 0, 0, 0)));
   const Outcome o = c.run(s.str());
   // Force between the bars: what the second bar gains in momentum.
   const auto momentum = [&](std::size_t k) {
     double p = 0;
-    for (int i = n; i < 2 * n; ++i) p += density * l * l * l * o.rows[k].velocity[static_cast<std::size_t>(i)].x();
+    for (int i = n; i < 2 * n; ++i)
+      p += density * l * l * l * o.rows[k].velocity[static_cast<std::size_t>(i)].x();
     return p;
   };
   const double expected = density * speed * v / 2 * l * l;
   const auto at = [&](double f) { return static_cast<std::size_t>(std::lround(f * 400)); };
-  const double plateau = (momentum(at(0.8)) - momentum(at(0.2))) / (o.rows[at(0.8)].time - o.rows[at(0.2)].time);
+  const double plateau =
+      (momentum(at(0.8)) - momentum(at(0.2))) / (o.rows[at(0.8)].time - o.rows[at(0.2)].time);
   c.relative("mean force on the plateau [N]", "rho c v / 2 A", expected, plateau, 0.02);
   double start = 0, end = 0;
   for (std::size_t k = 1; k < o.rows.size(); ++k) {
@@ -53,7 +59,10 @@ void stack(CaseRun& c) {
   const Method m = Method::by_accuracy(1e-3);
   c.method(m);
   SceneText s(m, 0.1);
-  s.material("rock", 2600).interface("rock", "ground", 0.5).interface("rock", "rock", 0.5).plane(Vec3::UnitZ());
+  s.material("rock", 2600)
+      .interface("rock", "ground", 0.5)
+      .interface("rock", "rock", 0.5)
+      .plane(Vec3::UnitZ());
   for (int i = 0; i < n; ++i) s.box(fmt::format("B{}", i + 1), Vec3(1, 1, 1), Vec3(0, 0, 0.5 + i));
   const Outcome o = c.run(s.str());
   double worst = 0;
@@ -75,7 +84,8 @@ bool arch_stands(CaseRun& c, const Method& m, int n, double t, double mu) {
 void arch(CaseRun& c) {
   const Method m = Method::by_accuracy(1e-3);
   c.method(m);
-  for (const auto& [n, expected] : {std::pair(7, .0957035), std::pair(25, .1069588), std::pair(101, .1074465)}) {
+  for (const auto& [n, expected] :
+       {std::pair(7, .0957035), std::pair(25, .1069588), std::pair(101, .1074465)}) {
     if (c.quick() && n > 7) continue;
     c.reset();
     double low = 0.98 * expected, high = 1.02 * expected;
@@ -84,10 +94,13 @@ void arch(CaseRun& c) {
       const double t = 0.5 * (low + high);
       (arch_stands(c, m, n, t, 0.7) ? high : low) = t;
     }
-    c.relative(fmt::format("least t/R, n = {}", n), "thrust line of Heyman's arch, n voussoirs", expected, bracket ? 0.5 * (low + high) : NAN, 1e-3);
+    c.relative(fmt::format("least t/R, n = {}", n), "thrust line of Heyman's arch, n voussoirs", expected,
+               bracket ? 0.5 * (low + high) : NAN, 1e-3);
   }
   c.reset();
-  if (!c.quick()) c.holds("n = 25, mu .3 falls at t/R .15 and .4", "slides at the springings", !arch_stands(c, m, 25, 0.15, 0.3) && !arch_stands(c, m, 25, 0.4, 0.3));
+  if (!c.quick())
+    c.holds("n = 25, mu .3 falls at t/R .15 and .4", "slides at the springings",
+            !arch_stands(c, m, 25, 0.15, 0.3) && !arch_stands(c, m, 25, 0.4, 0.3));
 }
 
 void card_tent(CaseRun& c) {
@@ -105,7 +118,7 @@ void card_tent(CaseRun& c) {
       // The inner long edges are the feet and the tips: tips meet at x = 0.
       const Vec3 centre = foot + 0.5 * L * axis + 0.5 * t * outward;
       Mat3 r;
-      r.col(0) = axis;   // turned about y alone: half a turn would lose digits in its rotation vector
+      r.col(0) = axis;  // turned about y alone: half a turn would lose digits in its rotation vector
       r.col(1) = Vec3::UnitY();
       r.col(2) = axis.cross(Vec3::UnitY());
       s.box(side < 0 ? "left" : "right", Vec3(L, 0.6, t), centre, turned(rotation_vector(r)), "card");
@@ -128,10 +141,13 @@ void cradle(CaseRun& c) {
   const int n = 5;
   SceneText s(m, 0.02, Vec3::Zero());
   s.material("steel", 7800).interface("steel", "steel", 0, "normal_stiffness = \"hard\"\nrestitution = 1.0");
-  for (int i = 0; i < n; ++i) s.box(fmt::format("B{}", i + 1), Vec3(0.1, 0.1, 0.1), Vec3(0.101 * i, 0, 0), velocity(Vec3(i == 0 ? 1 : 0, 0, 0)), "steel");
+  for (int i = 0; i < n; ++i)
+    s.box(fmt::format("B{}", i + 1), Vec3(0.1, 0.1, 0.1), Vec3(0.101 * i, 0, 0),
+          velocity(Vec3(i == 0 ? 1 : 0, 0, 0)), "steel");
   const Outcome o = c.run(s.str());
   double rest = 0;
-  for (int i = 0; i + 1 < n; ++i) rest = std::max(rest, o.last().velocity[static_cast<std::size_t>(i)].norm());
+  for (int i = 0; i + 1 < n; ++i)
+    rest = std::max(rest, o.last().velocity[static_cast<std::size_t>(i)].norm());
   c.relative("velocity of the last", "that of the first", 1, o.last().velocity[n - 1].x(), 1e-10);
   c.absolute("velocity of the others", "0", 0, rest, 1e-10);
 }
@@ -144,13 +160,19 @@ void turntable(CaseRun& c) {
   const auto slips = [&](double w2r) {
     const double w = std::sqrt(w2r / r);
     SceneText s(m, 0.05);
-    s.history(0.005).material("plate", 1e6).material("rock", 260).interface("plate", "ground", 0).interface("plate", "rock", mu).interface("rock", "ground", mu).plane(Vec3::UnitZ());
+    s.history(0.005)
+        .material("plate", 1e6)
+        .material("rock", 260)
+        .interface("plate", "ground", 0)
+        .interface("plate", "rock", mu)
+        .interface("rock", "ground", mu)
+        .plane(Vec3::UnitZ());
     s.box("table", Vec3(6, 6, 1), Vec3(0, 0, 0.5), spin(Vec3(0, 0, w)), "plate");
     s.box("B", Vec3(0.2, 0.2, 0.1), Vec3(r, 0, 1.05), velocity(Vec3(0, w * r, 0)) + spin(Vec3(0, 0, w)));
     const Outcome o = c.run(s.str());
     const sim::HistoryRow& q = o.last();
     const Vec3 d = q.position[1] - q.position[0];
-    return std::abs(d.normalized().dot(q.velocity[1]) ) > 1e-6;
+    return std::abs(d.normalized().dot(q.velocity[1])) > 1e-6;
   };
   double low = 0.99 * mu * g, high = 1.01 * mu * g;
   const bool bracket = !slips(low) && slips(high);
@@ -163,17 +185,21 @@ void turntable(CaseRun& c) {
 }
 
 void pressed_patch(CaseRun& c) {
-  // Three deformable blocks under a heavy rigid plate on stiff springs, at rest: in each the stress of what it carries, half its own
-  // weight included (a block of constant strain takes the mean). Steps far longer than its periods bring the pile to rest.
+  // Three deformable blocks under a heavy rigid plate on stiff springs, at rest: in each the stress of what
+  // it carries, half its own weight included (a block of constant strain takes the mean). Steps far longer
+  // than its periods bring the pile to rest.
   const Method m = Method::fixed_step(0.05);
   c.method(m);
   const double E = 1e8, nu = 0.25, soft = 2000, plate = 7800;
   SceneText s(m, 5, {0, 0, -9.81}, "sleeping = false\n");
   s.material("soft", soft, "young = " + number(E) + "\npoisson = " + number(nu)).material("plate", plate);
-  for (const auto& [a, b] : {std::pair("soft", "ground"), std::pair("soft", "soft"), std::pair("soft", "plate"), std::pair("plate", "plate"), std::pair("plate", "ground")})
+  for (const auto& [a, b] :
+       {std::pair("soft", "ground"), std::pair("soft", "soft"), std::pair("soft", "plate"),
+        std::pair("plate", "plate"), std::pair("plate", "ground")})
     s.interface(a, b, 0, "normal_stiffness = \"1e7 GPa/m\"");
   s.plane(Vec3::UnitZ());
-  for (int i = 0; i < 3; ++i) s.box(fmt::format("S{}", i + 1), Vec3(1, 1, 1), Vec3(0, 0, 0.5 + i), "deformable = true\n", "soft");
+  for (int i = 0; i < 3; ++i)
+    s.box(fmt::format("S{}", i + 1), Vec3(1, 1, 1), Vec3(0, 0, 0.5 + i), "deformable = true\n", "soft");
   s.box("plate", Vec3(1, 1, 1), Vec3(0, 0, 3.5), {}, "plate");
   const Outcome o = c.run(s.str());
   double axial = 0, lateral = 0, shear = 0;
@@ -181,7 +207,8 @@ void pressed_patch(CaseRun& c) {
     const Vec6& e = o.last().strain[static_cast<std::size_t>(i)];
     const double expected = -g * (plate + (2.5 - i) * soft) / E;
     axial = std::max(axial, std::abs(e[2] / expected - 1));
-    lateral = std::max({lateral, std::abs(e[0] / (-nu * expected) - 1), std::abs(e[1] / (-nu * expected) - 1)});
+    lateral =
+        std::max({lateral, std::abs(e[0] / (-nu * expected) - 1), std::abs(e[1] / (-nu * expected) - 1)});
     shear = std::max(shear, e.tail<3>().norm() / std::abs(expected));
   }
   c.absolute("axial strain of three blocks, relative", "stress / E", 0, axial, 1e-10);

@@ -9,8 +9,13 @@
 
 namespace talus::verify {
 
-std::string structure_box(const std::string& name, const Vec3& size, const Vec3& position, const std::array<int, 3>& cells, const std::string& material, const std::string& more) {
-  return fmt::format("[[structure]]\nname = \"{}\"\nkind = \"box\"\nmaterial = \"{}\"\nsize = {}\nposition = {}\ncells = [{}, {}, {}]\n{}", name, material, vector(size), vector(position), cells[0], cells[1], cells[2], more);
+std::string structure_box(const std::string& name, const Vec3& size, const Vec3& position,
+                          const std::array<int, 3>& cells, const std::string& material,
+                          const std::string& more) {
+  return fmt::format(
+      "[[structure]]\nname = \"{}\"\nkind = \"box\"\nmaterial = \"{}\"\nsize = {}\nposition = {}\ncells = "
+      "[{}, {}, {}]\n{}",
+      name, material, vector(size), vector(position), cells[0], cells[1], cells[2], more);
 }
 
 std::vector<ContactSample> resultants(const Outcome& o) {
@@ -38,7 +43,8 @@ std::vector<ContactSpell> spells(const std::vector<ContactSample>& samples, doub
   return list;
 }
 
-double window_mean(const std::vector<ContactSample>& samples, const Vec3& direction, double start, double window) {
+double window_mean(const std::vector<ContactSample>& samples, const Vec3& direction, double start,
+                   double window) {
   double impulse = 0;
   for (const ContactSample& s : samples) {
     const double from = std::max(s.time - s.dt, start), to = std::min(s.time, start + window);
@@ -47,18 +53,24 @@ double window_mean(const std::vector<ContactSample>& samples, const Vec3& direct
   return impulse / window;
 }
 
-void judge_interface(CaseRun& c, const Outcome& o, const std::string& title, double residual, bool taken_judged) {
+void judge_interface(CaseRun& c, const Outcome& o, const std::string& title, double residual,
+                     bool taken_judged) {
   const sim::InterfaceAudit& a = o.result.audit;
-  c.absolute(title + ": forces on both sides, sum over force", "action and reaction", 0, a.worst_force_imbalance, 1e-12);
-  c.absolute(title + ": moments on both sides, sum over moment", "action and reaction", 0, a.worst_moment_imbalance, 1e-12);
+  c.absolute(title + ": forces on both sides, sum over force", "action and reaction", 0,
+             a.worst_force_imbalance, 1e-12);
+  c.absolute(title + ": moments on both sides, sum over moment", "action and reaction", 0,
+             a.worst_moment_imbalance, 1e-12);
   // The blocks' momentum comes from the velocities, the impulse from the recorded contacts.
   const auto& blocks = o.simulation->header().blocks;
-  if (blocks.size() == o.rows.front().velocity.size()) {   // pieces that came off strike the blocks, too
+  if (blocks.size() == o.rows.front().velocity.size()) {  // pieces that came off strike the blocks, too
     Vec3 change = Vec3::Zero(), impulse = Vec3::Zero();
     double scale = 0;
-    for (std::size_t b = 0; b < blocks.size(); ++b) change += blocks[b].mass * (o.last().velocity[b] - o.rows.front().velocity[b]);
-    for (const sim::ContactRow& r : o.structure_contacts) impulse += r.dt * r.force, scale += r.dt * r.force.norm();
-    c.absolute(title + ": impulse against momentum change, relative", "momentum", 0, scale > 0 ? (impulse + change).norm() / scale : NAN, 1e-9);
+    for (std::size_t b = 0; b < blocks.size(); ++b)
+      change += blocks[b].mass * (o.last().velocity[b] - o.rows.front().velocity[b]);
+    for (const sim::ContactRow& r : o.structure_contacts)
+      impulse += r.dt * r.force, scale += r.dt * r.force.norm();
+    c.absolute(title + ": impulse against momentum change, relative", "momentum", 0,
+               scale > 0 ? (impulse + change).norm() / scale : NAN, 1e-9);
   }
   double energy = 0, worst = 0, made = 0, taken = 0;
   for (const sim::HistoryRow& r : o.rows) {
@@ -67,9 +79,13 @@ void judge_interface(CaseRun& c, const Outcome& o, const std::string& title, dou
     made = std::max(made, -r.ledger.by_the_scheme());
     taken = std::max(taken, r.ledger.by_the_scheme());
   }
-  c.absolute(title + ": energy residual over the energy of the impact", "first law", 0, worst / energy, residual);
-  c.absolute(title + ": made by the scheme over the energy of the impact", "first law", 0, made / energy, residual);
-  c.absolute(title + ": taken by the scheme over the energy of the impact", "first law", 0, taken / energy, residual).judged = taken_judged;
+  c.absolute(title + ": energy residual over the energy of the impact", "first law", 0, worst / energy,
+             residual);
+  c.absolute(title + ": made by the scheme over the energy of the impact", "first law", 0, made / energy,
+             residual);
+  c.absolute(title + ": taken by the scheme over the energy of the impact", "first law", 0, taken / energy,
+             residual)
+      .judged = taken_judged;
 }
 
 }  // namespace talus::verify

@@ -15,7 +15,8 @@ Vec3 upward_normal(double dip_direction, double dip) {
 }
 }  // namespace
 
-WedgeScene::WedgeScene() : normal_a(upward_normal(130 * deg, 40 * deg)), normal_b(upward_normal(220 * deg, 60 * deg)) {
+WedgeScene::WedgeScene()
+    : normal_a(upward_normal(130 * deg, 40 * deg)), normal_b(upward_normal(220 * deg, 60 * deg)) {
   line = normal_a.cross(normal_b).normalized();
   if (line.z() > 0) line = -line;
 }
@@ -39,7 +40,8 @@ std::string WedgeScene::text(const Method& m, double phi, double duration, doubl
 }
 
 double shaken_block_slip(double amplitude, double omega, double friction, double end) {
-  // u: slip velocity of the block against the table, which accelerates with a(t) = A sin(w t). Stuck while |a| <= mu g.
+  // u: slip velocity of the block against the table, which accelerates with a(t) = A sin(w t). Stuck while
+  // |a| <= mu g.
   const auto accelerate = [&](double t) { return amplitude * std::sin(omega * t); };
   const auto base_velocity = [&](double t) { return -amplitude / omega * std::cos(omega * t); };
   const auto base_place = [&](double t) { return -amplitude / (omega * omega) * std::sin(omega * t); };
@@ -63,7 +65,9 @@ double shaken_block_slip(double amplitude, double omega, double friction, double
     }
     // Slides with sign s until u returns to zero.
     const double s = u != 0 ? (u > 0 ? 1 : -1) : (accelerate(t) > 0 ? -1 : 1);
-    const auto slip_velocity = [&](double q) { return u - s * friction * (q - t) - (base_velocity(q) - base_velocity(t)); };
+    const auto slip_velocity = [&](double q) {
+      return u - s * friction * (q - t) - (base_velocity(q) - base_velocity(t));
+    };
     const auto slip_place = [&](double q) {
       const double d = q - t;
       return x + u * d - 0.5 * s * friction * d * d - (base_place(q) - base_place(t) - base_velocity(t) * d);
@@ -96,7 +100,9 @@ Vec3 body_spin(const sim::HistoryRow& r) {
   return q.toRotationMatrix().transpose() * r.spin[0];
 }
 
-double turn_about_y(const sim::HistoryRow& r) { return 2 * std::atan2(r.orientation[0][2], r.orientation[0][0]); }
+double turn_about_y(const sim::HistoryRow& r) {
+  return 2 * std::atan2(r.orientation[0][2], r.orientation[0][0]);
+}
 
 std::vector<Vec3> prism(int n, double radius, double length, double& inradius) {
   inradius = radius * std::cos(std::numbers::pi / n);
@@ -113,14 +119,17 @@ std::vector<Vec3> prism(int n, double radius, double length, double& inradius) {
 
 std::string arch_text(const Method& m, int n, double thickness, double mu, double duration) {
   SceneText s(m, duration);
-  s.material("rock", 2600, "young = \"30 GPa\"\npoisson = 0.25").interface("rock", "ground", mu, "normal_stiffness = \"hard\"", 1e10).interface("rock", "rock", mu, "normal_stiffness = \"hard\"", 1e10);
+  s.material("rock", 2600, "young = \"30 GPa\"\npoisson = 0.25")
+      .interface("rock", "ground", mu, "normal_stiffness = \"hard\"", 1e10)
+      .interface("rock", "rock", mu, "normal_stiffness = \"hard\"", 1e10);
   s.plane(Vec3::UnitZ());
   const auto corner = [&](int i, double r) {
     const double a = std::numbers::pi * i / n;
     return Vec3(i == n ? -r : r * std::cos(a), 0, i == 0 || i == n ? 0 : r * std::sin(a));
   };
   for (int i = 0; i < n; ++i) {
-    const Vec3 q[4] = {corner(i, 1 - thickness / 2), corner(i, 1 + thickness / 2), corner(i + 1, 1 + thickness / 2), corner(i + 1, 1 - thickness / 2)};
+    const Vec3 q[4] = {corner(i, 1 - thickness / 2), corner(i, 1 + thickness / 2),
+                       corner(i + 1, 1 + thickness / 2), corner(i + 1, 1 - thickness / 2)};
     // Centroid of the quadrilateral by its two triangles.
     Vec3 centroid = Vec3::Zero();
     double area = 0;

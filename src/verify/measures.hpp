@@ -9,18 +9,21 @@
 
 namespace talus::verify {
 
-inline constexpr double deg = std::numbers::pi / 180, g = 9.81, pi = std::numbers::pi;   // [rad/degree], gravity of every scene here [m/s^2]
-inline constexpr const char* stone = "young = \"30 GPa\"\npoisson = 0.25";   // stiff rock, as keys of a material
+inline constexpr double deg = std::numbers::pi / 180, g = 9.81,
+                        pi = std::numbers::pi;  // [rad/degree], gravity of every scene here [m/s^2]
+inline constexpr const char* stone =
+    "young = \"30 GPa\"\npoisson = 0.25";  // stiff rock, as keys of a material
 
 /// Tetrahedron on planes 130/40 and 220/60 (dip direction/dip).
 struct WedgeScene {
-  Vec3 normal_a, normal_b, line;   // upward normals; line of intersection, downwards
+  Vec3 normal_a, normal_b, line;  // upward normals; line of intersection, downwards
   WedgeScene();
-  std::vector<Vec3> corners() const;   // two on the line, one more on each plane
+  std::vector<Vec3> corners() const;  // two on the line, one more on each plane
   std::string text(const Method& m, double phi, double duration, double speed = 0) const;
 };
 
-/// Displacement of a block against a table with acceleration a sin(w t) after `end`, both at rest at first; friction mu g.
+/// Displacement of a block against a table with acceleration a sin(w t) after `end`, both at rest at first;
+/// friction mu g.
 double shaken_block_slip(double amplitude, double omega, double friction, double end);
 
 /// Spin in body axes of block 0.

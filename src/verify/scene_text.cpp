@@ -12,7 +12,9 @@ std::string number(double x) {
   return s;
 }
 
-std::string vector(const Vec3& v) { return "[" + number(v[0]) + ", " + number(v[1]) + ", " + number(v[2]) + "]"; }
+std::string vector(const Vec3& v) {
+  return "[" + number(v[0]) + ", " + number(v[1]) + ", " + number(v[2]) + "]";
+}
 
 Vec3 rotation_vector(const Mat3& r) {
   const Eigen::AngleAxisd a(r);
@@ -40,40 +42,55 @@ SceneText& SceneText::material(const std::string& name, double density, const st
   return *this;
 }
 
-SceneText& SceneText::interface(const std::string& a, const std::string& b, double friction, const std::string& more, double penalty) {
+SceneText& SceneText::interface(const std::string& a, const std::string& b, double friction,
+                                const std::string& more, double penalty) {
   std::string law = more;
   if (method_.kind == Method::Kind::paper) {
     // The 1988 scheme knows springs only: restitution is what they give.
     law = "normal_stiffness = \"" + number(penalty) + " N/m\"\n";
     for (const char* bond : {"cohesion", "tension"})
-      if (const auto at = more.find(bond); at != std::string::npos) law += more.substr(at, more.find('\n', at) - at) + "\n";
+      if (const auto at = more.find(bond); at != std::string::npos)
+        law += more.substr(at, more.find('\n', at) - at) + "\n";
   }
-  materials_ += fmt::format("[[interface]]\nbetween = [\"{}\", \"{}\"]\nfriction = {}\n{}\n", a, b, number(friction), law);
+  materials_ += fmt::format("[[interface]]\nbetween = [\"{}\", \"{}\"]\nfriction = {}\n{}\n", a, b,
+                            number(friction), law);
   return *this;
 }
 
 SceneText& SceneText::plane(const Vec3& normal, const Vec3& point, const std::string& material) {
-  tail_ += fmt::format("[[plane]]\npoint = {}\nnormal = {}\nmaterial = \"{}\"\n", vector(point), vector(normal), material);
+  tail_ += fmt::format("[[plane]]\npoint = {}\nnormal = {}\nmaterial = \"{}\"\n", vector(point),
+                       vector(normal), material);
   return *this;
 }
 
-SceneText& SceneText::box(const std::string& name, const Vec3& size, const Vec3& position, const std::string& more, const std::string& material) {
-  tail_ += fmt::format("[[block]]\nname = \"{}\"\nmaterial = \"{}\"\nshape = \"box\"\nsize = {}\nposition = {}\n{}", name, material, vector(size), vector(position), more);
-  if (method_.kind != Method::Kind::paper && more.find("deformable") == std::string::npos) tail_ += "deformable = false\n";
+SceneText& SceneText::box(const std::string& name, const Vec3& size, const Vec3& position,
+                          const std::string& more, const std::string& material) {
+  tail_ += fmt::format(
+      "[[block]]\nname = \"{}\"\nmaterial = \"{}\"\nshape = \"box\"\nsize = {}\nposition = {}\n{}", name,
+      material, vector(size), vector(position), more);
+  if (method_.kind != Method::Kind::paper && more.find("deformable") == std::string::npos)
+    tail_ += "deformable = false\n";
   return *this;
 }
 
-SceneText& SceneText::hull(const std::string& name, const std::vector<Vec3>& world, const Vec3& centroid, const std::string& more, const std::string& material) {
+SceneText& SceneText::hull(const std::string& name, const std::vector<Vec3>& world, const Vec3& centroid,
+                           const std::string& more, const std::string& material) {
   std::string list;
   for (const Vec3& x : world) list += (list.empty() ? "" : ", ") + vector(x - centroid);
-  tail_ += fmt::format("[[block]]\nname = \"{}\"\nmaterial = \"{}\"\nshape = \"convex\"\nvertices = [{}]\nposition = {}\n{}", name, material, list, vector(centroid), more);
-  if (method_.kind != Method::Kind::paper && more.find("deformable") == std::string::npos) tail_ += "deformable = false\n";
+  tail_ += fmt::format(
+      "[[block]]\nname = \"{}\"\nmaterial = \"{}\"\nshape = \"convex\"\nvertices = [{}]\nposition = {}\n{}",
+      name, material, list, vector(centroid), more);
+  if (method_.kind != Method::Kind::paper && more.find("deformable") == std::string::npos)
+    tail_ += "deformable = false\n";
   return *this;
 }
 
 std::string SceneText::str() const {
-  return fmt::format("schema = 1\n[simulation]\nduration = {}\ngravity = {}\nthreads = 1\n{}{}\n[output]\ninterval = {}\nhistory_interval = {}\n{}{}", number(duration_), vector(gravity_),
-                     method_.keys(), simulation_, number(duration_), number(history_), materials_, tail_);
+  return fmt::format(
+      "schema = 1\n[simulation]\nduration = {}\ngravity = {}\nthreads = 1\n{}{}\n[output]\ninterval = "
+      "{}\nhistory_interval = {}\n{}{}",
+      number(duration_), vector(gravity_), method_.keys(), simulation_, number(duration_), number(history_),
+      materials_, tail_);
 }
 
 }  // namespace talus::verify

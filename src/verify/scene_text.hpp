@@ -15,17 +15,25 @@ Vec3 rotation_vector(const Mat3& r);
 
 class SceneText {
  public:
-  SceneText(const Method& method, double duration, const Vec3& gravity = {0, 0, -9.81}, const std::string& more = {});
+  SceneText(const Method& method, double duration, const Vec3& gravity = {0, 0, -9.81},
+            const std::string& more = {});
   /// History interval [s]; left out: start and end only.
   SceneText& history(double dt);
   SceneText& material(const std::string& name, double density, const std::string& more = {});
   /// `contact` is the stiffness line for method talus; the 1988 scheme takes `penalty` [N/m].
-  SceneText& interface(const std::string& a, const std::string& b, double friction, const std::string& more = "normal_stiffness = \"hard\"", double penalty = 1e9);
-  SceneText& plane(const Vec3& normal, const Vec3& point = Vec3::Zero(), const std::string& material = "ground");
-  SceneText& box(const std::string& name, const Vec3& size, const Vec3& position, const std::string& more = {}, const std::string& material = "rock");
+  SceneText& interface(const std::string& a, const std::string& b, double friction,
+                       const std::string& more = "normal_stiffness = \"hard\"", double penalty = 1e9);
+  SceneText& plane(const Vec3& normal, const Vec3& point = Vec3::Zero(),
+                   const std::string& material = "ground");
+  SceneText& box(const std::string& name, const Vec3& size, const Vec3& position,
+                 const std::string& more = {}, const std::string& material = "rock");
   /// Hull of world points; the centroid is found here.
-  SceneText& hull(const std::string& name, const std::vector<Vec3>& world, const Vec3& centroid, const std::string& more = {}, const std::string& material = "rock");
-  SceneText& raw(const std::string& text) { tail_ += text; return *this; }
+  SceneText& hull(const std::string& name, const std::vector<Vec3>& world, const Vec3& centroid,
+                  const std::string& more = {}, const std::string& material = "rock");
+  SceneText& raw(const std::string& text) {
+    tail_ += text;
+    return *this;
+  }
   std::string str() const;
 
  private:

@@ -21,7 +21,9 @@ class Keeper : public sim::Sink {
  public:
   explicit Keeper(Outcome& o) : o_(o) {}
   void history(const sim::HistoryRow& row) override { o_.rows.push_back(row); }
-  void contacts(std::span<const sim::ContactRow> rows) override { o_.structure_contacts.insert(o_.structure_contacts.end(), rows.begin(), rows.end()); }
+  void contacts(std::span<const sim::ContactRow> rows) override {
+    o_.structure_contacts.insert(o_.structure_contacts.end(), rows.begin(), rows.end());
+  }
 
  private:
   Outcome& o_;
@@ -31,7 +33,9 @@ double cpu_now() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 }  // namespace
 
-std::string Method::name() const { return kind == Kind::accuracy ? "talus by accuracy" : kind == Kind::step ? "talus fixed step" : "dda-1988"; }
+std::string Method::name() const {
+  return kind == Kind::accuracy ? "talus by accuracy" : kind == Kind::step ? "talus fixed step" : "dda-1988";
+}
 
 std::string Method::text() const {
   if (kind == Kind::accuracy) return fmt::format("talus, accuracy {:g}", value);
@@ -46,7 +50,8 @@ std::string Method::keys() const {
 
 Vec3 Outcome::force_on(int b, std::uint64_t partner) const {
   Vec3 f = Vec3::Zero();
-  for (const coupling::ContactMemory& m : simulation->world().system->state().contacts[static_cast<std::size_t>(simulation->world().placed(b))])
+  for (const coupling::ContactMemory& m :
+       simulation->world().system->state().contacts[static_cast<std::size_t>(simulation->world().placed(b))])
     if (m.partner == partner) f += m.force;
   return f;
 }
@@ -76,10 +81,12 @@ Outcome CaseRun::run(const std::string& toml) {
   totals_.tiers.d += n.tier_d;
   totals_.tiers.e += n.tier_e;
   if (o.result.audit_made)
-    totals_.momentum_defect = std::max({totals_.momentum_defect, o.result.audit.worst_force_imbalance, o.result.audit.impulse_defect});
+    totals_.momentum_defect = std::max(
+        {totals_.momentum_defect, o.result.audit.worst_force_imbalance, o.result.audit.impulse_defect});
   double scale = 0, worst = 0;
   for (const sim::HistoryRow& r : o.rows) {
-    scale = std::max({scale, r.ledger.kinetic, std::abs(r.ledger.potential - o.rows.front().ledger.potential), r.ledger.strain});
+    scale = std::max({scale, r.ledger.kinetic, std::abs(r.ledger.potential - o.rows.front().ledger.potential),
+                      r.ledger.strain});
     worst = std::max(worst, std::abs(r.ledger.residual));
   }
   if (scale > 0) totals_.energy_defect = std::max(totals_.energy_defect, worst / scale);
@@ -101,7 +108,8 @@ CaseResult& CaseRun::add(const std::string& quantity, const std::string& referen
   return out_.back();
 }
 
-CaseResult& CaseRun::relative(const std::string& quantity, const std::string& reference, double expected, double measured, double tolerance) {
+CaseResult& CaseRun::relative(const std::string& quantity, const std::string& reference, double expected,
+                              double measured, double tolerance) {
   CaseResult& r = add(quantity, reference);
   r.expected = expected;
   r.measured = measured;
@@ -112,14 +120,17 @@ CaseResult& CaseRun::relative(const std::string& quantity, const std::string& re
   return r;
 }
 
-CaseResult& CaseRun::absolute(const std::string& quantity, const std::string& reference, double expected, double measured, double tolerance) {
+CaseResult& CaseRun::absolute(const std::string& quantity, const std::string& reference, double expected,
+                              double measured, double tolerance) {
   CaseResult& r = relative(quantity, reference, expected, measured, tolerance);
   r.error = std::abs(measured - expected);
   r.passed = r.error <= tolerance && (paper_ || r.tiers.e == 0);
   return r;
 }
 
-CaseResult& CaseRun::holds(const std::string& quantity, const std::string& reference, bool truth) { return absolute(quantity, reference, 1, truth ? 1 : 0, 0); }
+CaseResult& CaseRun::holds(const std::string& quantity, const std::string& reference, bool truth) {
+  return absolute(quantity, reference, 1, truth ? 1 : 0, 0);
+}
 
 void CaseRun::unavailable(const std::string& why) {
   CaseResult& r = add("not available", why);
@@ -137,13 +148,17 @@ void CaseRun::failed(const std::string& why) {
 void CaseRun::point(const Method& m, double error, const Outcome& o) { point(m.name(), m.value, error, o); }
 
 void CaseRun::point(const std::string& method, double parameter, double error, const Outcome& o) {
-  curves_.push_back({case_.id, case_.title, method, parameter, error, o.cpu, !o.ok() || !std::isfinite(error)});
+  curves_.push_back(
+      {case_.id, case_.title, method, parameter, error, o.cpu, !o.ok() || !std::isfinite(error)});
 }
 
 const std::vector<Case>& all_cases() {
   static const std::vector<Case> cases = [] {
     std::vector<Case> all;
-    for (const auto& group : {sliding_cases, turning_cases, pile_cases, spring_cases, law_cases, comparison_cases, stability_cases, elastic_cases, concrete_cases, coupling_cases, cushion_cases, impact_stress_cases, invariant_cases, calibration_cases})
+    for (const auto& group :
+         {sliding_cases, turning_cases, pile_cases, spring_cases, law_cases, comparison_cases,
+          stability_cases, elastic_cases, concrete_cases, coupling_cases, cushion_cases, impact_stress_cases,
+          invariant_cases, calibration_cases})
       for (Case& c : group()) all.push_back(std::move(c));
     return all;
   }();
@@ -151,10 +166,12 @@ const std::vector<Case>& all_cases() {
 }
 
 bool Report::passed() const {
-  return std::all_of(results.begin(), results.end(), [](const CaseResult& r) { return r.passed || !r.judged; });
+  return std::all_of(results.begin(), results.end(),
+                     [](const CaseResult& r) { return r.passed || !r.judged; });
 }
 
-Report run_suites(const std::string& suite, bool quick, const std::function<void(const CaseResult&)>& progress, const std::string& only) {
+Report run_suites(const std::string& suite, bool quick,
+                  const std::function<void(const CaseResult&)>& progress, const std::string& only) {
   Report report;
   for (const Case& c : all_cases()) {
     if (!suite.empty() && c.suite != suite) continue;
@@ -164,9 +181,7 @@ Report run_suites(const std::string& suite, bool quick, const std::function<void
     CaseRun run(c, report.results, report.curves, quick);
     try {
       c.body(run);
-    } catch (const std::exception& e) {
-      run.failed(e.what());
-    }
+    } catch (const std::exception& e) { run.failed(e.what()); }
     if (progress)
       for (std::size_t i = before; i < report.results.size(); ++i) progress(report.results[i]);
   }
@@ -175,7 +190,9 @@ Report run_suites(const std::string& suite, bool quick, const std::function<void
 
 std::string table_line(const CaseResult& r) {
   const char* verdict = !r.available ? "absent" : r.passed ? "pass" : r.judged ? "SHORT" : "differs";
-  std::string line = fmt::format("{:<7} {:<6} {:<24} {:<44} {:>14.8g} {:>14.8g} {:>9.2e} {:>8.1e} {:>8.3f}", verdict, r.id, r.method, r.quantity.substr(0, 44), r.expected, r.measured, r.error, r.tolerance, r.cpu);
+  std::string line =
+      fmt::format("{:<7} {:<6} {:<24} {:<44} {:>14.8g} {:>14.8g} {:>9.2e} {:>8.1e} {:>8.3f}", verdict, r.id,
+                  r.method, r.quantity.substr(0, 44), r.expected, r.measured, r.error, r.tolerance, r.cpu);
   if (r.order) line += fmt::format("  order {:.2f}", *r.order);
   if (r.tiers.e > 0 && r.judged) line += fmt::format("  last resort taken {} times", r.tiers.e);
   if (!r.note.empty()) line += "  " + r.note.substr(0, 400);
@@ -187,7 +204,9 @@ std::string json(const Report& report) {
   out["schema"] = 1;
   out["passed"] = report.passed();
   out["results"] = nlohmann::ordered_json::array();
-  const auto finite = [](double x) -> nlohmann::ordered_json { return std::isfinite(x) ? nlohmann::ordered_json(x) : nlohmann::ordered_json(nullptr); };
+  const auto finite = [](double x) -> nlohmann::ordered_json {
+    return std::isfinite(x) ? nlohmann::ordered_json(x) : nlohmann::ordered_json(nullptr);
+  };
   for (const CaseResult& r : report.results) {
     nlohmann::ordered_json j;
     j["suite"] = r.suite;
@@ -217,7 +236,13 @@ std::string json(const Report& report) {
   }
   out["curves"] = nlohmann::ordered_json::array();
   for (const CurvePoint& p : report.curves)
-    out["curves"].push_back({{"id", p.case_id}, {"title", p.title}, {"method", p.method}, {"parameter", p.parameter}, {"error", finite(p.error)}, {"cpu_seconds", p.cpu}, {"failed", p.failed}});
+    out["curves"].push_back({{"id", p.case_id},
+                             {"title", p.title},
+                             {"method", p.method},
+                             {"parameter", p.parameter},
+                             {"error", finite(p.error)},
+                             {"cpu_seconds", p.cpu},
+                             {"failed", p.failed}});
   return out.dump(1) + "\n";
 }
 

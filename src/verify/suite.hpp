@@ -1,7 +1,8 @@
-/// Verification suites: each case is a scene run through the public path (scene text, Simulation, Sink) and compared with a
-/// reference that owes nothing to this program.
+/// Verification suites: each case is a scene run through the public path (scene text, Simulation, Sink) and
+/// compared with a reference that owes nothing to this program.
 ///
-/// A case may compare several quantities; each comparison is one CaseResult. A miss is reported as a miss with its figure.
+/// A case may compare several quantities; each comparison is one CaseResult. A miss is reported as a miss
+/// with its figure.
 #pragma once
 #include <functional>
 #include <memory>
@@ -16,34 +17,41 @@ namespace talus::verify {
 /// How a scene is stepped.
 struct Method {
   enum class Kind { accuracy, step, paper } kind = Kind::accuracy;
-  double value = 1e-3;          // relative accuracy, or step [s]
+  double value = 1e-3;  // relative accuracy, or step [s]
   static Method by_accuracy(double a) { return {Kind::accuracy, a}; }
   static Method fixed_step(double h) { return {Kind::step, h}; }
   static Method paper(double h) { return {Kind::paper, h}; }
-  std::string name() const;     // "talus by accuracy", "talus fixed step", "dda-1988"
-  std::string text() const;     // the same with its value
-  std::string keys() const;     // lines of [simulation]
+  std::string name() const;  // "talus by accuracy", "talus fixed step", "dda-1988"
+  std::string text() const;  // the same with its value
+  std::string keys() const;  // lines of [simulation]
 };
 
-struct Tiers { long a = 0, b = 0, c = 0, d = 0, e = 0; };
+struct Tiers {
+  long a = 0, b = 0, c = 0, d = 0, e = 0;
+};
 
 struct CaseResult {
   std::string suite, id, title, method, quantity, reference, source, note;
   double expected = 0, measured = 0, error = 0, tolerance = 0;
-  std::optional<double> order;          // of convergence
-  double cpu = 0, wall = 0;             // [s], all runs that the figure took
-  double energy_defect = 0;             // worst |ledger residual| / largest energy in motion
-  double momentum_defect = 0;           // worst relative defect of the interface or of free motion, where one is defined
-  double worst_penetration = 0;         // [m]
+  std::optional<double> order;  // of convergence
+  double cpu = 0, wall = 0;     // [s], all runs that the figure took
+  double energy_defect = 0;     // worst |ledger residual| / largest energy in motion
+  double momentum_defect =
+      0;  // worst relative defect of the interface or of free motion, where one is defined
+  double worst_penetration = 0;  // [m]
   long steps = 0;
   Tiers tiers;
-  bool available = true;                // false: the program cannot be asked this yet; counts as falling short
-  bool judged = true;                   // false: reported for comparison only (the 1988 scheme's defects)
+  bool available = true;  // false: the program cannot be asked this yet; counts as falling short
+  bool judged = true;     // false: reported for comparison only (the 1988 scheme's defects)
   bool passed = false;
 };
 
 /// One point of a work-precision curve.
-struct CurvePoint { std::string case_id, title, method; double parameter = 0, error = 0, cpu = 0; bool failed = false; };
+struct CurvePoint {
+  std::string case_id, title, method;
+  double parameter = 0, error = 0, cpu = 0;
+  bool failed = false;
+};
 
 /// What one run gave.
 struct Outcome {
@@ -71,16 +79,27 @@ struct Case {
 /// What a case's body writes to.
 class CaseRun {
  public:
-  CaseRun(const Case& c, std::vector<CaseResult>& out, std::vector<CurvePoint>& curves, bool quick) : case_(c), out_(out), curves_(curves), quick_(quick) {}
+  CaseRun(const Case& c, std::vector<CaseResult>& out, std::vector<CurvePoint>& curves, bool quick)
+      : case_(c), out_(out), curves_(curves), quick_(quick) {}
   Outcome run(const std::string& toml);
-  void method(const Method& m) { method_ = m.text(); paper_ = m.kind == Method::Kind::paper; reset(); }
+  void method(const Method& m) {
+    method_ = m.text();
+    paper_ = m.kind == Method::Kind::paper;
+    reset();
+  }
   /// For structures: the integrator or the law that is shown.
-  void method(const std::string& text) { method_ = text; paper_ = false; reset(); }
+  void method(const std::string& text) {
+    method_ = text;
+    paper_ = false;
+    reset();
+  }
   bool quick() const { return quick_; }
   void reset() { totals_ = {}; }
   /// |measured - expected| / |expected| against tolerance.
-  CaseResult& relative(const std::string& quantity, const std::string& reference, double expected, double measured, double tolerance);
-  CaseResult& absolute(const std::string& quantity, const std::string& reference, double expected, double measured, double tolerance);
+  CaseResult& relative(const std::string& quantity, const std::string& reference, double expected,
+                       double measured, double tolerance);
+  CaseResult& absolute(const std::string& quantity, const std::string& reference, double expected,
+                       double measured, double tolerance);
   /// A statement that is true or not.
   CaseResult& holds(const std::string& quantity, const std::string& reference, bool truth);
   void unavailable(const std::string& why);
@@ -102,7 +121,9 @@ class CaseRun {
 
 /// All cases in a fixed order.
 const std::vector<Case>& all_cases();
-std::vector<Case> sliding_cases(), turning_cases(), pile_cases(), spring_cases(), law_cases(), comparison_cases(), stability_cases(), elastic_cases(), concrete_cases(), coupling_cases(), cushion_cases(), impact_stress_cases(), invariant_cases(), calibration_cases();
+std::vector<Case> sliding_cases(), turning_cases(), pile_cases(), spring_cases(), law_cases(),
+    comparison_cases(), stability_cases(), elastic_cases(), concrete_cases(), coupling_cases(),
+    cushion_cases(), impact_stress_cases(), invariant_cases(), calibration_cases();
 
 struct Report {
   std::vector<CaseResult> results;
@@ -110,7 +131,8 @@ struct Report {
   bool passed() const;
 };
 /// `suite` empty: all. `progress` is told every result as it comes.
-Report run_suites(const std::string& suite, bool quick, const std::function<void(const CaseResult&)>& progress = {}, const std::string& only = {});
+Report run_suites(const std::string& suite, bool quick,
+                  const std::function<void(const CaseResult&)>& progress = {}, const std::string& only = {});
 
 std::string table_line(const CaseResult& r);
 std::string json(const Report& report);

@@ -1,5 +1,5 @@
-// talus_sample_report DIR: made-up runs and their reports, for the browser test. DIR/one: a boulder, a pier that bears a deck, a line; DIR/many: a
-// thousand blocks without a structure; DIR/none: no block at all.
+// talus_sample_report DIR: made-up runs and their reports, for the browser test. DIR/one: a boulder, a pier
+// that bears a deck, a line; DIR/many: a thousand blocks without a structure; DIR/none: no block at all.
 #include <cstdio>
 #include <exception>
 

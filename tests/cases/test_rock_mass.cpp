@@ -16,7 +16,10 @@ constexpr double pi = 3.14159265358979323846;
 
 /// A file beside the test, removed at the end.
 struct File {
-  File(const std::string& name, const std::string& text) : path((std::filesystem::temp_directory_path() / ("talus_mass_" + std::to_string(::getpid()) + "_" + name)).string()) {
+  File(const std::string& name, const std::string& text)
+      : path((std::filesystem::temp_directory_path() /
+              ("talus_mass_" + std::to_string(::getpid()) + "_" + name))
+                 .string()) {
     std::ofstream(path) << text;
   }
   ~File() { std::filesystem::remove(path); }
@@ -24,39 +27,49 @@ struct File {
 };
 
 std::string head(double duration, const Vec3& gravity) {
-  return "schema = 1\n[simulation]\nduration = " + std::to_string(duration) + "\ngravity = [" + std::to_string(gravity.x()) + ", " + std::to_string(gravity.y()) + ", " +
-         std::to_string(gravity.z()) + "]\n[output]\nhistory_interval = \"0.01 s\"\n[[material]]\nname = \"rock\"\ndensity = 2500\n";
+  return "schema = 1\n[simulation]\nduration = " + std::to_string(duration) + "\ngravity = [" +
+         std::to_string(gravity.x()) + ", " + std::to_string(gravity.y()) + ", " +
+         std::to_string(gravity.z()) +
+         "]\n[output]\nhistory_interval = \"0.01 s\"\n[[material]]\nname = \"rock\"\ndensity = 2500\n";
 }
 
-/// Two slabs of 1 x 1 x 0.5 m, one on the other, on a level plane that holds the lower one. The joint between them is a disc of radius 0.3 m;
-/// the rock around it, 1 - 0.09 pi m2 (the disc's polygon has its area), is a bridge.
+/// Two slabs of 1 x 1 x 0.5 m, one on the other, on a level plane that holds the lower one. The joint between
+/// them is a disc of radius 0.3 m; the rock around it, 1 - 0.09 pi m2 (the disc's polygon has its area), is a
+/// bridge.
 std::string bridged(const Vec3& gravity, double tension, double shear) {
   return head(0.1, gravity) +
          "[[plane]]\nnormal = [0, 0, 1]\nmaterial = \"ground\"\n"
          "[[interface]]\nbetween = [\"rock\", \"rock\"]\nfriction = 0.3\nnormal_stiffness = \"hard\"\n"
-         "[[interface]]\nbetween = [\"rock\", \"ground\"]\nfriction = 5.0\ncohesion = \"10 MPa\"\ntension = \"10 MPa\"\nnormal_stiffness = \"hard\"\n"
+         "[[interface]]\nbetween = [\"rock\", \"ground\"]\nfriction = 5.0\ncohesion = \"10 MPa\"\ntension = "
+         "\"10 MPa\"\nnormal_stiffness = \"hard\"\n"
          "[rock_mass]\nbox = { min = [0, 0, 0], max = [1, 1, 1] }\nmaterial = \"rock\"\n"
-         "[[rock_mass.joint]]\norientation = \"0/0\"\nthrough = [0.5, 0.5, 0.5]\nradius = 0.3\nbond_tension = " +
+         "[[rock_mass.joint]]\norientation = \"0/0\"\nthrough = [0.5, 0.5, 0.5]\nradius = 0.3\nbond_tension "
+         "= " +
          std::to_string(tension) + "\nbond_shear = " + std::to_string(shear) + "\n";
 }
 
 constexpr double bridge = 1 - 0.09 * pi, upper_mass = 1250;
 
-/// Path of the upper slab and its mean acceleration over the second half of the run: a bridge that fails holds to the end of its step.
-struct Motion { double path, acceleration; };
+/// Path of the upper slab and its mean acceleration over the second half of the run: a bridge that fails
+/// holds to the end of its step.
+struct Motion {
+  double path, acceleration;
+};
 Motion of_upper(const std::string& scene) {
   const Outcome o = run_scene(scene);
   EXPECT_TRUE(o.ok());
   EXPECT_EQ(o.last().position.size(), 2u);
   const sim::HistoryRow &start = o.rows.front(), &middle = o.rows[o.rows.size() / 2], &end = o.rows.back();
-  return {(end.position[1] - start.position[1]).norm(), (end.velocity[1] - middle.velocity[1]).norm() / (end.time - middle.time)};
+  return {(end.position[1] - start.position[1]).norm(),
+          (end.velocity[1] - middle.velocity[1]).norm() / (end.time - middle.time)};
 }
 
 }  // namespace
 
 TEST(RockBridge, ShearsAtItsStrengthAndSlidesAfterwards) {
   // At rest while m g sin a <= c A + mu m g cos a, with a = 30 degrees.
-  const double c = 1e4, s = std::sin(pi / 6), k = std::cos(pi / 6), limit = c * bridge / (upper_mass * (s - 0.3 * k));
+  const double c = 1e4, s = std::sin(pi / 6), k = std::cos(pi / 6),
+               limit = c * bridge / (upper_mass * (s - 0.3 * k));
   for (const double share : {0.98, 1.02}) {
     const double g = share * limit;
     const Motion m = of_upper(bridged({g * s, 0, -g * k}, 1e6, c));
@@ -82,9 +95,11 @@ TEST(RockBridge, TearsAtItsStrengthAndFallsAfterwards) {
 
 TEST(BlockSystem, FromAFileIsTheOneThatWasCut) {
   const std::string rest =
-      "[[plane]]\nnormal = [0, 0, 1]\nmaterial = \"ground\"\n[[interface]]\nbetween = [\"*\", \"*\"]\nfriction = 0.5\nnormal_stiffness = \"hard\"\n";
+      "[[plane]]\nnormal = [0, 0, 1]\nmaterial = \"ground\"\n[[interface]]\nbetween = [\"*\", "
+      "\"*\"]\nfriction = 0.5\nnormal_stiffness = \"hard\"\n";
   const std::string joints =
-      "[rock_mass]\nbox = { min = [0, 0, 0.01], max = [2, 2, 1] }\nmaterial = \"rock\"\n[[rock_mass.joint_set]]\norientation = \"267/60\"\nspacing = 0.9\n";
+      "[rock_mass]\nbox = { min = [0, 0, 0.01], max = [2, 2, 1] }\nmaterial = "
+      "\"rock\"\n[[rock_mass.joint_set]]\norientation = \"267/60\"\nspacing = 0.9\n";
   geometry::CutSpec spec;
   spec.box = Box3(Vec3(0, 0, 0.01), Vec3(2, 2, 1));
   geometry::CutJointSet set;
@@ -93,7 +108,8 @@ TEST(BlockSystem, FromAFileIsTheOneThatWasCut) {
   const File file("blocks.obj", "");
   geometry::write_mesh(file.path, geometry::block_system(geometry::cut(spec)));
   const Outcome cut = run_scene(head(0.05, {0, 0, -9.81}) + rest + joints);
-  const Outcome read = run_scene(head(0.05, {0, 0, -9.81}) + rest + "[rock_mass]\nblocks = \"" + file.path + "\"\nmaterial = \"rock\"\n");
+  const Outcome read = run_scene(head(0.05, {0, 0, -9.81}) + rest + "[rock_mass]\nblocks = \"" + file.path +
+                                 "\"\nmaterial = \"rock\"\n");
   ASSERT_GT(cut.last().position.size(), 2u);
   ASSERT_EQ(cut.last().position.size(), read.last().position.size());
   for (std::size_t i = 0; i < cut.last().position.size(); ++i)
@@ -101,12 +117,16 @@ TEST(BlockSystem, FromAFileIsTheOneThatWasCut) {
 }
 
 TEST(Ground, BlocksOfAReleaseAreaStartAboveTheSlopeOfFaces) {
-  const File area("area.geojson", R"({"type": "Polygon", "coordinates": [[[-5, 2], [5, 2], [5, 12], [-5, 12], [-5, 2]]]})");
-  const std::string scene = head(0.02, {0, 0, -9.81}) +
-                            "[site]\ncrest = [0, 0, 50]\ndip_direction = \"0 deg\"\nwidth = 30\nmaterial = \"slope\"\nface = [{ dip = \"45 deg\", length = 20 }, { dip = \"10 deg\", length = 30 }]\n"
-                            "[[interface]]\nbetween = [\"*\", \"*\"]\nfriction = 0.6\nnormal_stiffness = \"hard\"\n"
-                            "[[block]]\nname = \"stone\"\nmaterial = \"rock\"\nshape = \"box\"\nsize = [1, 0.6, 0.4]\nrelease = { polygon = \"" +
-                            area.path + "\", count = 12, height = \"0.05 m\", seed = 3 }\n";
+  const File area("area.geojson",
+                  R"({"type": "Polygon", "coordinates": [[[-5, 2], [5, 2], [5, 12], [-5, 12], [-5, 2]]]})");
+  const std::string scene =
+      head(0.02, {0, 0, -9.81}) +
+      "[site]\ncrest = [0, 0, 50]\ndip_direction = \"0 deg\"\nwidth = 30\nmaterial = \"slope\"\nface = [{ "
+      "dip = \"45 deg\", length = 20 }, { dip = \"10 deg\", length = 30 }]\n"
+      "[[interface]]\nbetween = [\"*\", \"*\"]\nfriction = 0.6\nnormal_stiffness = \"hard\"\n"
+      "[[block]]\nname = \"stone\"\nmaterial = \"rock\"\nshape = \"box\"\nsize = [1, 0.6, 0.4]\nrelease = { "
+      "polygon = \"" +
+      area.path + "\", count = 12, height = \"0.05 m\", seed = 3 }\n";
   const Outcome first = run_scene(scene), again = run_scene(scene);
   const auto& start = first.rows.front().position;
   ASSERT_EQ(start.size(), 12u);

@@ -13,7 +13,9 @@ TEST(Orders, RockingBlockIsOfSecondOrderInTheStep) {
   std::vector<CurvePoint> curves;
   const Case c{"dda", "A11", "rocking", "", true, {}};
   CaseRun run(c, results, curves, true);
-  const auto error = [&](double h) { return std::abs(rocking_run(run, Method::fixed_step(h)).time / 0.69834320390792 - 1); };
+  const auto error = [&](double h) {
+    return std::abs(rocking_run(run, Method::fixed_step(h)).time / 0.69834320390792 - 1);
+  };
   const double coarse = error(2e-4), fine = error(1e-4);
   EXPECT_LT(fine, 1e-8);
   EXPECT_NEAR(std::log2(coarse / fine), 2, 0.3);

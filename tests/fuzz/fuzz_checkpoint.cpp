@@ -1,5 +1,5 @@
-// A checkpoint whose checksum is right and whose arrays are not: the input edits the arrays of a real one. It is restored or refused with
-// InputError, never read out of bounds. Choice 0: the file itself, raw.
+// A checkpoint whose checksum is right and whose arrays are not: the input edits the arrays of a real one. It
+// is restored or refused with InputError, never read out of bounds. Choice 0: the file itself, raw.
 #include <cstring>
 #include <iterator>
 
@@ -44,7 +44,9 @@ size = [1, 1, 1]
 position = [0.2, 0.1, 1.5]
 )";
 
-sim::Simulation simulation() { return sim::Simulation(scene::read_scene_text(scene_text, "/nowhere/scene.toml")); }
+sim::Simulation simulation() {
+  return sim::Simulation(scene::read_scene_text(scene_text, "/nowhere/scene.toml"));
+}
 
 const sim::Checkpoint& real() {
   static const sim::Checkpoint one = [] {
@@ -59,7 +61,8 @@ const sim::Checkpoint& real() {
 /// Edits of 11 bytes each: which array, what to do, where, a value.
 void edit(sim::Checkpoint& c, std::string_view bytes) {
   for (; bytes.size() >= 11; bytes.remove_prefix(11)) {
-    const auto array = static_cast<unsigned char>(bytes[0]), what = static_cast<unsigned char>(bytes[1]), at = static_cast<unsigned char>(bytes[2]);
+    const auto array = static_cast<unsigned char>(bytes[0]), what = static_cast<unsigned char>(bytes[1]),
+               at = static_cast<unsigned char>(bytes[2]);
     std::int64_t integer = 0;
     double number = 0;
     std::memcpy(&integer, bytes.data() + 3, 8);
@@ -67,15 +70,22 @@ void edit(sim::Checkpoint& c, std::string_view bytes) {
     const auto apply = [&](auto& arrays, std::size_t i, auto value) {
       auto it = std::next(arrays.begin(), static_cast<std::ptrdiff_t>(i));
       auto& values = it->second;
-      if (what % 4 == 0) arrays.erase(it);
-      else if (what % 4 == 1) values.resize(at);
-      else if (what % 4 == 2) values.push_back(value);
-      else if (!values.empty()) values[at % values.size()] = value;
+      if (what % 4 == 0)
+        arrays.erase(it);
+      else if (what % 4 == 1)
+        values.resize(at);
+      else if (what % 4 == 2)
+        values.push_back(value);
+      else if (!values.empty())
+        values[at % values.size()] = value;
     };
     const std::size_t n = c.numbers.size(), all = n + c.integers.size() + 1;
-    if (const std::size_t k = array % all; k < n) apply(c.numbers, k, number);
-    else if (k + 1 < all) apply(c.integers, k - n, integer);
-    else c.fragment_names.push_back("F");
+    if (const std::size_t k = array % all; k < n)
+      apply(c.numbers, k, number);
+    else if (k + 1 < all)
+      apply(c.integers, k - n, integer);
+    else
+      c.fragment_names.push_back("F");
     if (c.numbers.empty() || c.integers.empty()) return;
   }
 }

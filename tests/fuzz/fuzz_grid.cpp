@@ -12,7 +12,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     }
     const geometry::Terrain terrain = geometry::load_terrain(fuzz::file("terrain.asc", input.bytes));
     for (const auto& t : terrain.surface.triangles)
-      for (const int v : t) fuzz::require(v >= 0 && v < static_cast<int>(terrain.surface.vertices.size()), "a triangle names vertices that exist");
+      for (const int v : t)
+        fuzz::require(v >= 0 && v < static_cast<int>(terrain.surface.vertices.size()),
+                      "a triangle names vertices that exist");
     for (const Vec3& v : terrain.surface.vertices) fuzz::require(v.allFinite(), "heights are finite");
   });
   return 0;

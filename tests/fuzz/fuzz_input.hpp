@@ -1,4 +1,5 @@
-/// What the fuzz targets share: the first byte chooses, the rest is the file; a private directory in memory for readers of files.
+/// What the fuzz targets share: the first byte chooses, the rest is the file; a private directory in memory
+/// for readers of files.
 #pragma once
 #include <cstdint>
 #include <cstdio>
@@ -34,9 +35,7 @@ template <class F>
 void read_or_refuse(F&& read) {
   try {
     read();
-  } catch (const InputError& e) {
-    require(!e.problems().empty(), "a refusal names a problem");
-  }
+  } catch (const InputError& e) { require(!e.problems().empty(), "a refusal names a problem"); }
 }
 
 /// Made on first use, removed at the end of the program.
@@ -45,7 +44,10 @@ inline const std::filesystem::path& directory() {
     std::filesystem::path path;
     Directory() {
       const bool memory = std::filesystem::is_directory("/dev/shm");
-      std::string name = ((memory ? std::filesystem::path("/dev/shm") : std::filesystem::temp_directory_path()) / "talus-fuzz-XXXXXX").string();
+      std::string name =
+          ((memory ? std::filesystem::path("/dev/shm") : std::filesystem::temp_directory_path()) /
+           "talus-fuzz-XXXXXX")
+              .string();
       require(::mkdtemp(name.data()) != nullptr, "a temporary directory can be made");
       path = name;
     }

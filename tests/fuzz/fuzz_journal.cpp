@@ -1,5 +1,6 @@
-// A journal whose checksums are right and whose records are not: the input is a list of (kind, length, payload), of which a journal is
-// made, so that the fuzzer reaches behind the checksum. Even choices go through the decoders alone, odd ones to results.h5.
+// A journal whose checksums are right and whose records are not: the input is a list of (kind, length,
+// payload), of which a journal is made, so that the fuzzer reaches behind the checksum. Even choices go
+// through the decoders alone, odd ones to results.h5.
 #include <cstring>
 
 #include "fuzz_input.hpp"

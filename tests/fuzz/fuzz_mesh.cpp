@@ -10,9 +10,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   fuzz::read_or_refuse([&] {
     const geometry::Mesh mesh = geometry::read_mesh_text(std::string(input.bytes), name);
     for (const auto& t : mesh.triangles)
-      for (const int v : t) fuzz::require(v >= 0 && v < static_cast<int>(mesh.vertices.size()), "a triangle names vertices that exist");
+      for (const int v : t)
+        fuzz::require(v >= 0 && v < static_cast<int>(mesh.vertices.size()),
+                      "a triangle names vertices that exist");
     for (const Vec3& v : mesh.vertices) fuzz::require(v.allFinite(), "coordinates are finite");
-    fuzz::require(mesh.group.empty() || mesh.group.size() == mesh.triangles.size(), "every triangle has its group");
+    fuzz::require(mesh.group.empty() || mesh.group.size() == mesh.triangles.size(),
+                  "every triangle has its group");
   });
   return 0;
 }

@@ -1,4 +1,5 @@
-// A scene, TOML or JSON: every text is read or refused with InputError, and what is read comes back from its resolved form.
+// A scene, TOML or JSON: every text is read or refused with InputError, and what is read comes back from its
+// resolved form.
 #include "core/error.hpp"
 #include "fuzz_input.hpp"
 #include "scene/scene.hpp"
@@ -14,7 +15,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     return 0;
   }
   try {
-    fuzz::require(scene::read_scene_text(resolved, "/nowhere/scene.resolved.json").resolved_json == resolved, "the resolved scene resolves to itself");
+    fuzz::require(scene::read_scene_text(resolved, "/nowhere/scene.resolved.json").resolved_json == resolved,
+                  "the resolved scene resolves to itself");
   } catch (const InputError& e) {
     std::fprintf(stderr, "%s\n", e.what());
     fuzz::require(false, "the resolved scene is a scene");

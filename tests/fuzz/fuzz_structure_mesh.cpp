@@ -6,7 +6,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace talus;
   const fuzz::Input input(data, size);
   StructureSpec spec;
-  spec.name = std::string(1, 'S');   // an assignment of "S" makes GCC 12 warn of a copy that overlaps
+  spec.name = std::string(1, 'S');  // an assignment of "S" makes GCC 12 warn of a copy that overlaps
   spec.file = fuzz::file(input.choice % 2 == 0 ? "mesh.msh" : "mesh.inp", input.bytes);
   fuzz::read_or_refuse([&] {
     const fem::HexMesh mesh = fem::read_mesh(spec);

@@ -1,5 +1,6 @@
-// Tables of numbers that a scene names: bars of reinforcement, the points of a contact law, trajectories that end at a structure. Each is read or
-// refused with InputError; what is read is finite and of the order that its users rely on.
+// Tables of numbers that a scene names: bars of reinforcement, the points of a contact law, trajectories that
+// end at a structure. Each is read or refused with InputError; what is read is finite and of the order that
+// its users rely on.
 #include <cmath>
 #include <set>
 
@@ -82,12 +83,15 @@ void contact_law(std::string_view bytes) {
   const auto& table = scene.laws(0, 1).table;
   fuzz::require(table.size() >= 2 && table[0] == std::pair(0.0, 0.0), "a law starts at 0, 0");
   for (std::size_t i = 1; i < table.size(); ++i)
-    fuzz::require(std::isfinite(table[i].first) && std::isfinite(table[i].second) && table[i].first > table[i - 1].first && table[i].second >= table[i - 1].second, "a law grows");
+    fuzz::require(std::isfinite(table[i].first) && std::isfinite(table[i].second) &&
+                      table[i].first > table[i - 1].first && table[i].second >= table[i - 1].second,
+                  "a law grows");
 }
 
 void trajectory(std::string_view bytes) {
   const scene::Scene scene = scene_with(std::string(any) + impact, bytes);
-  fuzz::require(scene.impact && scene.impact->point.allFinite() && scene.impact->velocity.allFinite(), "a trajectory is finite");
+  fuzz::require(scene.impact && scene.impact->point.allFinite() && scene.impact->velocity.allFinite(),
+                "a trajectory is finite");
   fuzz::require(scene.impact->velocity.norm() > 0, "a trajectory moves");
   fuzz::require(scene.impact->shape.mass > 0 || scene.impact->shape.volume > 0, "what moves has a size");
 }
@@ -97,9 +101,12 @@ void trajectory(std::string_view bytes) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const fuzz::Input input(data, size);
   fuzz::read_or_refuse([&] {
-    if (input.choice % 3 == 0) bars(input.bytes);
-    else if (input.choice % 3 == 1) contact_law(input.bytes);
-    else trajectory(input.bytes);
+    if (input.choice % 3 == 0)
+      bars(input.bytes);
+    else if (input.choice % 3 == 1)
+      contact_law(input.bytes);
+    else
+      trajectory(input.bytes);
   });
   return 0;
 }

@@ -20,15 +20,19 @@ double log_uniform(Random& r, double a, double b) { return a * std::pow(b / a, r
 
 struct Shape {
   std::string keys;
-  double radius, least;   // of the ball around it, its least extent [m]
+  double radius, least;  // of the ball around it, its least extent [m]
 };
 
 Shape shape(Random& r) {
   const double size = r.uniform(0.2, 1.0);
   const auto of_volume = [&](const std::string& name, double roundness) {
-    return Shape{fmt::format("shape = \"{}\"\nvolume = {}\nseed = {}\n", name, number(size * size * size), 1 + below(r, 1000)), roundness * size, 0.3 * size};
+    return Shape{fmt::format("shape = \"{}\"\nvolume = {}\nseed = {}\n", name, number(size * size * size),
+                             1 + below(r, 1000)),
+                 roundness * size, 0.3 * size};
   };
-  const auto box = [](const Vec3& e) { return Shape{"shape = \"box\"\nsize = " + verify::vector(e) + "\n", 0.5 * e.norm(), e.minCoeff()}; };
+  const auto box = [](const Vec3& e) {
+    return Shape{"shape = \"box\"\nsize = " + verify::vector(e) + "\n", 0.5 * e.norm(), e.minCoeff()};
+  };
   switch (below(r, 9)) {
     case 0: return box(Vec3(size, size, size));
     case 1: return box(size * Vec3(r.uniform(0.3, 1.5), r.uniform(0.3, 1.5), r.uniform(0.3, 1.5)));
@@ -41,7 +45,8 @@ Shape shape(Random& r) {
     default: {
       std::string points;
       for (int i = 0; i < 4; ++i) {
-        const Vec3 x = size * Vec3(r.uniform(-1, 1), r.uniform(-1, 1), r.uniform(-1, 1)) + 0.4 * size * Vec3(i == 1, i == 2, i == 3);
+        const Vec3 x = size * Vec3(r.uniform(-1, 1), r.uniform(-1, 1), r.uniform(-1, 1)) +
+                       0.4 * size * Vec3(i == 1, i == 2, i == 3);
         points += (i > 0 ? ", " : "") + verify::vector(x);
       }
       return {"shape = \"convex\"\nvertices = [" + points + "]\n", 4 * size, 0.1 * size};
@@ -52,11 +57,14 @@ Shape shape(Random& r) {
 /// Ground material is "ground"; returns its description.
 std::string ground(Random& r, std::string& text) {
   const auto plane = [&](const Vec3& normal, const Vec3& point) {
-    text += fmt::format("[[plane]]\npoint = {}\nnormal = {}\nmaterial = \"ground\"\n", verify::vector(point), verify::vector(normal));
+    text += fmt::format("[[plane]]\npoint = {}\nnormal = {}\nmaterial = \"ground\"\n", verify::vector(point),
+                        verify::vector(normal));
   };
   const auto step = [&](int i, const Vec3& size, const Vec3& at, double turn) {
-    text += fmt::format("[[block]]\nname = \"S{}\"\nmaterial = \"ground\"\nshape = \"box\"\nsize = {}\nposition = {}\norientation = {{ rotation_vector = [0.0, {}, 0.0] }}\nfixed = true\n", i,
-                        verify::vector(size), verify::vector(at), number(turn));
+    text += fmt::format(
+        "[[block]]\nname = \"S{}\"\nmaterial = \"ground\"\nshape = \"box\"\nsize = {}\nposition = "
+        "{}\norientation = {{ rotation_vector = [0.0, {}, 0.0] }}\nfixed = true\n",
+        i, verify::vector(size), verify::vector(at), number(turn));
   };
   switch (below(r, 6)) {
     case 0: plane(Vec3::UnitZ(), Vec3::Zero()); return "level";
@@ -71,12 +79,17 @@ std::string ground(Random& r, std::string& text) {
       plane(-Vec3::UnitY(), Vec3(0, 0.8, 0));
       return "corner";
     case 4:
-      for (int i = 0; i < 5; ++i) step(i, Vec3(1, 8, 1), Vec3(i - 1.0, 0, -0.5 - 0.3 * i), i % 2 == 0 ? 0.0 : 0.1);
+      for (int i = 0; i < 5; ++i)
+        step(i, Vec3(1, 8, 1), Vec3(i - 1.0, 0, -0.5 - 0.3 * i), i % 2 == 0 ? 0.0 : 0.1);
       plane(Vec3::UnitZ(), Vec3(0, 0, -3));
       return "stairs";
     default:
-      text += fmt::format("[site]\nmaterial = \"ground\"\ncrest = [-4.0, 0.0, 1.0]\ndip_direction = \"90 deg\"\nwidth = 40.0\n");
-      for (double length : {4.0, 2.0, 3.0, 30.0}) text += fmt::format("[[site.face]]\ndip = \"{} deg\"\nlength = {}\n", number(length > 10 ? 2.0 : r.uniform(-10, 60)), number(length));
+      text += fmt::format(
+          "[site]\nmaterial = \"ground\"\ncrest = [-4.0, 0.0, 1.0]\ndip_direction = \"90 deg\"\nwidth = "
+          "40.0\n");
+      for (double length : {4.0, 2.0, 3.0, 30.0})
+        text += fmt::format("[[site.face]]\ndip = \"{} deg\"\nlength = {}\n",
+                            number(length > 10 ? 2.0 : r.uniform(-10, 60)), number(length));
       return "terrain";
   }
 }
@@ -139,18 +152,24 @@ RandomScene random_scene(std::uint64_t seed) {
   scene.smallest = scene.thinnest = 1;
   for (int i = 0; i < n; ++i) {
     const Shape s = shape(r);
-    scene.smallest = std::min(scene.smallest, 0.5 * s.radius);   // s.radius is a bound
+    scene.smallest = std::min(scene.smallest, 0.5 * s.radius);  // s.radius is a bound
     scene.thinnest = std::min(scene.thinnest, s.least);
     height += s.radius;
     const Vec3 at(r.uniform(-spread, spread), r.uniform(-spread, spread), height + 0.5 * r.uniform());
     height += s.radius + 0.5;
-    bodies += fmt::format("[[block]]\nname = \"B{}\"\nmaterial = \"rock\"\n{}position = {}\ndeformable = {}\n", i, s.keys, verify::vector(at), deformable);
+    bodies +=
+        fmt::format("[[block]]\nname = \"B{}\"\nmaterial = \"rock\"\n{}position = {}\ndeformable = {}\n", i,
+                    s.keys, verify::vector(at), deformable);
     if (r.uniform() < 0.7) bodies += verify::turned(r.uniform(0, 3) * r.direction());
     if (thrown) bodies += verify::velocity(r.uniform(0, 8) * r.direction());
     if (turning) bodies += verify::spin(r.uniform(0, 10) * r.direction());
   }
-  scene.text = fmt::format("schema = 1\n[simulation]\nduration = {}\nthreads = 1\n[output]\ninterval = 10.0\nhistory_interval = 0.05\n", number(n <= 4 ? 2.5 : 2.0));
-  for (const char* name : {"rock", "ground"}) scene.text += fmt::format("[[material]]\nname = \"{}\"\n{}", name, stone);
+  scene.text = fmt::format(
+      "schema = 1\n[simulation]\nduration = {}\nthreads = 1\n[output]\ninterval = 10.0\nhistory_interval = "
+      "0.05\n",
+      number(n <= 4 ? 2.5 : 2.0));
+  for (const char* name : {"rock", "ground"})
+    scene.text += fmt::format("[[material]]\nname = \"{}\"\n{}", name, stone);
   scene.text += "[[interface]]\nbetween = [\"*\", \"*\"]\n" + keys + bodies;
   return scene;
 }

@@ -7,23 +7,30 @@
 namespace talus::fem {
 namespace {
 
-constexpr double thinnest = 1e-3;   // [m]
+constexpr double thinnest = 1e-3;  // [m]
 
-/// Faces at the level of the seated nodes, as built, with nothing but them for corners, ascending; of a node that has no such face, the one with most of them.
-std::set<std::size_t> faces_above(const HexMesh& mesh, const std::vector<SkinQuad>& quads, const std::map<int, SeatedNode>& nodes) {
+/// Faces at the level of the seated nodes, as built, with nothing but them for corners, ascending; of a node
+/// that has no such face, the one with most of them.
+std::set<std::size_t> faces_above(const HexMesh& mesh, const std::vector<SkinQuad>& quads,
+                                  const std::map<int, SeatedNode>& nodes) {
   const auto level = [&](int n) { return mesh.local[static_cast<std::size_t>(n)].z(); };
   const double bottom = level(nodes.begin()->first);
-  std::map<int, std::pair<std::size_t, std::ptrdiff_t>> best;   // of each node: face, how many of its corners are seated
+  std::map<int, std::pair<std::size_t, std::ptrdiff_t>>
+      best;  // of each node: face, how many of its corners are seated
   for (std::size_t q = 0; q < quads.size(); ++q) {
     const auto& corners = quads[q].node;
-    if (std::any_of(corners.begin(), corners.end(), [&](int n) { return std::abs(level(n) - bottom) > 1e-6; })) continue;
-    const auto count = std::count_if(corners.begin(), corners.end(), [&](int n) { return nodes.count(n) > 0; });
+    if (std::any_of(corners.begin(), corners.end(),
+                    [&](int n) { return std::abs(level(n) - bottom) > 1e-6; }))
+      continue;
+    const auto count =
+        std::count_if(corners.begin(), corners.end(), [&](int n) { return nodes.count(n) > 0; });
     for (const int n : corners)
       if (nodes.count(n) > 0 && (best.count(n) == 0 || count > best[n].second)) best[n] = {q, count};
   }
   std::set<std::size_t> faces;
   for (std::size_t q = 0; q < quads.size(); ++q)
-    if (std::all_of(quads[q].node.begin(), quads[q].node.end(), [&](int n) { return nodes.count(n) > 0; })) faces.insert(q);
+    if (std::all_of(quads[q].node.begin(), quads[q].node.end(), [&](int n) { return nodes.count(n) > 0; }))
+      faces.insert(q);
   for (const auto& [n, face] : best)
     if (face.second < 4) faces.insert(face.first);
   return faces;
@@ -31,7 +38,8 @@ std::set<std::size_t> faces_above(const HexMesh& mesh, const std::vector<SkinQua
 
 }  // namespace
 
-void stand_on_pads(const HexMesh& mesh, std::span<const SeatedNode> seated, std::vector<SkinQuad>& quads, std::map<int, std::size_t>& at, std::vector<Vec3>& points) {
+void stand_on_pads(const HexMesh& mesh, std::span<const SeatedNode> seated, std::vector<SkinQuad>& quads,
+                   std::map<int, std::size_t>& at, std::vector<Vec3>& points) {
   std::map<int, std::map<int, SeatedNode>> ends;
   for (const SeatedNode& s : seated)
     if (at.count(s.node) > 0) ends[s.end].emplace(s.node, s);

@@ -29,10 +29,13 @@ Bearings::Foot Bearings::Cap::foot(const HexMesh& mesh, const Vec3& place) const
   foot.weight = shape_values(host->xi);
   Mat3 jacobian = Mat3::Zero();
   const std::array<Vec3, 8> reference = shape_gradients(host->xi);
-  for (std::size_t a = 0; a < 8; ++a) jacobian += mesh.local[static_cast<std::size_t>(foot.node[a])] * reference[a].transpose();
+  for (std::size_t a = 0; a < 8; ++a)
+    jacobian += mesh.local[static_cast<std::size_t>(foot.node[a])] * reference[a].transpose();
   const Mat3 inverse = jacobian.inverse();
   for (int k = 0; k < 2; ++k)
-    for (std::size_t a = 0; a < 8; ++a) foot.gradient[static_cast<std::size_t>(k)][a] = on_cap[k] == place[k] ? reference[a].dot(inverse.col(k)) : 0.0;
+    for (std::size_t a = 0; a < 8; ++a)
+      foot.gradient[static_cast<std::size_t>(k)][a] =
+          on_cap[k] == place[k] ? reference[a].dot(inverse.col(k)) : 0.0;
   return foot;
 }
 
@@ -57,7 +60,8 @@ Bearings::Bearings(const StructureSpec& spec, const HexMesh& mesh, const Viaduct
     for (int n = 0; n < static_cast<int>(mesh.nodes.size()); ++n) {
       if (part_of[n] != deck_part || std::abs(mesh.local[n].z() - bottom) > 1e-6) continue;
       const Vec3 d = mesh.local[n] - pad.at;
-      if (std::abs(d.x()) <= pad.length / 2 + 1e-9 && std::abs(d.y()) <= pad.width / 2 + 1e-9) nodes.push_back(n);
+      if (std::abs(d.x()) <= pad.length / 2 + 1e-9 && std::abs(d.y()) <= pad.width / 2 + 1e-9)
+        nodes.push_back(n);
       const double distance = std::hypot(d.x(), d.y());
       if (distance < best - 1e-9) best = distance, nearest = n;
     }
@@ -65,18 +69,26 @@ Bearings::Bearings(const StructureSpec& spec, const HexMesh& mesh, const Viaduct
     const Cap& cap = caps_.try_emplace(cap_part, mesh, cap_part, pad.at.z()).first->second;
     std::vector<Site> found;
     for (int n : nodes) {
-      Site site{pad.deck, pad.end, n, cell_of[n], cap_part, Vec3(mesh.local[n].x(), mesh.local[n].y(), pad.at.z()), {}};
+      Site site{pad.deck,   pad.end,  n,
+                cell_of[n], cap_part, Vec3(mesh.local[n].x(), mesh.local[n].y(), pad.at.z()),
+                {}};
       site.built = cap.foot(mesh, site.place);
       if (site.built.cell >= 0) found.push_back(site);
     }
-    if (found.empty()) reject("structure." + spec.name + ".bearing", "", "a bearing finds no node of the deck or no cap beam below it", "a smaller cell_size, or a wider cap beam");
+    if (found.empty())
+      reject("structure." + spec.name + ".bearing", "",
+             "a bearing finds no node of the deck or no cap beam below it",
+             "a smaller cell_size, or a wider cap beam");
     material::Bearing::Parameters p;
     const double share = 1.0 / static_cast<double>(found.size());
     p.shear_stiffness = plan.bearing_stiffness * share;
     p.normal_stiffness = 100 * plan.bearing_stiffness * share;
     p.friction = plan.bearing_friction;
-    p.seat_along = {-INFINITY, INFINITY};   // away from its span an end comes to lie on the cap beam with more of its length
-    (pad.end == 0 ? p.seat_along[1] : p.seat_along[0]) = pad.end == 0 ? plan.bearing_seat : -plan.bearing_seat;
+    p.seat_along = {
+        -INFINITY,
+        INFINITY};  // away from its span an end comes to lie on the cap beam with more of its length
+    (pad.end == 0 ? p.seat_along[1] : p.seat_along[0]) =
+        pad.end == 0 ? plan.bearing_seat : -plan.bearing_seat;
     for (const Site& s : found) {
       const double y = std::clamp(mesh.local[s.deck_node].y(), cap.box.min().y(), cap.box.max().y());
       p.seat_across = {cap.box.min().y() - y, cap.box.max().y() - y};
@@ -156,7 +168,8 @@ std::vector<Spring> Bearings::springs() const {
     for (std::size_t a = 0; a < 8; ++a)
       if (foot.weight[a] != 0) spring.node.push_back(foot.node[a]), spring.weight.push_back(-foot.weight[a]);
     const auto& p = law_[i].parameters();
-    spring.stiffness = p.normal_stiffness * up_ * up_.transpose() + p.shear_stiffness * (along_ * along_.transpose() + across_ * across_.transpose());
+    spring.stiffness = p.normal_stiffness * up_ * up_.transpose() +
+                       p.shear_stiffness * (along_ * along_.transpose() + across_ * across_.transpose());
     list.push_back(std::move(spring));
   }
   return list;
@@ -177,7 +190,8 @@ void Bearings::save(std::vector<double>& state) const {
 }
 
 std::size_t Bearings::restore(std::span<const double> state) {
-  if (state.size() < 3 * old_.size()) throw NumericalFailure("the saved bearings belong to another structure");
+  if (state.size() < 3 * old_.size())
+    throw NumericalFailure("the saved bearings belong to another structure");
   for (std::size_t i = 0; i < old_.size(); ++i) {
     old_[i].slip = {state[3 * i], state[3 * i + 1]};
     old_[i].lost = state[3 * i + 2];

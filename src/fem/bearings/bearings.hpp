@@ -1,17 +1,19 @@
-/// Bearings between decks and cap beams: each pad is a set of springs between nodes of the deck and points of the cap.
+/// Bearings between decks and cap beams: each pad is a set of springs between nodes of the deck and points of
+/// the cap.
 ///
-/// The law of one spring (unilateral, friction, seat) is material::Bearing; a pad's stiffness is shared evenly by its springs. The foot of a spring is the
-/// point of the cap below its node: as far as the node has slipped from its place, the foot has moved over the cap, to its edge at most, so that the force
-/// acts where the deck lies. The displaced cap's slope there turns the force (material::Bearing).
+/// The law of one spring (unilateral, friction, seat) is material::Bearing; a pad's stiffness is shared
+/// evenly by its springs. The foot of a spring is the point of the cap below its node: as far as the node has
+/// slipped from its place, the foot has moved over the cap, to its edge at most, so that the force acts where
+/// the deck lies. The displaced cap's slope there turns the force (material::Bearing).
 #pragma once
 #include <map>
 #include <vector>
 
 #include "fem/discretisation/hex_mesh.hpp"
+#include "fem/discretisation/viaduct.hpp"
 #include "fem/linear/linear_system.hpp"
 #include "fem/materials/material_steel.hpp"
 #include "fem/rebar/rebar_embed.hpp"
-#include "fem/discretisation/viaduct.hpp"
 
 namespace talus::fem {
 
@@ -22,13 +24,14 @@ class Bearings {
     int cell = -1;
     std::array<int, 8> node{};
     std::array<double, 8> weight{};
-    std::array<std::array<double, 8>, 2> gradient{};   // of the weights, along and across [1/m]; 0 where the cap has ended
+    std::array<std::array<double, 8>, 2>
+        gradient{};  // of the weights, along and across [1/m]; 0 where the cap has ended
   };
   struct Site {
-    int deck, end;                   // which span, which end of it
+    int deck, end;  // which span, which end of it
     int deck_node, deck_cell;
-    int cap;                         // part of the mesh
-    Vec3 place;                      // below the node, as built, body axes
+    int cap;     // part of the mesh
+    Vec3 place;  // below the node, as built, body axes
     Foot built;
   };
   /// The mesh must outlive the bearings.
@@ -37,7 +40,8 @@ class Bearings {
   void add_forces(const double* u, const std::vector<char>& live, double* f);
   void accept();
   double stored() const { return energy_; }
-  /// Energy, by the last evaluation, of the springs at any of these cells, as long as both of a spring's cells are there [J].
+  /// Energy, by the last evaluation, of the springs at any of these cells, as long as both of a spring's
+  /// cells are there [J].
   double stored_at(const std::vector<int>& cells, const std::vector<char>& live) const;
   double dissipation() const { return dissipation_; }
   const std::vector<Site>& sites() const { return sites_; }
@@ -67,13 +71,13 @@ class Bearings {
     Box3 box;
     rebar::HostSearch search;
   };
-  void move_foot(std::size_t site);   // to where its slip says
+  void move_foot(std::size_t site);  // to where its slip says
 
   const HexMesh* mesh_;
-  std::map<int, Cap> caps_;              // by part of the mesh
+  std::map<int, Cap> caps_;  // by part of the mesh
   std::vector<Site> sites_;
-  std::vector<Foot> foot_;               // now
-  std::vector<material::Bearing> law_;   // per site
+  std::vector<Foot> foot_;              // now
+  std::vector<material::Bearing> law_;  // per site
   std::vector<material::Bearing::State> old_, next_;
   std::vector<double> site_energy_;
   Vec3 along_, across_, up_;

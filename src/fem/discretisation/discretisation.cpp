@@ -25,14 +25,10 @@ using Vector = dealii::Vector<double>;
 
 constexpr unsigned vtk_order[8] = {0, 1, 3, 2, 4, 5, 7, 6};  // deal.II numbers vertices lexicographically
 
-Vec3 position(const dealii::Point<3>& x) {
-  return {x[0], x[1], x[2]};
-}
+Vec3 position(const dealii::Point<3>& x) { return {x[0], x[1], x[2]}; }
 
 /// Place of a degree of freedom in fields of four numbers per node.
-std::size_t padded(dealii::types::global_dof_index dof) {
-  return 4 * (dof / 3) + dof % 3;
-}
+std::size_t padded(dealii::types::global_dof_index dof) { return 4 * (dof / 3) + dof % 3; }
 
 void create_coarse_cells(const HexMesh& mesh, Triangulation& grid) {
   std::vector<dealii::Point<3>> vertices;

@@ -50,18 +50,14 @@ void read(const StructureSpec& spec, dealii::Triangulation<3>& grid) {
   dealii::GridIn<3> reader(grid);
   try {
     ending(spec.file) == ".vtk" ? reader.read_vtk(in) : reader.read_unv(in);
-  } catch (const dealii::ExceptionBase& e) {
-    refuse(spec, reason(e), "deal.II's GridIn does not read it");
-  }
+  } catch (const dealii::ExceptionBase& e) { refuse(spec, reason(e), "deal.II's GridIn does not read it"); }
   if (!grid.all_reference_cells_are_hyper_cube())
     refuse(spec, "tetrahedra, wedges or pyramids", "of this format hexahedra alone are read");
 }
 
 }  // namespace
 
-bool is_grid_file(const std::string& path) {
-  return ending(path) == ".vtk" || ending(path) == ".unv";
-}
+bool is_grid_file(const std::string& path) { return ending(path) == ".vtk" || ending(path) == ".unv"; }
 
 HexMesh read_grid(const StructureSpec& spec) {
   constexpr unsigned vtk_order[8] = {0, 1, 3, 2, 4, 5, 7, 6};

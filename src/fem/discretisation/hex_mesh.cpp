@@ -12,15 +12,19 @@
 
 namespace talus::fem {
 
-const int hex_faces[6][4] = {{0, 4, 7, 3}, {1, 2, 6, 5}, {0, 1, 5, 4}, {3, 7, 6, 2}, {0, 3, 2, 1}, {4, 5, 6, 7}};
+const int hex_faces[6][4] = {{0, 4, 7, 3}, {1, 2, 6, 5}, {0, 1, 5, 4},
+                             {3, 7, 6, 2}, {0, 3, 2, 1}, {4, 5, 6, 7}};
 
 namespace {
-const int corner_sign[8][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1}, {-1, -1, 1}, {1, -1, 1}, {1, 1, 1}, {-1, 1, 1}};
+const int corner_sign[8][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1},
+                               {-1, -1, 1},  {1, -1, 1},  {1, 1, 1},  {-1, 1, 1}};
 
 struct FaceKey {
   std::array<int, 4> node;  // sorted
   int cell, face;
-  bool operator<(const FaceKey& o) const { return node != o.node ? node < o.node : std::pair(cell, face) < std::pair(o.cell, o.face); }
+  bool operator<(const FaceKey& o) const {
+    return node != o.node ? node < o.node : std::pair(cell, face) < std::pair(o.cell, o.face);
+  }
 };
 
 std::vector<FaceKey> sorted_faces(const HexMesh& mesh) {
@@ -39,12 +43,17 @@ std::vector<FaceKey> sorted_faces(const HexMesh& mesh) {
 }  // namespace
 
 namespace {
-/// Of a face between cells of two sizes: whether this cell is the smaller one (1), the larger one (-1), or neither (0).
+/// Of a face between cells of two sizes: whether this cell is the smaller one (1), the larger one (-1), or
+/// neither (0).
 int smaller_side(const HexMesh& mesh, int cell, int face, int other) {
   if (mesh.hanging.empty()) return 0;
   const auto &mine = mesh.hexes[cell], &theirs = mesh.hexes[other];
-  if (std::all_of(hex_faces[face], hex_faces[face] + 4, [&](int k) { return std::find(theirs.begin(), theirs.end(), mine[k]) != theirs.end(); })) return 0;
-  const auto size = [&](const std::array<int, 8>& hex) { return (mesh.nodes[hex[6]] - mesh.nodes[hex[0]]).squaredNorm(); };
+  if (std::all_of(hex_faces[face], hex_faces[face] + 4,
+                  [&](int k) { return std::find(theirs.begin(), theirs.end(), mine[k]) != theirs.end(); }))
+    return 0;
+  const auto size = [&](const std::array<int, 8>& hex) {
+    return (mesh.nodes[hex[6]] - mesh.nodes[hex[0]]).squaredNorm();
+  };
   return size(mine) < size(theirs) ? 1 : -1;
 }
 }  // namespace
@@ -63,22 +72,28 @@ std::vector<SkinQuad> skin(const HexMesh& mesh, const std::vector<char>& live) {
       if (there(cell) && other < 0) add(cell, face, cell, false);
       if (other < 0 || there(cell) == there(other)) continue;
       const int smaller = smaller_side(mesh, cell, face, other);
-      if (smaller < 0) continue;   // bared by quarters, as the smaller cells go
-      if (there(cell)) add(cell, face, cell, false);
-      else if (smaller > 0) add(cell, face, other, true);
+      if (smaller < 0) continue;  // bared by quarters, as the smaller cells go
+      if (there(cell))
+        add(cell, face, cell, false);
+      else if (smaller > 0)
+        add(cell, face, other, true);
     }
   return quads;
 }
 
 ClosedSurface close_surface(const std::vector<SkinQuad>& quads) {
-  struct Side { int low, high, quad, k; };  // edge k of a quad
+  struct Side {
+    int low, high, quad, k;
+  };  // edge k of a quad
   std::vector<Side> sides;
   for (int q = 0; q < static_cast<int>(quads.size()); ++q)
     for (int k = 0; k < 4; ++k) {
       const int a = quads[q].node[k], b = quads[q].node[(k + 1) % 4];
       sides.push_back({std::min(a, b), std::max(a, b), q, k});
     }
-  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) { return std::tie(a.low, a.high, a.quad, a.k) < std::tie(b.low, b.high, b.quad, b.k); });
+  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+    return std::tie(a.low, a.high, a.quad, a.k) < std::tie(b.low, b.high, b.quad, b.k);
+  });
   std::vector<int> parent(4 * quads.size());
   std::iota(parent.begin(), parent.end(), 0);
   const auto root = [&](int i) {
@@ -87,7 +102,8 @@ ClosedSurface close_surface(const std::vector<SkinQuad>& quads) {
   };
   const auto forward = [&](const Side& s) { return quads[s.quad].node[s.k] == s.low; };
   const auto join = [&](const Side& a, const Side& b) {
-    const int a0 = 4 * a.quad + a.k, a1 = 4 * a.quad + (a.k + 1) % 4, b0 = 4 * b.quad + b.k, b1 = 4 * b.quad + (b.k + 1) % 4;
+    const int a0 = 4 * a.quad + a.k, a1 = 4 * a.quad + (a.k + 1) % 4, b0 = 4 * b.quad + b.k,
+              b1 = 4 * b.quad + (b.k + 1) % 4;
     parent[root(a0)] = root(b1);
     parent[root(a1)] = root(b0);
   };
@@ -95,19 +111,24 @@ ClosedSurface close_surface(const std::vector<SkinQuad>& quads) {
     std::size_t j = i;
     while (j < sides.size() && sides[j].low == sides[i].low && sides[j].high == sides[i].high) ++j;
     // Quads of one cell belong together; any two that run against each other otherwise.
-    std::vector<Side> open(sides.begin() + static_cast<std::ptrdiff_t>(i), sides.begin() + static_cast<std::ptrdiff_t>(j));
+    std::vector<Side> open(sides.begin() + static_cast<std::ptrdiff_t>(i),
+                           sides.begin() + static_cast<std::ptrdiff_t>(j));
     while (!open.empty()) {
       const Side first = open.front();
       open.erase(open.begin());
-      auto mate = std::find_if(open.begin(), open.end(), [&](const Side& s) { return forward(s) != forward(first) && quads[s.quad].cell == quads[first.quad].cell; });
-      if (mate == open.end()) mate = std::find_if(open.begin(), open.end(), [&](const Side& s) { return forward(s) != forward(first); });
+      auto mate = std::find_if(open.begin(), open.end(), [&](const Side& s) {
+        return forward(s) != forward(first) && quads[s.quad].cell == quads[first.quad].cell;
+      });
+      if (mate == open.end())
+        mate = std::find_if(open.begin(), open.end(),
+                            [&](const Side& s) { return forward(s) != forward(first); });
       if (mate == open.end()) continue;
       join(first, *mate);
       open.erase(mate);
     }
     i = j;
   }
-  for (int q = 0; q < static_cast<int>(quads.size()); ++q)   // of a triangle, whose last corner is there twice
+  for (int q = 0; q < static_cast<int>(quads.size()); ++q)  // of a triangle, whose last corner is there twice
     if (quads[q].node[2] == quads[q].node[3]) parent[root(4 * q + 2)] = root(4 * q + 3);
   ClosedSurface out;
   std::vector<int> vertex(parent.size(), -1);
@@ -130,21 +151,23 @@ Vec3 gauss_point(int q) {
 std::array<double, 8> shape_values(const Vec3& xi) {
   std::array<double, 8> n;
   for (int a = 0; a < 8; ++a)
-    n[a] = 0.125 * (1 + corner_sign[a][0] * xi.x()) * (1 + corner_sign[a][1] * xi.y()) * (1 + corner_sign[a][2] * xi.z());
+    n[a] = 0.125 * (1 + corner_sign[a][0] * xi.x()) * (1 + corner_sign[a][1] * xi.y()) *
+           (1 + corner_sign[a][2] * xi.z());
   return n;
 }
 
 std::array<Vec3, 8> shape_gradients(const Vec3& xi) {
   std::array<Vec3, 8> g;
   for (int a = 0; a < 8; ++a) {
-    const double x = 1 + corner_sign[a][0] * xi.x(), y = 1 + corner_sign[a][1] * xi.y(), z = 1 + corner_sign[a][2] * xi.z();
+    const double x = 1 + corner_sign[a][0] * xi.x(), y = 1 + corner_sign[a][1] * xi.y(),
+                 z = 1 + corner_sign[a][2] * xi.z();
     g[a] = 0.125 * Vec3(corner_sign[a][0] * y * z, corner_sign[a][1] * x * z, corner_sign[a][2] * x * y);
   }
   return g;
 }
 
 Mat3 nearest_rotation(Mat3 m) {
-  for (int i = 0; i < 50; ++i) {   // Newton's iteration
+  for (int i = 0; i < 50; ++i) {  // Newton's iteration
     const Mat3 next = 0.5 * (m + m.inverse().transpose());
     const double change = (next - m).norm();
     m = next;
@@ -174,7 +197,9 @@ std::array<Gradients, 8> gradients_at(const Place& place) {
 
 }  // namespace
 
-Mat3 jacobian(const HexMesh& mesh, int cell, const Vec3& xi) { return jacobian_by(mesh, cell, shape_gradients(xi)); }
+Mat3 jacobian(const HexMesh& mesh, int cell, const Vec3& xi) {
+  return jacobian_by(mesh, cell, shape_gradients(xi));
+}
 
 Mat3 point_jacobian(const HexMesh& mesh, int cell, int q) {
   static const std::array<Gradients, 8> at_points = gradients_at(gauss_point);
@@ -192,7 +217,8 @@ namespace {
 /// Problems of cells, the first twenty, each cell of a file once.
 class CellProblems {
  public:
-  CellProblems(const HexMesh& mesh, const std::string& key, const std::string& file) : mesh_(mesh), key_(key), file_(file) {}
+  CellProblems(const HexMesh& mesh, const std::string& key, const std::string& file)
+      : mesh_(mesh), key_(key), file_(file) {}
   void add(int cell, const std::string& value, const std::string& rule, const std::string& remedy) {
     Problem p;
     p.file = file_;
@@ -213,12 +239,16 @@ class CellProblems {
   std::vector<Problem> problems_;
 };
 
-constexpr int edge_ends[12][2] = {{0, 1}, {1, 2}, {2, 3}, {3, 0}, {4, 5}, {5, 6}, {6, 7}, {7, 4}, {0, 4}, {1, 5}, {2, 6}, {3, 7}};
+constexpr int edge_ends[12][2] = {{0, 1}, {1, 2}, {2, 3}, {3, 0}, {4, 5}, {5, 6},
+                                  {6, 7}, {7, 4}, {0, 4}, {1, 5}, {2, 6}, {3, 7}};
 
 double shortest_edge(const HexMesh& mesh, int cell) {
   const auto& hex = mesh.hexes[static_cast<std::size_t>(cell)];
   double least = INFINITY;
-  for (const auto& [a, b] : edge_ends) least = std::min(least, (mesh.nodes[static_cast<std::size_t>(hex[static_cast<std::size_t>(a)])] - mesh.nodes[static_cast<std::size_t>(hex[static_cast<std::size_t>(b)])]).norm());
+  for (const auto& [a, b] : edge_ends)
+    least = std::min(least, (mesh.nodes[static_cast<std::size_t>(hex[static_cast<std::size_t>(a)])] -
+                             mesh.nodes[static_cast<std::size_t>(hex[static_cast<std::size_t>(b)])])
+                                .norm());
   return least;
 }
 
@@ -226,9 +256,12 @@ double shortest_edge(const HexMesh& mesh, int cell) {
 
 namespace {
 
-/// Whether two cells see a face they share from one side: the cyclic order of its nodes, outward, is the same.
+/// Whether two cells see a face they share from one side: the cyclic order of its nodes, outward, is the
+/// same.
 bool same_side(const HexMesh& mesh, const FaceKey& a, const FaceKey& b) {
-  const auto at = [&](const FaceKey& f, int k) { return mesh.hexes[static_cast<std::size_t>(f.cell)][static_cast<std::size_t>(hex_faces[f.face][k % 4])]; };
+  const auto at = [&](const FaceKey& f, int k) {
+    return mesh.hexes[static_cast<std::size_t>(f.cell)][static_cast<std::size_t>(hex_faces[f.face][k % 4])];
+  };
   int start = 0;
   while (at(b, start) != at(a, 0)) ++start;
   return at(b, start + 1) == at(a, 1);
@@ -248,20 +281,28 @@ void check_faces(const HexMesh& mesh, const std::string& key, const std::string&
   const std::vector<FaceKey> faces = sorted_faces(mesh);
   for (std::size_t i = 0; i + 2 < faces.size(); ++i)
     if (faces[i].node == faces[i + 2].node)
-      problems.add(faces[i + 2].cell, "the same face as " + cell_name(mesh, faces[i].cell) + " and " + cell_name(mesh, faces[i + 1].cell), "a face has two cells at the most",
-                   "remove cells that are in the mesh twice or lie in one another");
+      problems.add(
+          faces[i + 2].cell,
+          "the same face as " + cell_name(mesh, faces[i].cell) + " and " + cell_name(mesh, faces[i + 1].cell),
+          "a face has two cells at the most",
+          "remove cells that are in the mesh twice or lie in one another");
   for (std::size_t i = 0; i + 1 < faces.size(); ++i) {
     if (faces[i].node != faces[i + 1].node || !same_side(mesh, faces[i], faces[i + 1])) continue;
     const bool twice = same_nodes(mesh, faces[i].cell, faces[i + 1].cell);
-    problems.add(faces[i + 1].cell, (twice ? "the nodes of " : "on the same side of a face as ") + cell_name(mesh, faces[i].cell), twice ? "a cell is in the mesh once" : "the cells of a face lie on either side of it",
-                 "remove cells that are in the mesh twice or lie in one another");
+    problems.add(
+        faces[i + 1].cell,
+        (twice ? "the nodes of " : "on the same side of a face as ") + cell_name(mesh, faces[i].cell),
+        twice ? "a cell is in the mesh once" : "the cells of a face lie on either side of it",
+        "remove cells that are in the mesh twice or lie in one another");
   }
   problems.raise();
 }
 
 bool to_be_halved(const std::array<Vec3, 8>& corners, const StructureSpec::Refinement& zone) {
   double longest = 0;
-  for (const auto& [a, b] : edge_ends) longest = std::max(longest, (corners[static_cast<std::size_t>(a)] - corners[static_cast<std::size_t>(b)]).norm());
+  for (const auto& [a, b] : edge_ends)
+    longest = std::max(longest,
+                       (corners[static_cast<std::size_t>(a)] - corners[static_cast<std::size_t>(b)]).norm());
   if (longest <= zone.cell_size * (1 + 1e-6)) return false;
   Box3 box;
   for (const Vec3& x : corners) box.extend(x);
@@ -275,14 +316,17 @@ void check_cells(const HexMesh& mesh, const std::string& key, const std::string&
     std::array<int, 8> sorted = mesh.hexes[cell];
     std::sort(sorted.begin(), sorted.end());
     if (std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end()) {
-      problems.add(cell, "", "a hexahedron needs eight different nodes", "wedges and collapsed hexahedra are not supported: remesh with hexahedra or tetrahedra");
+      problems.add(cell, "", "a hexahedron needs eight different nodes",
+                   "wedges and collapsed hexahedra are not supported: remesh with hexahedra or tetrahedra");
       continue;
     }
     double longest = 0;
-    for (int a = 1; a < 8; ++a) longest = std::max(longest, (mesh.nodes[mesh.hexes[cell][a]] - mesh.nodes[mesh.hexes[cell][0]]).norm());
+    for (int a = 1; a < 8; ++a)
+      longest = std::max(longest, (mesh.nodes[mesh.hexes[cell][a]] - mesh.nodes[mesh.hexes[cell][0]]).norm());
     if (!(shortest_edge(mesh, cell) > 1e-6 * longest)) {
       const Vec3& at = mesh.nodes[mesh.hexes[cell][0]];
-      problems.add(cell, fmt::format("near ({:.4g}, {:.4g}, {:.4g})", at.x(), at.y(), at.z()), "two nodes of an edge lie in one place: the cell is degenerate",
+      problems.add(cell, fmt::format("near ({:.4g}, {:.4g}, {:.4g})", at.x(), at.y(), at.z()),
+                   "two nodes of an edge lie in one place: the cell is degenerate",
                    "remesh there with hexahedra of eight corners or with tetrahedra");
       continue;
     }
@@ -290,14 +334,21 @@ void check_cells(const HexMesh& mesh, const std::string& key, const std::string&
     const TrilinearMap map(mesh, cell);
     for (int q = 0; q < 8; ++q) least = std::min(least, map.jacobian(gauss_point(q)).determinant());
     double corner = INFINITY;
-    for (int a = 0; a < 8; ++a) corner = std::min(corner, map.jacobian(Vec3(corner_sign[a][0], corner_sign[a][1], corner_sign[a][2])).determinant());
+    for (int a = 0; a < 8; ++a)
+      corner = std::min(
+          corner, map.jacobian(Vec3(corner_sign[a][0], corner_sign[a][1], corner_sign[a][2])).determinant());
     const double scale = longest * longest * longest / 8;
     const bool solid = least > 1e-9 * scale;
     if (solid && corner >= -1e-9 * scale) continue;
     const Vec3& at = mesh.nodes[mesh.hexes[cell][0]];
-    const std::string where = fmt::format("Jacobian {:.3g} m^3 near ({:.4g}, {:.4g}, {:.4g})", std::min(least, corner), at.x(), at.y(), at.z());
-    if (!solid) problems.add(cell, where, "the cell is inverted or has no volume", "give the nodes in the order of the format, or repair the mesh there");
-    else problems.add(cell, where, "the cell folds over at a corner", "repair the mesh there: every corner angle must be below 180 degrees");
+    const std::string where = fmt::format("Jacobian {:.3g} m^3 near ({:.4g}, {:.4g}, {:.4g})",
+                                          std::min(least, corner), at.x(), at.y(), at.z());
+    if (!solid)
+      problems.add(cell, where, "the cell is inverted or has no volume",
+                   "give the nodes in the order of the format, or repair the mesh there");
+    else
+      problems.add(cell, where, "the cell folds over at a corner",
+                   "repair the mesh there: every corner angle must be below 180 degrees");
   }
   problems.raise();
 }

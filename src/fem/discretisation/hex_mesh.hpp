@@ -1,5 +1,5 @@
-/// Eight-node hexahedra as plain arrays: the coarse cells of a triangulation, as they are generated or read, and the tables that kernels, laws, bars and
-/// contact use of its active cells (discretisation.hpp).
+/// Eight-node hexahedra as plain arrays: the coarse cells of a triangulation, as they are generated or read,
+/// and the tables that kernels, laws, bars and contact use of its active cells (discretisation.hpp).
 ///
 /// symbol   meaning                                                         shape
 /// nodes    reference positions, world axes [m]                             n x 3
@@ -18,7 +18,8 @@
 
 namespace talus::fem {
 
-/// A node in the middle of an edge or a face of a larger cell, with which it moves: u = sum weight u(master). Masters do not hang.
+/// A node in the middle of an edge or a face of a larger cell, with which it moves: u = sum weight u(master).
+/// Masters do not hang.
 struct HangingNode {
   int node = 0;
   std::vector<std::pair<int, double>> masters;
@@ -29,13 +30,16 @@ struct HexMesh {
   std::vector<Vec3> local;
   std::vector<std::array<int, 8>> hexes;
   std::map<std::string, std::vector<int>> node_groups;  // sorted node numbers
-  std::vector<int> component;                           // per hex: 0 unless the kind has several parts (viaduct)
-  std::vector<long> number;                             // per hex, from a file: its number there, less than 0 for a quarter of a tetrahedron; else empty
+  std::vector<int> component;  // per hex: 0 unless the kind has several parts (viaduct)
+  std::vector<long> number;    // per hex, from a file: its number there, less than 0 for a quarter of a
+                               // tetrahedron; else empty
   // Of active cells:
-  std::vector<HangingNode> hanging;                     // where cells of two sizes meet, ascending
-  std::map<std::pair<int, int>, int> middle;            // of edges of larger cells, ends ascending, the node between smaller ones
-  std::vector<std::array<int, 6>> across;               // per hex and face the cell across it, -1: none; of four smaller ones the first
-  std::string remark;                                   // of the reader: what the file holds beside its cells
+  std::vector<HangingNode> hanging;  // where cells of two sizes meet, ascending
+  std::map<std::pair<int, int>, int>
+      middle;  // of edges of larger cells, ends ascending, the node between smaller ones
+  std::vector<std::array<int, 6>>
+      across;          // per hex and face the cell across it, -1: none; of four smaller ones the first
+  std::string remark;  // of the reader: what the file holds beside its cells
 };
 
 /// How a message names a cell: by its number in the file, or by its place from 1.
@@ -48,8 +52,9 @@ struct SkinQuad {
   int face;
 };
 
-/// The corners of quads as vertices of a closed surface in which every edge has two quads: where a part touches itself along an edge or
-/// in a point, the node becomes several vertices, one for each sheet. `node`: of each vertex; `quad`: vertices of each quad.
+/// The corners of quads as vertices of a closed surface in which every edge has two quads: where a part
+/// touches itself along an edge or in a point, the node becomes several vertices, one for each sheet. `node`:
+/// of each vertex; `quad`: vertices of each quad.
 struct ClosedSurface {
   std::vector<int> node;
   std::vector<std::array<int, 4>> quad;
@@ -59,7 +64,8 @@ ClosedSurface close_surface(const std::vector<SkinQuad>& quads);
 /// The six faces of a hexahedron, outward, in VTK numbering.
 extern const int hex_faces[6][4];
 
-/// Faces of active cells that belong to exactly one live cell, in the order of (cell, face). `live` empty: all cells.
+/// Faces of active cells that belong to exactly one live cell, in the order of (cell, face). `live` empty:
+/// all cells.
 std::vector<SkinQuad> skin(const HexMesh& mesh, const std::vector<char>& live);
 
 /// Jacobian dx/dxi at a reference point in [-1, 1]^3; rows x, y, z, columns xi, eta, zeta.
@@ -75,18 +81,20 @@ std::array<Vec3, 8> shape_gradients(const Vec3& xi);
 /// The eight Gauss points, xi fastest.
 Vec3 gauss_point(int q);
 
-/// Whether more than the border of a cell lies in a zone and one of its edges is longer than the zone asks for. Corners in VTK order.
+/// Whether more than the border of a cell lies in a zone and one of its edges is longer than the zone asks
+/// for. Corners in VTK order.
 bool to_be_halved(const std::array<Vec3, 8>& corners, const StructureSpec::Refinement& zone);
 
-/// Throws InputError for a cell with a Jacobian that is not positive at a point of integration or a corner (relative to its
-/// size), naming the first twenty, for repeated nodes, and for nodes of a cell in one place.
+/// Throws InputError for a cell with a Jacobian that is not positive at a point of integration or a corner
+/// (relative to its size), naming the first twenty, for repeated nodes, and for nodes of a cell in one place.
 void check_cells(const HexMesh& mesh, const std::string& key, const std::string& file);
 
-/// Throws InputError for faces that more than two cells share, or two cells of one side: cells that are there twice, or lie in one another.
+/// Throws InputError for faces that more than two cells share, or two cells of one side: cells that are there
+/// twice, or lie in one another.
 void check_faces(const HexMesh& mesh, const std::string& key, const std::string& file);
 
-/// Two cells of parts that share no node, of which one has a point of integration well inside the other; the first such found. Not looked for where one cell is twenty times as
-/// large as they are in the mean.
+/// Two cells of parts that share no node, of which one has a point of integration well inside the other; the
+/// first such found. Not looked for where one cell is twenty times as large as they are in the mean.
 std::optional<std::pair<int, int>> overlapping_cells(const HexMesh& mesh);
 
 /// Volume of each cell by its integration points, which is what mass and stiffness use.

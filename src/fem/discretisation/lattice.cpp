@@ -11,7 +11,9 @@ constexpr double same_plane = 1e-9;  // [m]
 
 void sort_planes(std::vector<double>& planes) {
   std::sort(planes.begin(), planes.end());
-  planes.erase(std::unique(planes.begin(), planes.end(), [](double a, double b) { return b - a < same_plane; }), planes.end());
+  planes.erase(
+      std::unique(planes.begin(), planes.end(), [](double a, double b) { return b - a < same_plane; }),
+      planes.end());
 }
 
 constexpr int samples = 400;
@@ -19,7 +21,7 @@ constexpr int samples = 400;
 /// Between two planes: the integral of 1 / s from the lower one to each of its even parts.
 struct Wanted {
   std::array<double, samples + 1> sum{};
-  bool even = true;   // s is the same everywhere
+  bool even = true;  // s is the same everywhere
   double cells() const { return std::max(1.0, std::ceil(sum[samples] - 1e-9)); }
 };
 
@@ -55,14 +57,16 @@ void cut(double a, double b, double size, const std::vector<FineZone>& zones, st
   lines.push_back(b);
 }
 
-/// The fixed planes, and the ends of zones: a zone's end makes a plane of its own unless one is near: no slivers.
+/// The fixed planes, and the ends of zones: a zone's end makes a plane of its own unless one is near: no
+/// slivers.
 std::vector<double> planes_of(std::vector<double> fixed, const std::vector<FineZone>& zones) {
   sort_planes(fixed);
   std::vector<double> planes = fixed;
   for (const FineZone& z : zones)
     for (double end : {z.low, z.high}) {
       const bool inside = end > fixed.front() && end < fixed.back();
-      const bool free = std::none_of(planes.begin(), planes.end(), [&](double p) { return std::abs(p - end) < 0.5 * z.size; });
+      const bool free = std::none_of(planes.begin(), planes.end(),
+                                     [&](double p) { return std::abs(p - end) < 0.5 * z.size; });
       if (inside && free) planes.push_back(end);
     }
   sort_planes(planes);
@@ -78,22 +82,27 @@ std::vector<double> graded_lines(std::vector<double> fixed, double size, const s
   return lines;
 }
 
-double graded_count(std::vector<double> fixed, double size, const std::vector<FineZone>& zones, double low, double high) {
+double graded_count(std::vector<double> fixed, double size, const std::vector<FineZone>& zones, double low,
+                    double high) {
   const std::vector<double> planes = planes_of(std::move(fixed), zones);
   double count = 0;
   for (std::size_t k = 0; k + 1 < planes.size(); ++k)
-    if (const double middle = 0.5 * (planes[k] + planes[k + 1]); middle > low && middle < high) count += wanted_between(planes[k], planes[k + 1], size, zones).cells();
+    if (const double middle = 0.5 * (planes[k] + planes[k + 1]); middle > low && middle < high)
+      count += wanted_between(planes[k], planes[k + 1], size, zones).cells();
   return count;
 }
 
-double brick_count(const std::vector<Box3>& boxes, double cell_size, const std::vector<StructureSpec::Refinement>& refinements) {
+double brick_count(const std::vector<Box3>& boxes, double cell_size,
+                   const std::vector<StructureSpec::Refinement>& refinements) {
   std::array<std::vector<double>, 3> planes;
   for (int axis = 0; axis < 3; ++axis)
     for (const Box3& b : boxes) planes[axis].push_back(b.min()[axis]), planes[axis].push_back(b.max()[axis]);
   double count = 0;
   for (const Box3& b : boxes) {
     double cells = 1;
-    for (int axis = 0; axis < 3; ++axis) cells *= graded_count(planes[axis], cell_size, zones_along(refinements, axis), b.min()[axis], b.max()[axis]);
+    for (int axis = 0; axis < 3; ++axis)
+      cells *=
+          graded_count(planes[axis], cell_size, zones_along(refinements, axis), b.min()[axis], b.max()[axis]);
     count += cells;
   }
   return count;
@@ -107,15 +116,19 @@ std::vector<double> even_lines(double low, double high, int n) {
 }
 
 HexMesh lattice(const Lines& lines, const std::function<bool(int, int, int)>& solid) {
-  const std::array<int, 3> n{static_cast<int>(lines[0].size()) - 1, static_cast<int>(lines[1].size()) - 1, static_cast<int>(lines[2].size()) - 1};
-  const auto place = [&](int i, int j, int k) { return (static_cast<std::size_t>(k) * (n[1] + 1) + j) * (n[0] + 1) + i; };
+  const std::array<int, 3> n{static_cast<int>(lines[0].size()) - 1, static_cast<int>(lines[1].size()) - 1,
+                             static_cast<int>(lines[2].size()) - 1};
+  const auto place = [&](int i, int j, int k) {
+    return (static_cast<std::size_t>(k) * (n[1] + 1) + j) * (n[0] + 1) + i;
+  };
   std::vector<int> number(place(0, 0, n[2] + 1), -1);
   HexMesh mesh;
   for (int k = 0; k < n[2]; ++k)
     for (int j = 0; j < n[1]; ++j)
       for (int i = 0; i < n[0]; ++i) {
         if (!solid(i, j, k)) continue;
-        static const int corner[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
+        static const int corner[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
+                                         {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
         std::array<int, 8> hex;
         for (int a = 0; a < 8; ++a) {
           const int x = i + corner[a][0], y = j + corner[a][1], z = k + corner[a][2];
@@ -136,7 +149,8 @@ std::vector<StructureSpec::Refinement> local_refinements(const StructureSpec& sp
   for (const StructureSpec::Refinement& r : spec.refinements) {
     Box3 box;
     for (int corner = 0; corner < 8; ++corner)
-      box.extend(spec.rotation.transpose() * (r.region.corner(static_cast<Box3::CornerType>(corner)) - spec.position));
+      box.extend(spec.rotation.transpose() *
+                 (r.region.corner(static_cast<Box3::CornerType>(corner)) - spec.position));
     local.push_back({box, r.cell_size});
   }
   return local;
@@ -144,11 +158,13 @@ std::vector<StructureSpec::Refinement> local_refinements(const StructureSpec& sp
 
 std::vector<FineZone> zones_along(const std::vector<StructureSpec::Refinement>& refinements, int axis) {
   std::vector<FineZone> zones;
-  for (const auto& r : refinements) zones.push_back({r.region.min()[axis], r.region.max()[axis], r.cell_size});
+  for (const auto& r : refinements)
+    zones.push_back({r.region.min()[axis], r.region.max()[axis], r.cell_size});
   return zones;
 }
 
-HexMesh bricks(const std::vector<Box3>& boxes, double cell_size, const std::vector<StructureSpec::Refinement>& refinements) {
+HexMesh bricks(const std::vector<Box3>& boxes, double cell_size,
+               const std::vector<StructureSpec::Refinement>& refinements) {
   Lines lines;
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<double> planes;
@@ -156,7 +172,8 @@ HexMesh bricks(const std::vector<Box3>& boxes, double cell_size, const std::vect
     lines[axis] = graded_lines(planes, cell_size, zones_along(refinements, axis));
   }
   const auto solid = [&](int i, int j, int k) {
-    const Vec3 centre(0.5 * (lines[0][i] + lines[0][i + 1]), 0.5 * (lines[1][j] + lines[1][j + 1]), 0.5 * (lines[2][k] + lines[2][k + 1]));
+    const Vec3 centre(0.5 * (lines[0][i] + lines[0][i + 1]), 0.5 * (lines[1][j] + lines[1][j + 1]),
+                      0.5 * (lines[2][k] + lines[2][k + 1]));
     return std::any_of(boxes.begin(), boxes.end(), [&](const Box3& b) { return b.contains(centre); });
   };
   return lattice(lines, solid);

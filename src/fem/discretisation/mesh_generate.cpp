@@ -9,17 +9,20 @@
 #include "fem/discretisation/grid_in.hpp"
 #include "fem/discretisation/hex_mesh.hpp"
 #include "fem/discretisation/lattice.hpp"
+#include "fem/discretisation/viaduct.hpp"
 #include "fem/spec_error.hpp"
 #include "fem/structure_plan.hpp"
-#include "fem/discretisation/viaduct.hpp"
 
 namespace talus::fem {
 namespace {
 
-/// Planes along an axis between `fixed` ones: as many cells as given, or by the cell size and the zones of finer cells.
+/// Planes along an axis between `fixed` ones: as many cells as given, or by the cell size and the zones of
+/// finer cells.
 std::vector<double> planes(const StructureSpec& spec, int axis, const std::vector<double>& fixed) {
   if (spec.cells[axis] > 0) return even_lines(fixed.front(), fixed.back(), spec.cells[axis]);
-  if (!(spec.cell_size > 0)) bad(spec, "cell_size", "", "a cell size or the numbers of cells are needed", "give cell_size = \"0.25 m\" or cells = [nx, ny, nz]");
+  if (!(spec.cell_size > 0))
+    bad(spec, "cell_size", "", "a cell size or the numbers of cells are needed",
+        "give cell_size = \"0.25 m\" or cells = [nx, ny, nz]");
   return graded_lines(fixed, spec.cell_size, zones_along(local_refinements(spec), axis));
 }
 
@@ -30,17 +33,20 @@ double volume_of(const StructureSpec& spec) {
     double sum = 0;
     for (const ViaductPlan::Part& part : viaduct_plan(spec).parts) {
       for (const Box3& box : part.boxes) sum += box.volume();
-      for (const auto& round : part.rounds) sum += M_PI * round.radius * round.radius * (round.top - round.foot.z());
+      for (const auto& round : part.rounds)
+        sum += M_PI * round.radius * round.radius * (round.top - round.foot.z());
     }
     return sum;
   }
   if (spec.kind == "column" && spec.section == "round") return M_PI / 4 * s.x() * s.y() * s.z();
-  if (spec.kind == "column" && spec.section == "hollow") return 2 * spec.wall_thickness * (s.x() + s.y() - 2 * spec.wall_thickness) * s.z();
+  if (spec.kind == "column" && spec.section == "hollow")
+    return 2 * spec.wall_thickness * (s.x() + s.y() - 2 * spec.wall_thickness) * s.z();
   return s.prod();
 }
 
 /// Cells of a bent of round piers: in plan as fine as the finest zone that meets it, in height by layers.
-double round_bent_count(const ViaductPlan::Part& part, const StructureSpec& spec, const std::vector<StructureSpec::Refinement>& zones) {
+double round_bent_count(const ViaductPlan::Part& part, const StructureSpec& spec,
+                        const std::vector<StructureSpec::Refinement>& zones) {
   const Box3& cap = part.boxes.back();
   Box3 bent = cap;
   for (const auto& pier : part.rounds) bent.extend(pier.foot);
@@ -51,9 +57,12 @@ double round_bent_count(const ViaductPlan::Part& part, const StructureSpec& spec
     size = std::min(size, r.cell_size);
     in_height.push_back({r.region.min().z(), r.region.max().z(), r.cell_size});
   }
-  const auto layers = [&](double low, double high) { return graded_count({low, high}, spec.cell_size, in_height, low, high); };
+  const auto layers = [&](double low, double high) {
+    return graded_count({low, high}, spec.cell_size, in_height, low, high);
+  };
   double count = cap.sizes().x() * cap.sizes().y() / (size * size) * layers(cap.min().z(), cap.max().z());
-  for (const auto& pier : part.rounds) count += M_PI * pier.radius * pier.radius / (size * size) * layers(pier.foot.z(), pier.top);
+  for (const auto& pier : part.rounds)
+    count += M_PI * pier.radius * pier.radius / (size * size) * layers(pier.foot.z(), pier.top);
   return count;
 }
 
@@ -61,7 +70,8 @@ double round_bent_count(const ViaductPlan::Part& part, const StructureSpec& spec
 int disc_levels(const StructureSpec& spec) {
   double size = spec.cell_size;
   for (const auto& r : spec.refinements) size = std::min(size, r.cell_size);
-  const double across = spec.cells[0] > 0 ? spec.cells[0] : std::ceil(std::max(spec.size.x(), spec.size.y()) / size - 1e-9);
+  const double across =
+      spec.cells[0] > 0 ? spec.cells[0] : std::ceil(std::max(spec.size.x(), spec.size.y()) / size - 1e-9);
   int levels = 1;
   while ((3 << levels) < across && levels < 8) ++levels;
   return levels;
@@ -72,38 +82,60 @@ double refined_count(const StructureSpec& spec) {
   const std::vector<StructureSpec::Refinement> zones = local_refinements(spec);
   if (spec.kind == "viaduct") {
     double sum = 0;
-    for (const ViaductPlan::Part& part : viaduct_plan(spec).parts) sum += part.rounds.empty() ? brick_count(part.boxes, spec.cell_size, zones) : round_bent_count(part, spec, zones);
+    for (const ViaductPlan::Part& part : viaduct_plan(spec).parts)
+      sum += part.rounds.empty() ? brick_count(part.boxes, spec.cell_size, zones)
+                                 : round_bent_count(part, spec, zones);
     return sum;
   }
   const Vec3 half(spec.size.x() / 2, spec.size.y() / 2, 0);
-  const auto prism = [&](const Vec3& low, const Vec3& high) { return brick_count({Box3(low, high)}, spec.cell_size, zones); };
+  const auto prism = [&](const Vec3& low, const Vec3& high) {
+    return brick_count({Box3(low, high)}, spec.cell_size, zones);
+  };
   if (spec.kind == "box") return prism(-0.5 * spec.size, 0.5 * spec.size);
   const Vec3 top = half + Vec3(0, 0, spec.size.z());
-  if (spec.section == "round") return 5 * std::pow(4, disc_levels(spec)) * graded_count({0, spec.size.z()}, spec.cell_size, zones_along(zones, 2), 0, spec.size.z());
+  if (spec.section == "round")
+    return 5 * std::pow(4, disc_levels(spec)) *
+           graded_count({0, spec.size.z()}, spec.cell_size, zones_along(zones, 2), 0, spec.size.z());
   if (spec.section != "hollow") return prism(-half, top);
-  const double x = half.x(), y = half.y(), z = top.z(), in_x = x - spec.wall_thickness, in_y = y - spec.wall_thickness;
-  return brick_count({Box3(Vec3(-x, -y, 0), Vec3(-in_x, y, z)), Box3(Vec3(in_x, -y, 0), top), Box3(Vec3(-in_x, -y, 0), Vec3(in_x, -in_y, z)), Box3(Vec3(-in_x, in_y, 0), Vec3(in_x, y, z))}, spec.cell_size, zones);
+  const double x = half.x(), y = half.y(), z = top.z(), in_x = x - spec.wall_thickness,
+               in_y = y - spec.wall_thickness;
+  return brick_count(
+      {Box3(Vec3(-x, -y, 0), Vec3(-in_x, y, z)), Box3(Vec3(in_x, -y, 0), top),
+       Box3(Vec3(-in_x, -y, 0), Vec3(in_x, -in_y, z)), Box3(Vec3(-in_x, in_y, 0), Vec3(in_x, y, z))},
+      spec.cell_size, zones);
 }
 
-/// Refuses what this machine cannot hold before any of it is made: a slip of the unit would fill its memory in silence.
+/// Refuses what this machine cannot hold before any of it is made: a slip of the unit would fill its memory
+/// in silence.
 void check_count(const StructureSpec& spec) {
-  constexpr double bytes_per_cell = 2400, bytes_per_damage_cell = 6000;   // measured, building and stepping
+  constexpr double bytes_per_cell = 2400, bytes_per_damage_cell = 6000;  // measured, building and stepping
   const double cell = spec.damage == "none" ? bytes_per_cell : bytes_per_damage_cell;
   const double memory = available_memory();
   const double volume = volume_of(spec), h = spec.cell_size, most = std::min(2e7, memory / cell);
   const auto too_many = [&](double count) {
-    return fmt::format("makes about {:.3g} million cells of {:.3g} m^3 of structure, some {:.3g} GB; {:.3g} GB are free, and at most 20 million cells are meshed", count / 1e6, volume, count * cell / 1e9,
-                       memory / 1e9);
+    return fmt::format(
+        "makes about {:.3g} million cells of {:.3g} m^3 of structure, some {:.3g} GB; {:.3g} GB are free, "
+        "and at most 20 million cells are meshed",
+        count / 1e6, volume, count * cell / 1e9, memory / 1e9);
   };
   const double count = h > 0 ? volume / (h * h * h) : double(spec.cells[0]) * spec.cells[1] * spec.cells[2];
   if (count > most)
-    bad(spec, h > 0 ? "cell_size" : "cells", h > 0 ? fmt::format("{:g} m", h) : fmt::format("[{}, {}, {}]", spec.cells[0], spec.cells[1], spec.cells[2]), too_many(count),
-        h > 0 ? fmt::format("take cells of {:.2g} m or more, finer ones only where blocks strike (refine)", 1.05 * std::cbrt(volume / most)) : "take fewer");
+    bad(spec, h > 0 ? "cell_size" : "cells",
+        h > 0 ? fmt::format("{:g} m", h)
+              : fmt::format("[{}, {}, {}]", spec.cells[0], spec.cells[1], spec.cells[2]),
+        too_many(count),
+        h > 0 ? fmt::format("take cells of {:.2g} m or more, finer ones only where blocks strike (refine)",
+                            1.05 * std::cbrt(volume / most))
+              : "take fewer");
   if (spec.refinements.empty() || !(h > 0)) return;
   const double refined = refined_count(spec);
   if (!(refined > most)) return;
-  const auto finest = std::min_element(spec.refinements.begin(), spec.refinements.end(), [](const auto& a, const auto& b) { return a.cell_size < b.cell_size; });
-  bad(spec, fmt::format("refine.{}.cell_size", finest - spec.refinements.begin()), fmt::format("{:g} m", finest->cell_size), too_many(refined), "take larger cells there, or a smaller region: fine cells go on along each axis to the far side");
+  const auto finest =
+      std::min_element(spec.refinements.begin(), spec.refinements.end(),
+                       [](const auto& a, const auto& b) { return a.cell_size < b.cell_size; });
+  bad(spec, fmt::format("refine.{}.cell_size", finest - spec.refinements.begin()),
+      fmt::format("{:g} m", finest->cell_size), too_many(refined),
+      "take larger cells there, or a smaller region: fine cells go on along each axis to the far side");
 }
 
 HexMesh rectangular(const StructureSpec& spec, const Vec3& low) {
@@ -113,8 +145,9 @@ HexMesh rectangular(const StructureSpec& spec, const Vec3& low) {
 }
 
 HexMesh round_column(const StructureSpec& spec) {
-  // A disc of five blocks, refined until its cells are as small as asked, stretched to the ellipse and extruded. Its polygon has the area of
-  // the circle: inscribed, the coarsest one (eight sides) would have a tenth less, and a fifth less stiffness in bending.
+  // A disc of five blocks, refined until its cells are as small as asked, stretched to the ellipse and
+  // extruded. Its polygon has the area of the circle: inscribed, the coarsest one (eight sides) would have a
+  // tenth less, and a fifth less stiffness in bending.
   const int levels = disc_levels(spec);
   const DiscMesh disc = disc_mesh(levels);
   const double sector = 2 * M_PI / (4 << levels), wider = std::sqrt(sector / std::sin(sector));
@@ -122,11 +155,13 @@ HexMesh round_column(const StructureSpec& spec) {
   const int layer = static_cast<int>(disc.nodes.size());
   HexMesh mesh;
   for (double height : z)
-    for (const auto& p : disc.nodes) mesh.nodes.emplace_back(wider * p[0] * spec.size.x(), wider * p[1] * spec.size.y(), height);
+    for (const auto& p : disc.nodes)
+      mesh.nodes.emplace_back(wider * p[0] * spec.size.x(), wider * p[1] * spec.size.y(), height);
   for (int k = 0; k + 1 < static_cast<int>(z.size()); ++k)
     for (const auto& q : disc.quads) {
       const int low = k * layer, high = low + layer;
-      mesh.hexes.push_back({low + q[0], low + q[1], low + q[2], low + q[3], high + q[0], high + q[1], high + q[2], high + q[3]});
+      mesh.hexes.push_back({low + q[0], low + q[1], low + q[2], low + q[3], high + q[0], high + q[1],
+                            high + q[2], high + q[3]});
     }
   return mesh;
 }
@@ -134,7 +169,8 @@ HexMesh round_column(const StructureSpec& spec) {
 HexMesh hollow_column(const StructureSpec& spec) {
   const double t = spec.wall_thickness;
   if (!(t > 0 && 2 * t < std::min(spec.size.x(), spec.size.y())))
-    bad(spec, "wall_thickness", fmt::format("{:g} m", t), "between 0 and half of the section", "give the thickness of the wall");
+    bad(spec, "wall_thickness", fmt::format("{:g} m", t), "between 0 and half of the section",
+        "give the thickness of the wall");
   Lines lines;
   for (int i = 0; i < 2; ++i) {
     const double outer = spec.size[i] / 2, inner = outer - t;
@@ -147,7 +183,9 @@ HexMesh hollow_column(const StructureSpec& spec) {
     }
   }
   lines[2] = planes(spec, 2, {0, spec.size.z()});
-  const auto inside = [&](int axis, int i) { return std::abs(0.5 * (lines[axis][i] + lines[axis][i + 1])) < spec.size[axis] / 2 - t; };
+  const auto inside = [&](int axis, int i) {
+    return std::abs(0.5 * (lines[axis][i] + lines[axis][i + 1])) < spec.size[axis] / 2 - t;
+  };
   return lattice(lines, [&](int i, int j, int) { return !(inside(0, i) && inside(1, j)); });
 }
 
@@ -158,16 +196,23 @@ void place(HexMesh& mesh, const StructureSpec& spec) {
 
 HexMesh prismatic_mesh(const StructureSpec& spec) {
   for (int i = 0; i < 3; ++i)
-    if (!(spec.size[i] > 0)) bad(spec, "size", fmt::format("[{:g}, {:g}, {:g}]", spec.size.x(), spec.size.y(), spec.size.z()), "every extent must be positive", "give three lengths");
+    if (!(spec.size[i] > 0))
+      bad(spec, "size", fmt::format("[{:g}, {:g}, {:g}]", spec.size.x(), spec.size.y(), spec.size.z()),
+          "every extent must be positive", "give three lengths");
   HexMesh mesh;
   if (spec.kind == "box") {
     mesh = rectangular(spec, -0.5 * spec.size);
   } else if (spec.kind == "column") {
-    if (spec.section == "rectangular") mesh = rectangular(spec, Vec3(-spec.size.x() / 2, -spec.size.y() / 2, 0));
-    else if (!(spec.cell_size > 0) && spec.cells[0] == 0) bad(spec, "cell_size", "", "a cell size is needed", "give cell_size = \"0.25 m\"");
-    else if (spec.section == "round") mesh = round_column(spec);
-    else if (spec.section == "hollow") mesh = hollow_column(spec);
-    else bad(spec, "section", spec.section, "one of rectangular, round, hollow", "choose one");
+    if (spec.section == "rectangular")
+      mesh = rectangular(spec, Vec3(-spec.size.x() / 2, -spec.size.y() / 2, 0));
+    else if (!(spec.cell_size > 0) && spec.cells[0] == 0)
+      bad(spec, "cell_size", "", "a cell size is needed", "give cell_size = \"0.25 m\"");
+    else if (spec.section == "round")
+      mesh = round_column(spec);
+    else if (spec.section == "hollow")
+      mesh = hollow_column(spec);
+    else
+      bad(spec, "section", spec.section, "one of rectangular, round, hollow", "choose one");
   } else {
     bad(spec, "kind", spec.kind, "one of box, column, viaduct, mesh", "choose one");
   }
@@ -182,8 +227,11 @@ void check_refinements(const StructureSpec& spec, const HexMesh& mesh) {
   for (const auto& zone : local_refinements(spec))
     if (!zone.region.intersects(bounds)) {
       const Vec3 &a = zone.region.min(), &b = zone.region.max();
-      bad(spec, "refine", fmt::format("[{:g}, {:g}, {:g}] to [{:g}, {:g}, {:g}] in the structure's axes", a.x(), a.y(), a.z(), b.x(), b.y(), b.z()),
-          "no part of the structure lies there", "give the region in scene coordinates, about the part to refine");
+      bad(spec, "refine",
+          fmt::format("[{:g}, {:g}, {:g}] to [{:g}, {:g}, {:g}] in the structure's axes", a.x(), a.y(), a.z(),
+                      b.x(), b.y(), b.z()),
+          "no part of the structure lies there",
+          "give the region in scene coordinates, about the part to refine");
     }
 }
 

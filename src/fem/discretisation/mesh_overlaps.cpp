@@ -2,13 +2,14 @@
 
 #include "core/disjoint_sets.hpp"
 #include "fem/discretisation/hex_mesh.hpp"
-#include "fem/rebar/rebar_embed.hpp"
 #include "fem/discretisation/trilinear.hpp"
+#include "fem/rebar/rebar_embed.hpp"
 
 namespace talus::fem {
 namespace {
 
-/// Whether a cell is so much larger than most that a grid of their size would need cells without number for it: not searched.
+/// Whether a cell is so much larger than most that a grid of their size would need cells without number for
+/// it: not searched.
 bool uneven(const HexMesh& mesh) {
   constexpr double most = 20;
   double sum = 0, largest = 0;
@@ -41,7 +42,8 @@ std::optional<std::pair<int, int>> overlapping_cells(const HexMesh& mesh) {
       for (int q = 0; q < 8; ++q) {
         const auto shape = shape_values(gauss_point(q));
         Vec3 point = Vec3::Zero();
-        for (std::size_t a = 0; a < 8; ++a) point += shape[a] * mesh.nodes[static_cast<std::size_t>(mesh.hexes[cell][a])];
+        for (std::size_t a = 0; a < 8; ++a)
+          point += shape[a] * mesh.nodes[static_cast<std::size_t>(mesh.hexes[cell][a])];
         const auto host = search(point);
         if (!host || host->xi.cwiseAbs().maxCoeff() > 0.99) continue;
         const auto found = static_cast<std::size_t>(host->cell), other = reversed ? count - 1 - found : found;

@@ -1,5 +1,6 @@
-// A structure's mesh from a file of volume cells: hexahedra as they are, tetrahedra cut into four hexahedra each (at the midpoints of
-// edges, faces and the cell). The two may not meet: what a tetrahedron is cut at, a hexahedron does not have.
+// A structure's mesh from a file of volume cells: hexahedra as they are, tetrahedra cut into four hexahedra
+// each (at the midpoints of edges, faces and the cell). The two may not meet: what a tetrahedron is cut at, a
+// hexahedron does not have.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -37,7 +38,8 @@ void subdivide_tets(SolidMesh& mesh) {
       // The corner's three neighbours, counter-clockwise seen from outside for a positive tetrahedron.
       static const int around[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
       const int v = t[i], a = t[around[i][0]], b = t[around[i][1]], d = t[around[i][2]];
-      mesh.hexes.push_back({v, mid({v, a}), mid({v, a, b}), mid({v, b}), mid({v, d}), mid({v, a, d}), c, mid({v, b, d})});
+      mesh.hexes.push_back(
+          {v, mid({v, a}), mid({v, a, b}), mid({v, b}), mid({v, d}), mid({v, a, d}), c, mid({v, b, d})});
       mesh.hex_numbers.push_back(-mesh.tet_numbers[k]);
     }
   }
@@ -45,7 +47,10 @@ void subdivide_tets(SolidMesh& mesh) {
 }
 
 /// A tetrahedron and a hexahedron that meet, and how many tetrahedra do so.
-struct Meeting { std::size_t tet = 0, hex = 0; int nodes = 0, count = 0; };
+struct Meeting {
+  std::size_t tet = 0, hex = 0;
+  int nodes = 0, count = 0;
+};
 
 /// The widest meeting, if any: in a face or an edge. One common node is a joint, and stays one.
 std::optional<Meeting> meeting(const SolidMesh& mesh) {
@@ -68,15 +73,20 @@ std::optional<Meeting> meeting(const SolidMesh& mesh) {
   return found;
 }
 
-/// Throws InputError where nodes would hang between the corners of a hexahedron: the structure would be too soft, and nothing would tell.
+/// Throws InputError where nodes would hang between the corners of a hexahedron: the structure would be too
+/// soft, and nothing would tell.
 void check_meetings(const SolidMesh& mesh, const StructureSpec& spec) {
   const auto found = meeting(mesh);
   if (!found) return;
   Problem p;
   p.file = spec.file;
   p.key = "structure." + spec.name + ".file";
-  p.value = fmt::format("cell {} (tetrahedron) and cell {} (hexahedron) meet in {} nodes", mesh.tet_numbers[found->tet], mesh.hex_numbers[found->hex], found->nodes);
-  p.rule = fmt::format("tetrahedra may not meet hexahedra in a face or an edge ({} tetrahedra do): they are computed with nodes at the midpoints of edges and faces, which a hexahedron does not hold", found->count);
+  p.value = fmt::format("cell {} (tetrahedron) and cell {} (hexahedron) meet in {} nodes",
+                        mesh.tet_numbers[found->tet], mesh.hex_numbers[found->hex], found->nodes);
+  p.rule = fmt::format(
+      "tetrahedra may not meet hexahedra in a face or an edge ({} tetrahedra do): they are computed with "
+      "nodes at the midpoints of edges and faces, which a hexahedron does not hold",
+      found->count);
   p.remedy = "mesh each connected part with hexahedra alone or tetrahedra alone";
   throw InputError(p);
 }
@@ -85,7 +95,8 @@ void check_meetings(const SolidMesh& mesh, const StructureSpec& spec) {
 
 void place_file_mesh(HexMesh& mesh, const StructureSpec& spec) {
   mesh.local = mesh.nodes;
-  // With "centred" the volume centroid goes to the position; without, the coordinates are the world's, moved by it.
+  // With "centred" the volume centroid goes to the position; without, the coordinates are the world's, moved
+  // by it.
   bool centred = false;
   for (const auto& [key, value] : spec.parameters) centred = centred || (key == "centred" && value != 0);
   Vec3 pivot = Vec3::Zero();
@@ -135,7 +146,8 @@ HexMesh read_mesh(const StructureSpec& spec) {
     mesh.hexes.push_back(hex);
   }
   mesh.number = raw.hex_numbers;
-  for (const auto& [type, count] : raw.without_volume) mesh.remark += fmt::format("{}{} {}", mesh.remark.empty() ? "" : ", ", count, type);
+  for (const auto& [type, count] : raw.without_volume)
+    mesh.remark += fmt::format("{}{} {}", mesh.remark.empty() ? "" : ", ", count, type);
   for (const auto& [name, nodes] : raw.groups) {
     auto& list = mesh.node_groups[name];
     for (int n : nodes)

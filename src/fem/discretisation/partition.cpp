@@ -18,9 +18,10 @@ std::size_t runs(std::vector<int> numbers) {
   return count;
 }
 
-/// Gives `nodes` to the ranks [first, first + count), by halves across their longest extent; of several as long, the one that leaves the
-/// longest pieces of memory.
-void bisect(const HexMesh& mesh, const std::vector<double>& cost, std::vector<int> nodes, int first, int count, std::vector<int>& owner) {
+/// Gives `nodes` to the ranks [first, first + count), by halves across their longest extent; of several as
+/// long, the one that leaves the longest pieces of memory.
+void bisect(const HexMesh& mesh, const std::vector<double>& cost, std::vector<int> nodes, int first,
+            int count, std::vector<int>& owner) {
   if (count == 1) {
     for (int n : nodes) owner[n] = first;
     return;
@@ -38,8 +39,10 @@ void bisect(const HexMesh& mesh, const std::vector<double>& cost, std::vector<in
       return x != y ? x < y : a < b;
     });
     auto cut = nodes.begin();
-    for (double sum = 0; cut != nodes.end() && sum + 0.5 * cost[*cut] < total * low / count; ++cut) sum += cost[*cut];
-    const std::array<std::vector<int>, 2> halves{std::vector<int>(nodes.begin(), cut), std::vector<int>(cut, nodes.end())};
+    for (double sum = 0; cut != nodes.end() && sum + 0.5 * cost[*cut] < total * low / count; ++cut)
+      sum += cost[*cut];
+    const std::array<std::vector<int>, 2> halves{std::vector<int>(nodes.begin(), cut),
+                                                 std::vector<int>(cut, nodes.end())};
     const std::size_t pieces = runs(halves[0]);
     if (fewest == 0 || pieces < fewest) fewest = pieces, best = halves;
   }
@@ -53,14 +56,20 @@ std::vector<NodeRange> ranges_of(const std::vector<char>& in) {
   std::vector<NodeRange> list;
   for (int n = 0; n < static_cast<int>(in.size()); ++n) {
     if (!in[n]) continue;
-    if (!list.empty() && list.back().second == n) ++list.back().second;
-    else list.emplace_back(n, n + 1);
+    if (!list.empty() && list.back().second == n)
+      ++list.back().second;
+    else
+      list.emplace_back(n, n + 1);
   }
   return list;
 }
 
-Partition::Partition(const HexMesh& whole, const std::vector<int>& common, const std::vector<double>& cost, bool everywhere, Ranks& ranks)
-    : ranks_(&ranks), me_(ranks.rank()), nodes_in_all_(whole.nodes.size()), cells_in_all_(whole.hexes.size()) {
+Partition::Partition(const HexMesh& whole, const std::vector<int>& common, const std::vector<double>& cost,
+                     bool everywhere, Ranks& ranks)
+    : ranks_(&ranks),
+      me_(ranks.rank()),
+      nodes_in_all_(whole.nodes.size()),
+      cells_in_all_(whole.hexes.size()) {
   std::vector<int> owner(nodes_in_all_), nodes(nodes_in_all_);
   std::iota(nodes.begin(), nodes.end(), 0);
   bisect(whole, cost, std::move(nodes), 0, ranks.size(), owner);
@@ -83,8 +92,10 @@ Partition::Partition(const HexMesh& whole, const std::vector<int>& common, const
     for (std::size_t n = 0; n < needed.size(); ++n) {
       if (r == me_ && needed[n]) held[n] = 1;
       if (!needed[n] || owner[n] == r) continue;
-      if (r == me_) receive_[owner[n]].push_back(static_cast<int>(n)), border[n] = 1;
-      else if (owner[n] == me_) send_[r].push_back(static_cast<int>(n));
+      if (r == me_)
+        receive_[owner[n]].push_back(static_cast<int>(n)), border[n] = 1;
+      else if (owner[n] == me_)
+        send_[r].push_back(static_cast<int>(n));
     }
   }
   for (std::size_t cell = 0; cell < cells_in_all_; ++cell) {
@@ -150,25 +161,29 @@ std::vector<int> Partition::cells_here(const std::vector<int>& whole) const {
 }
 
 void Partition::exchange(AlignedVector& field) {
-  exchange(3, [&](int n, double* to) { std::copy_n(&field[4 * static_cast<std::size_t>(n)], 3, to); },
-           [&](int n, const double* from) { std::copy_n(from, 3, &field[4 * static_cast<std::size_t>(n)]); });
+  exchange(
+      3, [&](int n, double* to) { std::copy_n(&field[4 * static_cast<std::size_t>(n)], 3, to); },
+      [&](int n, const double* from) { std::copy_n(from, 3, &field[4 * static_cast<std::size_t>(n)]); });
 }
 
 void Partition::gather(std::span<AlignedVector* const> fields) {
   std::size_t n = 0;
-  each_node(3 * static_cast<int>(fields.size()),
-            [&](int node, double* to) {
-              for (const AlignedVector* field : fields) to = std::copy_n(&(*field)[4 * static_cast<std::size_t>(node)], 3, to);
-            },
-            [&](const double* from) {
-              for (AlignedVector* field : fields) std::copy_n(from, 3, &(*field)[4 * n]), from += 3;
-              ++n;
-            });
+  each_node(
+      3 * static_cast<int>(fields.size()),
+      [&](int node, double* to) {
+        for (const AlignedVector* field : fields)
+          to = std::copy_n(&(*field)[4 * static_cast<std::size_t>(node)], 3, to);
+      },
+      [&](const double* from) {
+        for (AlignedVector* field : fields) std::copy_n(from, 3, &(*field)[4 * n]), from += 3;
+        ++n;
+      });
 }
 
-void Partition::each(const std::vector<int>& numbers, std::size_t in_all, const std::function<bool(int)>& own, int width, const std::function<void(int, double*)>& write,
+void Partition::each(const std::vector<int>& numbers, std::size_t in_all, const std::function<bool(int)>& own,
+                     int width, const std::function<void(int, double*)>& write,
                      const std::function<void(const double*)>& take) {
-  constexpr std::size_t at_once = 32768;   // so many numbers of the whole mesh: what is on its way stays small
+  constexpr std::size_t at_once = 32768;  // so many numbers of the whole mesh: what is on its way stays small
   const auto w = static_cast<std::size_t>(width);
   std::vector<double> mine, values;
   std::size_t next = 0;
@@ -183,17 +198,22 @@ void Partition::each(const std::vector<int>& numbers, std::size_t in_all, const 
     }
     const std::vector<double> all = collect(mine);
     values.resize(w * (end - begin));
-    for (std::size_t at = 0; at < all.size(); at += w + 1) std::copy_n(&all[at + 1], w, &values[w * (static_cast<std::size_t>(all[at]) - begin)]);
+    for (std::size_t at = 0; at < all.size(); at += w + 1)
+      std::copy_n(&all[at + 1], w, &values[w * (static_cast<std::size_t>(all[at]) - begin)]);
     for (std::size_t at = 0; at < values.size(); at += w) take(&values[at]);
   }
 }
 
-void Partition::each_node(int width, const std::function<void(int, double*)>& write, const std::function<void(const double*)>& take) {
-  each(node_number_, nodes_in_all_, [this](int n) { return owns_node(n); }, width, write, take);
+void Partition::each_node(int width, const std::function<void(int, double*)>& write,
+                          const std::function<void(const double*)>& take) {
+  each(
+      node_number_, nodes_in_all_, [this](int n) { return owns_node(n); }, width, write, take);
 }
 
-void Partition::each_cell(int width, const std::function<void(int, double*)>& write, const std::function<void(const double*)>& take) {
-  each(cell_number_, cells_in_all_, [this](int cell) { return owns_cell(cell); }, width, write, take);
+void Partition::each_cell(int width, const std::function<void(int, double*)>& write,
+                          const std::function<void(const double*)>& take) {
+  each(
+      cell_number_, cells_in_all_, [this](int cell) { return owns_cell(cell); }, width, write, take);
 }
 
 std::vector<double> Partition::records(int width, std::span<const double> mine) {
@@ -204,7 +224,9 @@ std::vector<double> Partition::records(int width, std::span<const double> mine) 
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return all[a] < all[b]; });
   std::vector<double> sorted;
   sorted.reserve(all.size());
-  for (const std::size_t at : order) sorted.insert(sorted.end(), all.begin() + static_cast<std::ptrdiff_t>(at), all.begin() + static_cast<std::ptrdiff_t>(at + w));
+  for (const std::size_t at : order)
+    sorted.insert(sorted.end(), all.begin() + static_cast<std::ptrdiff_t>(at),
+                  all.begin() + static_cast<std::ptrdiff_t>(at + w));
   return sorted;
 }
 
@@ -227,16 +249,19 @@ double Partition::repeated_share() const {
 }
 
 std::size_t Partition::memory_consumption() const {
-  std::size_t bytes = (node_number_.capacity() + cell_number_.capacity() + owner_.capacity()) * sizeof(int) + own_cells_.capacity() + local_cells_.capacity();
+  std::size_t bytes = (node_number_.capacity() + cell_number_.capacity() + owner_.capacity()) * sizeof(int) +
+                      own_cells_.capacity() + local_cells_.capacity();
   for (const auto* lists : {&send_, &receive_})
     for (const auto& list : *lists) bytes += list.capacity() * (sizeof(int) + 3 * sizeof(double));
   return bytes;
 }
 
-WatchedNodes::WatchedNodes(std::vector<int> nodes, Partition& partition) : partition_(&partition), nodes_(std::move(nodes)) {
+WatchedNodes::WatchedNodes(std::vector<int> nodes, Partition& partition)
+    : partition_(&partition), nodes_(std::move(nodes)) {
   std::vector<double> mine;
   for (std::size_t k = 0; k < nodes_.size(); ++k)
-    if (const int n = partition.node_here(nodes_[k]); n >= 0 && partition.owns_node(n)) own_.push_back(n), mine.push_back(static_cast<double>(k));
+    if (const int n = partition.node_here(nodes_[k]); n >= 0 && partition.owns_node(n))
+      own_.push_back(n), mine.push_back(static_cast<double>(k));
   const double owned = static_cast<double>(own_.size());
   for (const double value : partition.collect({&owned, 1})) count_.push_back(static_cast<int>(value));
   for (const double value : partition.collect(mine)) place_.push_back(static_cast<int>(value));
@@ -252,12 +277,15 @@ void WatchedNodes::gather(std::span<const AlignedVector* const> fields, std::vec
   std::vector<double> mine, all(width * nodes_.size());
   mine.reserve(width * own_.size());
   for (const int n : own_)
-    for (const AlignedVector* field : fields) mine.insert(mine.end(), &(*field)[4 * static_cast<std::size_t>(n)], &(*field)[4 * static_cast<std::size_t>(n)] + 3);
+    for (const AlignedVector* field : fields)
+      mine.insert(mine.end(), &(*field)[4 * static_cast<std::size_t>(n)],
+                  &(*field)[4 * static_cast<std::size_t>(n)] + 3);
   std::vector<int> count(count_);
   for (int& c : count) c *= static_cast<int>(width);
   partition_->collect(mine, count, all.data());
   values.resize(all.size());
-  for (std::size_t i = 0; i < place_.size(); ++i) std::copy_n(&all[width * i], width, &values[width * static_cast<std::size_t>(place_[i])]);
+  for (std::size_t i = 0; i < place_.size(); ++i)
+    std::copy_n(&all[width * i], width, &values[width * static_cast<std::size_t>(place_[i])]);
 }
 
 }  // namespace talus::fem

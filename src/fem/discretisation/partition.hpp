@@ -1,12 +1,14 @@
 /// Which rank holds and computes which part of a structure.
 ///
-/// Nodes are divided among the ranks by recursive bisection of their coordinates, each half with its share of the cost. A rank
-/// computes every cell that touches a node of its own: those at the border are computed on both sides. All forces on an own node are
-/// then summed here, in the order of the whole mesh, with the same bits on any number of ranks. What is exchanged in a step is the
-/// motion of the border nodes, those of others that computed cells touch.
+/// Nodes are divided among the ranks by recursive bisection of their coordinates, each half with its share of
+/// the cost. A rank computes every cell that touches a node of its own: those at the border are computed on
+/// both sides. All forces on an own node are then summed here, in the order of the whole mesh, with the same
+/// bits on any number of ranks. What is exchanged in a step is the motion of the border nodes, those of
+/// others that computed cells touch.
 ///
-/// A rank holds a part of the mesh, the cells that it computes and their nodes, numbered anew in the order of the whole. Where the rest is needed on every rank
-/// (factors, modes, bearings, bond slip) the part is the whole.
+/// A rank holds a part of the mesh, the cells that it computes and their nodes, numbered anew in the order of
+/// the whole. Where the rest is needed on every rank (factors, modes, bearings, bond slip) the part is the
+/// whole.
 #pragma once
 #include <algorithm>
 #include <functional>
@@ -15,20 +17,22 @@
 #include <vector>
 
 #include "core/ranks.hpp"
-#include "fem/kernels/aligned.hpp"
 #include "fem/discretisation/hex_mesh.hpp"
+#include "fem/kernels/aligned.hpp"
 
 namespace talus::fem {
 
-using NodeRange = std::pair<int, int>;   // [first, last)
+using NodeRange = std::pair<int, int>;  // [first, last)
 
 /// Ranges of the numbers n with in[n] != 0, ascending.
 std::vector<NodeRange> ranges_of(const std::vector<char>& in);
 
 class Partition {
  public:
-  /// `common`: nodes whose motion every rank needs. `cost`: of a node; shares are equal in its sum. `everywhere`: every rank keeps the whole mesh.
-  Partition(const HexMesh& whole, const std::vector<int>& common, const std::vector<double>& cost, bool everywhere, Ranks& ranks);
+  /// `common`: nodes whose motion every rank needs. `cost`: of a node; shares are equal in its sum.
+  /// `everywhere`: every rank keeps the whole mesh.
+  Partition(const HexMesh& whole, const std::vector<int>& common, const std::vector<double>& cost,
+            bool everywhere, Ranks& ranks);
 
   /// The part of the mesh that this rank holds.
   HexMesh part_of(const HexMesh& whole) const;
@@ -47,9 +51,12 @@ class Partition {
   bool owns_node(int n) const { return owner_[n] == me_; }
   /// One rank only: that of the cell's first node.
   bool owns_cell(int cell) const { return own_cells_[cell] != 0; }
-  /// A face, as any set of nodes that cells share: that of its first node. Both cells of an own face are computed here.
+  /// A face, as any set of nodes that cells share: that of its first node. Both cells of an own face are
+  /// computed here.
   template <class Nodes>
-  bool owns_face(const Nodes& nodes) const { return owns_node(*std::min_element(std::begin(nodes), std::end(nodes))); }
+  bool owns_face(const Nodes& nodes) const {
+    return owns_node(*std::min_element(std::begin(nodes), std::end(nodes)));
+  }
   const std::vector<char>& own_cells() const { return own_cells_; }
   /// Cells that touch a node of this rank.
   const std::vector<char>& local_cells() const { return local_cells_; }
@@ -64,13 +71,18 @@ class Partition {
   /// The same with one number per node.
   template <class Number>
   void exchange_numbers(std::vector<Number>& field) {
-    exchange(1, [&](int n, double* to) { *to = static_cast<double>(field[n]); }, [&](int n, const double* from) { field[n] = static_cast<Number>(*from); });
+    exchange(
+        1, [&](int n, double* to) { *to = static_cast<double>(field[n]); },
+        [&](int n, const double* from) { field[n] = static_cast<Number>(*from); });
   }
   /// Makes fields (four numbers per node) current everywhere, where every rank holds the whole mesh.
   void gather(std::span<AlignedVector* const> fields);
-  /// Every rank takes `width` numbers of every node or cell of the whole mesh, in its order, which the owner writes.
-  void each_node(int width, const std::function<void(int, double*)>& write, const std::function<void(const double*)>& take);
-  void each_cell(int width, const std::function<void(int, double*)>& write, const std::function<void(const double*)>& take);
+  /// Every rank takes `width` numbers of every node or cell of the whole mesh, in its order, which the owner
+  /// writes.
+  void each_node(int width, const std::function<void(int, double*)>& write,
+                 const std::function<void(const double*)>& take);
+  void each_cell(int width, const std::function<void(int, double*)>& write,
+                 const std::function<void(const double*)>& take);
   /// Records of `width` numbers from all ranks, ascending by the first one.
   std::vector<double> records(int width, std::span<const double> mine);
   /// Sums each entry over the ranks, in their order: the same bits everywhere.
@@ -80,17 +92,20 @@ class Partition {
   /// The records of all ranks one after the other.
   std::vector<double> collect(std::span<const double> mine) { return ranks_->gather(mine); }
   /// The same where it is known how much each rank has.
-  void collect(std::span<const double> mine, std::span<const int> count, double* all) { ranks_->gather(mine, count, all); }
+  void collect(std::span<const double> mine, std::span<const int> count, double* all) {
+    ranks_->gather(mine, count, all);
+  }
   int size() const { return ranks_->size(); }
 
   /// For the plan: cells of each rank, and the share of all cells that is computed more than once.
   std::vector<long> cells_per_rank() const { return cells_per_rank_; }
   double repeated_share() const;
-  std::size_t memory_consumption() const;   // [bytes]
+  std::size_t memory_consumption() const;  // [bytes]
 
  private:
   static int here(const std::vector<int>& numbers, int whole);
-  void each(const std::vector<int>& numbers, std::size_t in_all, const std::function<bool(int)>& own, int width, const std::function<void(int, double*)>& write,
+  void each(const std::vector<int>& numbers, std::size_t in_all, const std::function<bool(int)>& own,
+            int width, const std::function<void(int, double*)>& write,
             const std::function<void(const double*)>& take);
   template <class Write, class Read>
   void exchange(std::size_t width, Write&& write, Read&& read) {
@@ -107,32 +122,35 @@ class Partition {
   Ranks* ranks_;
   int me_;
   std::size_t nodes_in_all_, cells_in_all_;
-  std::vector<int> node_number_, cell_number_;   // in the whole mesh
-  std::vector<int> owner_;                       // per node
+  std::vector<int> node_number_, cell_number_;  // in the whole mesh
+  std::vector<int> owner_;                      // per node
   std::vector<char> own_cells_, local_cells_;
   std::vector<NodeRange> own_nodes_, border_nodes_;
   std::vector<std::vector<int>> send_, receive_;  // nodes, per rank
   std::vector<std::vector<double>> outgoing_, incoming_;
-  std::vector<long> cells_per_rank_;             // local ones
+  std::vector<long> cells_per_rank_;  // local ones
 };
 
 /// Nodes of the whole mesh that every rank asks for, and how their owners tell of them.
 class WatchedNodes {
  public:
   WatchedNodes() = default;
-  WatchedNodes(std::vector<int> nodes, Partition& partition);   // ascending
+  WatchedNodes(std::vector<int> nodes, Partition& partition);  // ascending
   const std::vector<int>& nodes() const { return nodes_; }
   /// -1: not among them.
   int place(int whole) const;
   /// Three numbers of each, of fields with four per node; `values`: 3 x fields for each node.
   void gather(std::span<const AlignedVector* const> fields, std::vector<double>& values) const;
-  std::size_t memory_consumption() const { return (nodes_.capacity() + own_.capacity() + place_.capacity()) * sizeof(int); }
+  std::size_t memory_consumption() const {
+    return (nodes_.capacity() + own_.capacity() + place_.capacity()) * sizeof(int);
+  }
 
  private:
   Partition* partition_ = nullptr;
   std::vector<int> nodes_;
-  std::vector<int> own_;            // those owned here, by their numbers here
-  std::vector<int> place_, count_;  // of what the ranks send, one after the other: place in nodes_; how many each sends
+  std::vector<int> own_;  // those owned here, by their numbers here
+  std::vector<int> place_,
+      count_;  // of what the ranks send, one after the other: place in nodes_; how many each sends
 };
 
 }  // namespace talus::fem

@@ -1,8 +1,10 @@
-// Nodes that hang between larger cells follow the nodes of those: u_h = sum w u_m. Forces and masses go the transposed way,
+// Nodes that hang between larger cells follow the nodes of those: u_h = sum w u_m. Forces and masses go the
+// transposed way,
 //
 //   f_m += w f_h,     m_m += w m_h,
 //
-// so that the power of every force, the whole mass and, since a hanging node lies where its masters' mean does, both momenta are those of the free mesh.
+// so that the power of every force, the whole mass and, since a hanging node lies where its masters' mean
+// does, both momenta are those of the free mesh.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -17,7 +19,8 @@
 namespace talus::fem {
 
 bool refines_locally(const StructureSpec& spec) {
-  return std::any_of(spec.parameters.begin(), spec.parameters.end(), [](const auto& p) { return p.first == "local_refinement" && p.second != 0; });
+  return std::any_of(spec.parameters.begin(), spec.parameters.end(),
+                     [](const auto& p) { return p.first == "local_refinement" && p.second != 0; });
 }
 
 StructureSpec of_coarse_mesh(const StructureSpec& spec) {
@@ -26,15 +29,18 @@ StructureSpec of_coarse_mesh(const StructureSpec& spec) {
   return coarse;
 }
 
-/// Coarse cells as the specification says, halved by the zones that end at their borders; supports and probes on them. Of several ranks that divide memory each keeps its part.
+/// Coarse cells as the specification says, halved by the zones that end at their borders; supports and probes
+/// on them. Of several ranks that divide memory each keeps its part.
 Box3 FemStructure::make_cells() {
   HexMesh coarse = make_mesh(of_coarse_mesh(spec_));
   check_cells(coarse, "structure." + spec_.name, spec_.file);
   if (!spec_.file.empty()) {
     check_faces(coarse, "structure." + spec_.name, spec_.file);
     if (const auto pair = overlapping_cells(coarse))
-      report_(fmt::format("warning: {}: {} and {} overlap but share no nodes: nothing ties them together, and the volume counts twice; merge the parts' nodes where they touch, or remove one of them",
-                          spec_.file, cell_name(coarse, pair->first), cell_name(coarse, pair->second)));
+      report_(fmt::format(
+          "warning: {}: {} and {} overlap but share no nodes: nothing ties them together, and the volume "
+          "counts twice; merge the parts' nodes where they touch, or remove one of them",
+          spec_.file, cell_name(coarse, pair->first), cell_name(coarse, pair->second)));
   }
   const Box3 extent = bounds(coarse.nodes);
   const auto settle = [this](const HexMesh& mesh) {
@@ -58,7 +64,10 @@ Box3 FemStructure::make_cells() {
   const std::size_t before = coarse.hexes.size();
   discretisation_.reinit(std::move(coarse), zones);
   if (given && struck_zones_.empty() && mesh_.hexes.size() == before)
-    bad(spec_, "refine", fmt::format("{} zones", spec_.refinements.size()), "no cell lies in them that is larger than they ask for", "give the region in scene coordinates, about the part to refine, and cells smaller than the structure's");
+    bad(spec_, "refine", fmt::format("{} zones", spec_.refinements.size()),
+        "no cell lies in them that is larger than they ask for",
+        "give the region in scene coordinates, about the part to refine, and cells smaller than the "
+        "structure's");
   if (impact_refinement(spec_).cell_size == 0) discretisation_.forget_cells();
   settle(mesh_);
   find_places(mesh_);
@@ -66,27 +75,34 @@ Box3 FemStructure::make_cells() {
 }
 
 bool FemStructure::refinable() const {
-  if (impact_refinement(spec_).cell_size == 0) return false;   // its triangulation is gone
-  // What has been at rest since the start is in the state that its permanent load brings it to; that of finer cells has its own cracks.
+  if (impact_refinement(spec_).cell_size == 0) return false;  // its triangulation is gone
+  // What has been at rest since the start is in the state that its permanent load brings it to; that of finer
+  // cells has its own cracks.
   const bool unmoved = still_ && !(reference_kinetic_ > 1e-14 * std::abs(stored_part_));
-  const bool whole = (!damage_ || damage_->cells().empty() || unmoved) && !supports_.none && std::find(live_.begin(), live_.end(), 0) == live_.end() && (!bars_ || bars_->dissipation() == 0);
-  return largest(whole ? 0 : 1) == 0;   // on every rank
+  const bool whole = (!damage_ || damage_->cells().empty() || unmoved) && !supports_.none &&
+                     std::find(live_.begin(), live_.end(), 0) == live_.end() &&
+                     (!bars_ || bars_->dissipation() == 0);
+  return largest(whole ? 0 : 1) == 0;  // on every rank
 }
 
 std::unique_ptr<Structure> FemStructure::refined(std::span<const StructureSpec::Refinement> zones) {
   const auto asked_for = [&](const std::array<int, 8>& hex) {
     std::array<Vec3, 8> corners;
     for (std::size_t a = 0; a < 8; ++a) corners[a] = mesh_.nodes[static_cast<std::size_t>(hex[a])];
-    return std::any_of(zones.begin(), zones.end(), [&](const auto& zone) { return to_be_halved(corners, zone); });
+    return std::any_of(zones.begin(), zones.end(),
+                       [&](const auto& zone) { return to_be_halved(corners, zone); });
   };
   if (!refinable() || std::none_of(mesh_.hexes.begin(), mesh_.hexes.end(), asked_for)) return nullptr;
-  auto finer = std::make_unique<FemStructure>(spec_, gravity_, report_, Zones(zones.begin(), zones.end()), this);
+  auto finer =
+      std::make_unique<FemStructure>(spec_, gravity_, report_, Zones(zones.begin(), zones.end()), this);
   finer->take_over(*this);
   return finer;
 }
 
-/// What a coarser mesh has moved by since its state at rest, u - u_rest, is a field of this mesh too, since every cell is one of that mesh or a part of one: its values at new nodes are means of
-/// their corners'. Linear momentum is that of the field in either mesh, masses being row sums; energies are not, by the assumed strains and by the sums of squares.
+/// What a coarser mesh has moved by since its state at rest, u - u_rest, is a field of this mesh too, since
+/// every cell is one of that mesh or a part of one: its values at new nodes are means of their corners'.
+/// Linear momentum is that of the field in either mesh, masses being row sums; energies are not, by the
+/// assumed strains and by the sums of squares.
 void FemStructure::take_over(FemStructure& before) {
   before.leave_modal();
   const double energy_before = before.mechanical_energy();
@@ -98,8 +114,10 @@ void FemStructure::take_over(FemStructure& before) {
   discretisation_.interpolate(before.discretisation_, before.v_, v_);
   for (std::size_t i = 0; i < u_.size(); ++i) u_[i] += rest_.u[i];
   books_ = before.books_;
-  time_ = before.time_, still_ = before.still_, still_since_ = before.still_since_, blow_time_ = before.blow_time_;
-  reference_kinetic_ = before.reference_kinetic_, steps_taken_ = before.steps_taken_, taken_by_starts_ = before.taken_by_starts_;
+  time_ = before.time_, still_ = before.still_, still_since_ = before.still_since_,
+  blow_time_ = before.blow_time_;
+  reference_kinetic_ = before.reference_kinetic_, steps_taken_ = before.steps_taken_,
+  taken_by_starts_ = before.taken_by_starts_;
   if (bearings_ && bearings_->sites().size() == before.bearings_->sites().size()) {
     std::vector<double> state;
     before.bearings_->save(state);
@@ -107,10 +125,13 @@ void FemStructure::take_over(FemStructure& before) {
   }
   load_track_ = before.load_track_;
   std::vector<std::array<double, 2>> drift;
-  for (std::size_t k = 0; k < rest_.drift.size(); ++k) drift.push_back({rest_.drift[k][0] - before.rest_.drift[k][0], rest_.drift[k][1] - before.rest_.drift[k][1]});
-  find_feet(mesh_);   // load_track_ is told of this mesh's
+  for (std::size_t k = 0; k < rest_.drift.size(); ++k)
+    drift.push_back(
+        {rest_.drift[k][0] - before.rest_.drift[k][0], rest_.drift[k][1] - before.rest_.drift[k][1]});
+  find_feet(mesh_);  // load_track_ is told of this mesh's
   std::vector<double> reaction;
-  for (std::size_t i = 0; i < std::min(rest_.reaction.size(), before.rest_.reaction.size()); ++i) reaction.push_back(rest_.reaction[i] - before.rest_.reaction[i]);
+  for (std::size_t i = 0; i < std::min(rest_.reaction.size(), before.rest_.reaction.size()); ++i)
+    reaction.push_back(rest_.reaction[i] - before.rest_.reaction[i]);
   load_track_.shift(reaction, drift);
   moved();
   books_.algorithmic -= mechanical_energy() - energy_before - (rest_.energy - before.rest_.energy);
@@ -130,7 +151,8 @@ void FemStructure::keep_rest() {
 void FemStructure::settle_hanging_nodes() {
   for (const HangingNode& h : mesh_.hanging) {
     const auto n = static_cast<std::size_t>(h.node);
-    for (const auto& [master, weight] : h.masters) mass_[static_cast<std::size_t>(master)] += weight * mass_[n];
+    for (const auto& [master, weight] : h.masters)
+      mass_[static_cast<std::size_t>(master)] += weight * mass_[n];
     mass_[n] = 0;
     supports_.held[n] = {false, false, false};
   }
@@ -140,14 +162,17 @@ void FemStructure::settle_hanging_nodes() {
   std::erase_if(supports_.nodes, [&](int n) { return hangs[static_cast<std::size_t>(n)] != 0; });
   for (PatchLoad& load : loads_) {
     std::vector<Vec3> force(mesh_.nodes.size(), Vec3::Zero());
-    for (std::size_t k = 0; k < load.node.size(); ++k) force[static_cast<std::size_t>(load.node[k])] += load.force[k];
+    for (std::size_t k = 0; k < load.node.size(); ++k)
+      force[static_cast<std::size_t>(load.node[k])] += load.force[k];
     for (const HangingNode& h : mesh_.hanging) {
-      for (const auto& [master, weight] : h.masters) force[static_cast<std::size_t>(master)] += weight * force[static_cast<std::size_t>(h.node)];
+      for (const auto& [master, weight] : h.masters)
+        force[static_cast<std::size_t>(master)] += weight * force[static_cast<std::size_t>(h.node)];
       force[static_cast<std::size_t>(h.node)].setZero();
     }
     load.node.clear(), load.force.clear();
     for (int n = 0; n < static_cast<int>(force.size()); ++n)
-      if (force[static_cast<std::size_t>(n)] != Vec3::Zero()) load.node.push_back(n), load.force.push_back(force[static_cast<std::size_t>(n)]);
+      if (force[static_cast<std::size_t>(n)] != Vec3::Zero())
+        load.node.push_back(n), load.force.push_back(force[static_cast<std::size_t>(n)]);
   }
 }
 

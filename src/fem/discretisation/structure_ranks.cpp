@@ -1,4 +1,5 @@
-// A structure on several ranks: what each holds and computes, and what it must hear from the others before it tells of the whole.
+// A structure on several ranks: what each holds and computes, and what it must hear from the others before it
+// tells of the whole.
 #include <algorithm>
 
 #include "core/error.hpp"
@@ -9,27 +10,34 @@ namespace talus::fem {
 
 namespace {
 
-constexpr std::size_t least_cells = 256;   // per rank; a smaller structure is computed whole by every rank
+constexpr std::size_t least_cells = 256;  // per rank; a smaller structure is computed whole by every rank
 
-bool worth_dividing(const HexMesh& mesh) { return ranks() != nullptr && mesh.hexes.size() >= least_cells * static_cast<std::size_t>(ranks()->size()); }
+bool worth_dividing(const HexMesh& mesh) {
+  return ranks() != nullptr && mesh.hexes.size() >= least_cells * static_cast<std::size_t>(ranks()->size());
+}
 
 }  // namespace
 
 /// Whether each rank can hold its own part alone: nothing is factored, and nothing reaches over the parts.
 bool FemStructure::divides_memory(const HexMesh& whole) const {
-  if (!worth_dividing(whole) || !struck_zones_.empty() || impact_refinement(spec_).cell_size > 0 || (refines_locally(spec_) && !spec_.refinements.empty())) return false;
+  if (!worth_dividing(whole) || !struck_zones_.empty() || impact_refinement(spec_).cell_size > 0 ||
+      (refines_locally(spec_) && !spec_.refinements.empty()))
+    return false;
   if (spec_.kind == "viaduct" || !spec_.rebar_file.empty() || !spec_.rebar_rules.empty()) return false;
   long free = 0;
   for (const auto& held : supports_.held) free += 3 - (held[0] + held[1] + held[2]);
-  const bool explicit_alone = spec_.integrator == "explicit" || supports_.none || free > largest_factored_system;
+  const bool explicit_alone =
+      spec_.integrator == "explicit" || supports_.none || free > largest_factored_system;
   // Smaller ones are brought to rest, and their first frequency found, by factors.
-  const bool no_statics = supports_.none || (!(spec_.damping_ratio > 0) && !(spec_.gravity_preload && gravity_.norm() > 0));
+  const bool no_statics =
+      supports_.none || (!(spec_.damping_ratio > 0) && !(spec_.gravity_preload && gravity_.norm() > 0));
   return explicit_alone && (no_statics || free > largest_factored_system);
 }
 
 /// Keeps of the whole mesh, of which supports, probes, members and feet are known, this rank's part.
 void FemStructure::take_part(HexMesh&& whole) {
-  partition_ = std::make_unique<Partition>(whole, std::vector<int>{}, std::vector<double>(whole.nodes.size(), 1.0), false, *ranks());
+  partition_ = std::make_unique<Partition>(whole, std::vector<int>{},
+                                           std::vector<double>(whole.nodes.size(), 1.0), false, *ranks());
   const Partition& part = *partition_;
   Supports all = std::move(supports_);
   supports_ = {{}, part.nodes_here(all.nodes), all.centroid, all.none};
@@ -40,8 +48,10 @@ void FemStructure::take_part(HexMesh&& whole) {
   const std::vector<ElementOperator::Lane> lanes = ElementOperator::lanes_of(whole);
   HexMesh mine = part.part_of(whole);
   std::vector<ElementOperator::Lane> lanes_here;
-  for (std::size_t cell = 0; cell < mine.hexes.size(); ++cell) lanes_here.push_back(lanes[static_cast<std::size_t>(part.whole_cell(static_cast<int>(cell)))]);
-  for (std::size_t n = 0; n < mine.nodes.size(); ++n) supports_.held.push_back(all.held[static_cast<std::size_t>(part.whole_node(static_cast<int>(n)))]);
+  for (std::size_t cell = 0; cell < mine.hexes.size(); ++cell)
+    lanes_here.push_back(lanes[static_cast<std::size_t>(part.whole_cell(static_cast<int>(cell)))]);
+  for (std::size_t n = 0; n < mine.nodes.size(); ++n)
+    supports_.held.push_back(all.held[static_cast<std::size_t>(part.whole_node(static_cast<int>(n)))]);
   for (MemberPlace& m : member_places_) {
     m.place.cells = part.cells_here(m.place.cells);
     for (std::vector<int>* nodes : {&m.place.foot, &m.place.top}) *nodes = part.nodes_here(*nodes);
@@ -60,9 +70,10 @@ void FemStructure::take_part(HexMesh&& whole) {
 
 /// Divides the work of a structure that every rank holds whole.
 void FemStructure::divide() {
-  if (divided()) return watch();   // its masses are known now
+  if (divided()) return watch();  // its masses are known now
   if (!mesh_.hanging.empty() || !worth_dividing(mesh_)) return;
-  partition_ = std::make_unique<Partition>(mesh_, bearings_ ? bearings_->nodes() : std::vector<int>{}, std::vector<double>(mesh_.nodes.size(), 1.0), true, *ranks());
+  partition_ = std::make_unique<Partition>(mesh_, bearings_ ? bearings_->nodes() : std::vector<int>{},
+                                           std::vector<double>(mesh_.nodes.size(), 1.0), true, *ranks());
   own_ = partition_->own_nodes();
   operator_->restrict_to(partition_->local_cells());
   operator_->count_only(partition_->own_cells());
@@ -110,7 +121,8 @@ double FemStructure::largest(double value) const { return partition_ ? partition
 
 void FemStructure::motion_changed() { skin_shared_ = prediction_shared_ = bars_shared_ = !partition_; }
 
-// What is seen from outside is whole for whoever asks; which numbers have already been fetched is not part of the state.
+// What is seen from outside is whole for whoever asks; which numbers have already been fetched is not part of
+// the state.
 const double* FemStructure::seen(int node) const {
   if (!skin_shared_) {
     const std::array<const AlignedVector*, 2> fields{&u_, &v_};
@@ -122,7 +134,8 @@ const double* FemStructure::seen(int node) const {
 
 std::size_t FemStructure::seen_place(int node) const {
   const int place = watched_.place(node);
-  if (place < 0) throw NumericalFailure("structure " + spec_.name + ": a node was asked for that is not on its surface");
+  if (place < 0)
+    throw NumericalFailure("structure " + spec_.name + ": a node was asked for that is not on its surface");
   return static_cast<std::size_t>(place);
 }
 
@@ -148,15 +161,25 @@ void FemStructure::share_bars() const {
 
 std::vector<std::pair<std::string, std::size_t>> FemStructure::memory_consumption() const {
   const auto of = [](const auto& list) { return list.capacity() * sizeof(list[0]); };
-  std::size_t fields = of(mass_) + of(built_mass_) + of(cells_at_node_) + of(live_) + of(cell_mass_) + of(shortest_edge_) + of(supports_.held) + of(dofs_.number);
-  for (const AlignedVector* field : {&u_, &v_, &f_int_, &f_visc_, &f_ext_, &v_hat_, &inverse_mass_, &contact_impulse_, &jump_}) fields += of(*field);
+  std::size_t fields = of(mass_) + of(built_mass_) + of(cells_at_node_) + of(live_) + of(cell_mass_) +
+                       of(shortest_edge_) + of(supports_.held) + of(dofs_.number);
+  for (const AlignedVector* field :
+       {&u_, &v_, &f_int_, &f_visc_, &f_ext_, &v_hat_, &inverse_mass_, &contact_impulse_, &jump_})
+    fields += of(*field);
   std::size_t elements = operator_->memory_consumption();
   for (const MemberPlace& m : member_places_)
     for (const ElementPack& pack : m.cut_packs) elements += pack.memory_consumption();
-  const std::size_t skin = of(skin_) + of(skin_node_) + of(surface_.vertices) + of(surface_.velocities) + of(surface_.triangles) + of(surface_.parent_face) + of(surface_.nodes) +
-                           watched_.memory_consumption() + of(seen_.built) + of(seen_.motion) + of(seen_.prediction);
-  return {{"mesh", of(mesh_.nodes) + of(mesh_.local) + of(mesh_.hexes) + of(mesh_.across) + of(mesh_.component) + of(mesh_.number)}, {"fields", fields}, {"elements", elements},
-          {"damage", damage_ ? damage_->memory_consumption() : 0}, {"skin", skin}, {"partition", partition_ ? partition_->memory_consumption() : 0}};
+  const std::size_t skin = of(skin_) + of(skin_node_) + of(surface_.vertices) + of(surface_.velocities) +
+                           of(surface_.triangles) + of(surface_.parent_face) + of(surface_.nodes) +
+                           watched_.memory_consumption() + of(seen_.built) + of(seen_.motion) +
+                           of(seen_.prediction);
+  return {{"mesh", of(mesh_.nodes) + of(mesh_.local) + of(mesh_.hexes) + of(mesh_.across) +
+                       of(mesh_.component) + of(mesh_.number)},
+          {"fields", fields},
+          {"elements", elements},
+          {"damage", damage_ ? damage_->memory_consumption() : 0},
+          {"skin", skin},
+          {"partition", partition_ ? partition_->memory_consumption() : 0}};
 }
 
 std::vector<int> FemStructure::joined(const std::vector<int>& cells) const {

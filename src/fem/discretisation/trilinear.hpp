@@ -1,4 +1,5 @@
-/// The map of one hexahedron from its reference cube, as a polynomial: for those who ask for its Jacobian at many points.
+/// The map of one hexahedron from its reference cube, as a polynomial: for those who ask for its Jacobian at
+/// many points.
 ///
 ///   x(xi) = x_0 + c_0 xi + c_1 eta + c_2 zeta + c_3 xi eta + c_4 xi zeta + c_5 eta zeta + c_6 xi eta zeta
 ///
@@ -13,9 +14,11 @@ namespace talus::fem {
 class TrilinearMap {
  public:
   TrilinearMap(const HexMesh& mesh, int cell) {
-    constexpr int sign[8][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1}, {-1, -1, 1}, {1, -1, 1}, {1, 1, 1}, {-1, 1, 1}};   // VTK order
+    constexpr int sign[8][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1},
+                                {-1, -1, 1},  {1, -1, 1},  {1, 1, 1},  {-1, 1, 1}};  // VTK order
     const auto& hex = mesh.hexes[static_cast<std::size_t>(cell)];
-    const Vec3& origin = mesh.nodes[static_cast<std::size_t>(hex[0])];   // edge vectors keep it exact for cells far from the origin
+    const Vec3& origin = mesh.nodes[static_cast<std::size_t>(
+        hex[0])];  // edge vectors keep it exact for cells far from the origin
     c_.fill(Vec3::Zero());
     for (std::size_t a = 1; a < 8; ++a) {
       const Vec3 x = 0.125 * (mesh.nodes[static_cast<std::size_t>(hex[a])] - origin);

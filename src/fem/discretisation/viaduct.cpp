@@ -27,21 +27,25 @@ std::vector<rebar::Member> cap_members(const StructureSpec& spec) {
   return members;
 }
 
-std::vector<rebar::Bar> deck_bars(const StructureSpec& spec, const StructureSpec::RebarRule& rule, const material::Steel::Parameters& steel) {
+std::vector<rebar::Bar> deck_bars(const StructureSpec& spec, const StructureSpec::RebarRule& rule,
+                                  const material::Steel::Parameters& steel) {
   const Vec3 up = spec.rotation.col(2);
   const double inset = rule.cover + rule.diameter / 2;
   std::vector<rebar::Bar> bars;
   for (const ViaductPlan::Soffit& soffit : viaduct_plan(spec).soffits) {
     const double room = soffit.width - 2 * inset;
     if (!(room >= 0) || (rule.bars > 1 && room / (rule.bars - 1) < rule.diameter))
-      bad(spec, "rebar", fmt::format("{} bars of {:g} m", rule.bars, rule.diameter), fmt::format("they do not fit side by side into a width of {:g} m", soffit.width), "fewer, thinner bars or less cover");
+      bad(spec, "rebar", fmt::format("{} bars of {:g} m", rule.bars, rule.diameter),
+          fmt::format("they do not fit side by side into a width of {:g} m", soffit.width),
+          "fewer, thinner bars or less cover");
     const Vec3 along = (soffit.end - soffit.start).normalized();
     for (int i = 0; i < rule.bars; ++i) {
       rebar::Bar bar;
       bar.name = fmt::format("D{}", bars.size() + 1);
       bar.diameter = rule.diameter;
       bar.steel = steel;
-      const Vec3 shift = (rule.bars > 1 ? room * (double(i) / (rule.bars - 1) - 0.5) : 0.0) * soffit.across + inset * up;
+      const Vec3 shift =
+          (rule.bars > 1 ? room * (double(i) / (rule.bars - 1) - 0.5) : 0.0) * soffit.across + inset * up;
       bar.points = {soffit.start + shift + rule.cover * along, soffit.end + shift - rule.cover * along};
       bars.push_back(std::move(bar));
     }
@@ -59,7 +63,9 @@ std::vector<int> feet_of(const ViaductPlan::Part& part, const HexMesh& mesh) {
     const Vec3& x = mesh.nodes[n];
     for (std::size_t b = 0; b < count; ++b) {
       const Vec3 low = part.boxes[b].min().array() - 1e-9, high = part.boxes[b].max().array() + 1e-9;
-      if (std::abs(x.z() - part.boxes[b].min().z()) > 1e-9 || x.x() < low.x() || x.x() > high.x() || x.y() < low.y() || x.y() > high.y()) continue;
+      if (std::abs(x.z() - part.boxes[b].min().z()) > 1e-9 || x.x() < low.x() || x.x() > high.x() ||
+          x.y() < low.y() || x.y() > high.y())
+        continue;
       feet.push_back(static_cast<int>(n));
       break;
     }
@@ -76,7 +82,9 @@ HexMesh viaduct_mesh(const StructureSpec& spec) {
   for (int k = 0; k < static_cast<int>(plan.parts.size()); ++k) {
     const ViaductPlan::Part& what = plan.parts[k];
     std::vector<int> feet;
-    const HexMesh part = what.rounds.empty() ? bricks(what.boxes, spec.cell_size, local_refinements(spec)) : round_bent(what.boxes.back(), what.rounds, spec.cell_size, local_refinements(spec), feet);
+    const HexMesh part = what.rounds.empty() ? bricks(what.boxes, spec.cell_size, local_refinements(spec))
+                                             : round_bent(what.boxes.back(), what.rounds, spec.cell_size,
+                                                          local_refinements(spec), feet);
     const int shift = static_cast<int>(mesh.nodes.size());
     mesh.nodes.insert(mesh.nodes.end(), part.nodes.begin(), part.nodes.end());
     for (auto hex : part.hexes) {

@@ -1,9 +1,12 @@
-/// A viaduct from a few numbers: bents of piers under cap beams, simply supported spans on bearings, abutments.
+/// A viaduct from a few numbers: bents of piers under cap beams, simply supported spans on bearings,
+/// abutments.
 ///
-/// Piers are rectangular, hollow (section "hollow", wall_thickness) or round (section "round", diameter), and solid in the cap beam.
+/// Piers are rectangular, hollow (section "hollow", wall_thickness) or round (section "round", diameter), and
+/// solid in the cap beam.
 ///
-/// Body axes: x along the axis, y across, z up; the origin is the base of the first pier (of the first bent, at its middle). Supports
-/// stand at i * span_length; with abutments the first and the last are abutments, and the first pier stands at span_length from the first.
+/// Body axes: x along the axis, y across, z up; the origin is the base of the first pier (of the first bent,
+/// at its middle). Supports stand at i * span_length; with abutments the first and the last are abutments,
+/// and the first pier stands at span_length from the first.
 ///
 /// parameter         default   meaning                                                  unit
 /// spans             3         number of spans                                          -
@@ -17,8 +20,8 @@
 /// cap_height        1.0       cap_width (pier_width + 0.5) along, cap_length (deck_width) across  m
 /// deck_width        8         deck_depth 1.5, slab_thickness 0.3, girders 0 (solid), girder_width 0.5   m
 /// bottom_slab       0         thickness of a slab that closes the girders to a box          m
-/// bearing_height    0.1       bearing_stiffness 1e7 N/m, bearing_friction 0.3, bearing_seat 0.5 m (what rests on the cap beam at most)
-/// abutments         0         1: abutments at both ends                                -
+/// bearing_height    0.1       bearing_stiffness 1e7 N/m, bearing_friction 0.3, bearing_seat 0.5 m (what
+/// rests on the cap beam at most) abutments         0         1: abutments at both ends -
 #pragma once
 #include <vector>
 
@@ -28,18 +31,28 @@
 namespace talus::fem {
 
 struct ViaductPlan {
-  struct Round { Vec3 foot; double radius, top; };
+  struct Round {
+    Vec3 foot;
+    double radius, top;
+  };
   struct Part {
-    std::vector<Box3> boxes;       // of a bent: piers first, the cap beam last
-    std::vector<Round> rounds;     // round piers in place of boxes
-    bool founded = false;          // its feet are held
+    std::vector<Box3> boxes;    // of a bent: piers first, the cap beam last
+    std::vector<Round> rounds;  // round piers in place of boxes
+    bool founded = false;       // its feet are held
     int deck = -1;
   };
-  struct Pad { Vec3 at; int deck, end; double length, width; };                     // at: on the cap, body axes
+  struct Pad {
+    Vec3 at;
+    int deck, end;
+    double length, width;
+  };  // at: on the cap, body axes
   std::vector<Part> parts;
   std::vector<Pad> pads;
-  std::vector<Pier> piers, spans;        // world axes
-  struct Soffit { Vec3 start, end, across; double width; };  // lower side of a girder or solid deck, world axes; across: unit vector
+  std::vector<Pier> piers, spans;  // world axes
+  struct Soffit {
+    Vec3 start, end, across;
+    double width;
+  };  // lower side of a girder or solid deck, world axes; across: unit vector
   std::vector<Soffit> soffits;
   double bearing_height = 0.1, bearing_stiffness = 1e7, bearing_friction = 0.3, bearing_seat = 0.5;
 };
@@ -48,15 +61,17 @@ struct ViaductPlan {
 ViaductPlan viaduct_plan(const StructureSpec& spec);
 HexMesh viaduct_mesh(const StructureSpec& spec);
 
-/// Round piers under a cap beam: in plan a disc of quadrilaterals inside a square of the cap beam's grid, extruded; `feet` gets the
-/// nodes at the feet. The polygon has the area of the circle.
-HexMesh round_bent(const Box3& cap, const std::vector<ViaductPlan::Round>& piers, double cell_size, const std::vector<StructureSpec::Refinement>& refinements,
-                   std::vector<int>& feet);
+/// Round piers under a cap beam: in plan a disc of quadrilaterals inside a square of the cap beam's grid,
+/// extruded; `feet` gets the nodes at the feet. The polygon has the area of the circle.
+HexMesh round_bent(const Box3& cap, const std::vector<ViaductPlan::Round>& piers, double cell_size,
+                   const std::vector<StructureSpec::Refinement>& refinements, std::vector<int>& feet);
 
 /// The cap beams on piers as members along the deck's transverse axis (axis_x up), for bars by rule.
 std::vector<rebar::Member> cap_members(const StructureSpec& spec);
 
-/// Bars along the lower side of every girder (or solid deck), evenly over its width. Throws InputError if they do not fit.
-std::vector<rebar::Bar> deck_bars(const StructureSpec& spec, const StructureSpec::RebarRule& rule, const material::Steel::Parameters& steel);
+/// Bars along the lower side of every girder (or solid deck), evenly over its width. Throws InputError if
+/// they do not fit.
+std::vector<rebar::Bar> deck_bars(const StructureSpec& spec, const StructureSpec::RebarRule& rule,
+                                  const material::Steel::Parameters& steel);
 
 }  // namespace talus::fem

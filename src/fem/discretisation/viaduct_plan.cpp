@@ -15,14 +15,16 @@
 namespace talus::fem {
 namespace {
 
-Box3 box(double x0, double x1, double y0, double y1, double z0, double z1) { return Box3(Vec3(x0, y0, z0), Vec3(x1, y1, z1)); }
+Box3 box(double x0, double x1, double y0, double y1, double z0, double z1) {
+  return Box3(Vec3(x0, y0, z0), Vec3(x1, y1, z1));
+}
 
 /// The measures of a viaduct, defaults filled in [m].
 struct Measures {
   int spans, across, girders;
   double pier_spacing, pier_x, pier_y, cap_x, cap_y, cap_z, deck_y, deck_z, slab, web, lower_slab, wall;
-  std::vector<double> length;   // of each span
-  double top;  // lower side of the cap beams, body axes
+  std::vector<double> length;  // of each span
+  double top;                  // lower side of the cap beams, body axes
   bool abutments, round, levelled;
   double bearing_height, bearing_stiffness, bearing_friction, bearing_seat;
 
@@ -32,17 +34,26 @@ struct Measures {
   double rest() const { return 0.5 * (cap_x - joint()); }
 };
 
-const std::string length_of_one = "span_length.";   // and its number: the length of a single span
+const std::string length_of_one = "span_length.";  // and its number: the length of a single span
 
 class Given {
  public:
-  explicit Given(const StructureSpec& spec) : spec_(spec), given_(spec.parameters.begin(), spec.parameters.end()) {
-    static const char* known[] = {"spans", "span_length", "pier_height", "deck_level", "piers_per_bent", "pier_spacing", "pier_width", "pier_depth", "cap_height",
-                                  "cap_width", "cap_length", "deck_width", "deck_depth", "slab_thickness", "bottom_slab", "girders", "girder_width", "bearing_height",
-                                  "bearing_stiffness", "bearing_friction", "bearing_seat", "abutments", "pier_diameter"};
+  explicit Given(const StructureSpec& spec)
+      : spec_(spec), given_(spec.parameters.begin(), spec.parameters.end()) {
+    static const char* known[] = {"spans",          "span_length",    "pier_height",       "deck_level",
+                                  "piers_per_bent", "pier_spacing",   "pier_width",        "pier_depth",
+                                  "cap_height",     "cap_width",      "cap_length",        "deck_width",
+                                  "deck_depth",     "slab_thickness", "bottom_slab",       "girders",
+                                  "girder_width",   "bearing_height", "bearing_stiffness", "bearing_friction",
+                                  "bearing_seat",   "abutments",      "pier_diameter"};
     for (const auto& [key, value] : given_) {
-      if (key == "local_refinement" || key == ImpactRefinement::size_key || key == ImpactRefinement::reach_key) continue;   // no measures: where its cells are finer
-      if (std::find(std::begin(known), std::end(known), key) == std::end(known) && !key.starts_with(length_of_one)) bad(spec, key, fmt::format("{:g}", value), "a viaduct has no such measure", fmt::format("its measures are {}: talus explain structure.{}", fmt::join(known, ", "), known[0]));
+      if (key == "local_refinement" || key == ImpactRefinement::size_key ||
+          key == ImpactRefinement::reach_key)
+        continue;  // no measures: where its cells are finer
+      if (std::find(std::begin(known), std::end(known), key) == std::end(known) &&
+          !key.starts_with(length_of_one))
+        bad(spec, key, fmt::format("{:g}", value), "a viaduct has no such measure",
+            fmt::format("its measures are {}: talus explain structure.{}", fmt::join(known, ", "), known[0]));
       if (!std::isfinite(value)) bad(spec, key, fmt::format("{:g}", value), "must be a number", "correct it");
     }
   }
@@ -53,9 +64,12 @@ class Given {
     for (const auto& [key, value] : given_) {
       if (!key.starts_with(length_of_one)) continue;
       const std::string number = key.substr(length_of_one.size());
-      if (number.empty() || number.size() > 4 || !std::all_of(number.begin(), number.end(), [](char c) { return c >= '0' && c <= '9'; }) || number[0] == '0')
+      if (number.empty() || number.size() > 4 ||
+          !std::all_of(number.begin(), number.end(), [](char c) { return c >= '0' && c <= '9'; }) ||
+          number[0] == '0')
         bad(spec_, "span_lengths", number, "no number of a span", "count the spans from 1");
-      if (!(value >= 1)) bad(spec_, "span_lengths", fmt::format("{:g} m", value), "must be at least 1 m", "correct it");
+      if (!(value >= 1))
+        bad(spec_, "span_lengths", fmt::format("{:g} m", value), "must be at least 1 m", "correct it");
       found.emplace_back(std::stoi(number), value);
     }
     return found;
@@ -66,12 +80,16 @@ class Given {
   double number(const char* key, double fallback, double least, const char* unit = "") const {
     const auto at = given_.find(key);
     const double value = at == given_.end() ? fallback : at->second;
-    if (!(value >= least)) bad(spec_, key, fmt::format("{:g}{}", value, unit), fmt::format("must be at least {:g}{}", least, unit), "correct it");
+    if (!(value >= least))
+      bad(spec_, key, fmt::format("{:g}{}", value, unit), fmt::format("must be at least {:g}{}", least, unit),
+          "correct it");
     return value;
   }
   int count(const char* key, int fallback, int least, int most) const {
     const double value = number(key, fallback, least);
-    if (value > most) bad(spec_, key, fmt::format("{:g}", value), fmt::format("at most {}", most), "model the stretch of the bridge that blocks reach");
+    if (value > most)
+      bad(spec_, key, fmt::format("{:g}", value), fmt::format("at most {}", most),
+          "model the stretch of the bridge that blocks reach");
     return static_cast<int>(std::lround(value));
   }
 
@@ -82,29 +100,59 @@ class Given {
 
 /// Throws InputError where measures do not fit together.
 void check(const StructureSpec& spec, const Measures& m) {
-  if (m.cap_x < m.pier_x) bad(spec, "cap_width", fmt::format("{:g} m", m.cap_x), "the cap beam must cover the pier", "at least pier_width");
-  if (m.cap_y < (m.across - 1) * m.pier_spacing + m.pier_y) bad(spec, "cap_length", fmt::format("{:g} m", m.cap_y), "the cap beam must cover its piers", fmt::format("at least {:g} m", (m.across - 1) * m.pier_spacing + m.pier_y));
-  if (m.across > 1 && m.pier_spacing <= m.pier_y) bad(spec, "pier_spacing", fmt::format("{:g} m", m.pier_spacing), "piers of one bent overlap", "more than pier_depth");
-  if (m.girders > 0 && m.slab >= m.deck_z) bad(spec, "slab_thickness", fmt::format("{:g} m", m.slab), "must be less than deck_depth", "correct it");
-  if (m.girders > 0 && m.girders * m.web > m.deck_y) bad(spec, "girder_width", fmt::format("{:g} m", m.web), "the girders are wider than the deck", "fewer or narrower girders");
-  if (m.lower_slab > 0 && m.girders < 2) bad(spec, "bottom_slab", fmt::format("{:g} m", m.lower_slab), "a box needs two girders or more as its webs", "girders = 2, or no bottom_slab");
-  if (m.lower_slab > 0 && m.lower_slab + m.slab >= m.deck_z) bad(spec, "bottom_slab", fmt::format("{:g} m", m.lower_slab), "with slab_thickness it must be less than deck_depth", "correct it");
-  if (spec.section == "hollow" && !(m.wall > 0 && 2 * m.wall < std::min(m.pier_x, m.pier_y))) bad(spec, "wall_thickness", fmt::format("{:g} m", m.wall), "between 0 and half of the pier", "give the thickness of the wall");
-  if (m.round && m.pier_x != m.pier_y) bad(spec, "pier_depth", fmt::format("{:g} m", m.pier_y), "a round pier has one diameter", "give diameter alone");
-  if (m.round && std::min(m.cap_x, m.cap_y) < 1.1 * m.pier_x) bad(spec, "cap_width", fmt::format("{:g} m", std::min(m.cap_x, m.cap_y)), "the cap beam must be a tenth wider than a round pier", fmt::format("at least {:g} m", 1.1 * m.pier_x));
+  if (m.cap_x < m.pier_x)
+    bad(spec, "cap_width", fmt::format("{:g} m", m.cap_x), "the cap beam must cover the pier",
+        "at least pier_width");
+  if (m.cap_y < (m.across - 1) * m.pier_spacing + m.pier_y)
+    bad(spec, "cap_length", fmt::format("{:g} m", m.cap_y), "the cap beam must cover its piers",
+        fmt::format("at least {:g} m", (m.across - 1) * m.pier_spacing + m.pier_y));
+  if (m.across > 1 && m.pier_spacing <= m.pier_y)
+    bad(spec, "pier_spacing", fmt::format("{:g} m", m.pier_spacing), "piers of one bent overlap",
+        "more than pier_depth");
+  if (m.girders > 0 && m.slab >= m.deck_z)
+    bad(spec, "slab_thickness", fmt::format("{:g} m", m.slab), "must be less than deck_depth", "correct it");
+  if (m.girders > 0 && m.girders * m.web > m.deck_y)
+    bad(spec, "girder_width", fmt::format("{:g} m", m.web), "the girders are wider than the deck",
+        "fewer or narrower girders");
+  if (m.lower_slab > 0 && m.girders < 2)
+    bad(spec, "bottom_slab", fmt::format("{:g} m", m.lower_slab),
+        "a box needs two girders or more as its webs", "girders = 2, or no bottom_slab");
+  if (m.lower_slab > 0 && m.lower_slab + m.slab >= m.deck_z)
+    bad(spec, "bottom_slab", fmt::format("{:g} m", m.lower_slab),
+        "with slab_thickness it must be less than deck_depth", "correct it");
+  if (spec.section == "hollow" && !(m.wall > 0 && 2 * m.wall < std::min(m.pier_x, m.pier_y)))
+    bad(spec, "wall_thickness", fmt::format("{:g} m", m.wall), "between 0 and half of the pier",
+        "give the thickness of the wall");
+  if (m.round && m.pier_x != m.pier_y)
+    bad(spec, "pier_depth", fmt::format("{:g} m", m.pier_y), "a round pier has one diameter",
+        "give diameter alone");
+  if (m.round && std::min(m.cap_x, m.cap_y) < 1.1 * m.pier_x)
+    bad(spec, "cap_width", fmt::format("{:g} m", std::min(m.cap_x, m.cap_y)),
+        "the cap beam must be a tenth wider than a round pier",
+        fmt::format("at least {:g} m", 1.1 * m.pier_x));
   if (const double least = *std::min_element(m.length.begin(), m.length.end()); least <= m.cap_x + m.joint())
-    bad(spec, "span_length", fmt::format("{:g} m", least), "neighbouring cap beams overlap", fmt::format("more than {:g} m, or a smaller cap_width", m.cap_x + m.joint()));
-  if (m.bearing_seat > m.rest()) bad(spec, "bearing_seat", fmt::format("{:g} m", m.bearing_seat), fmt::format("a deck's end rests on {:.3g} m of the cap beam (half its width less half the joint)", m.rest()), "a shorter seat, or a larger cap_width");
-  if (!(spec.cell_size > 0)) bad(spec, "cell_size", "", "a viaduct needs a cell size", "give cell_size = \"0.5 m\"");
+    bad(spec, "span_length", fmt::format("{:g} m", least), "neighbouring cap beams overlap",
+        fmt::format("more than {:g} m, or a smaller cap_width", m.cap_x + m.joint()));
+  if (m.bearing_seat > m.rest())
+    bad(spec, "bearing_seat", fmt::format("{:g} m", m.bearing_seat),
+        fmt::format("a deck's end rests on {:.3g} m of the cap beam (half its width less half the joint)",
+                    m.rest()),
+        "a shorter seat, or a larger cap_width");
+  if (!(spec.cell_size > 0))
+    bad(spec, "cell_size", "", "a viaduct needs a cell size", "give cell_size = \"0.5 m\"");
 }
 
 /// Of round piers; what else a pier measures if nothing is said.
 double diameter_of(const StructureSpec& spec, const Given& given) {
   const double diameter = given.number("pier_diameter", 1.5, 0.1, " m");
   if (!given.has("pier_diameter")) return diameter;
-  if (spec.section != "round") bad(spec, "pier_diameter", fmt::format("{:g} m", diameter), "only a round section has a diameter", "write section = \"round\", or give pier_width and pier_depth");
+  if (spec.section != "round")
+    bad(spec, "pier_diameter", fmt::format("{:g} m", diameter), "only a round section has a diameter",
+        "write section = \"round\", or give pier_width and pier_depth");
   for (const char* key : {"pier_width", "pier_depth"})
-    if (const double other = given.number(key, diameter, 0.1); other != diameter) bad(spec, key, fmt::format("{:g} m", other), "differs from pier_diameter, and a round pier has one diameter", "remove it");
+    if (const double other = given.number(key, diameter, 0.1); other != diameter)
+      bad(spec, key, fmt::format("{:g} m", other),
+          "differs from pier_diameter, and a round pier has one diameter", "remove it");
   return diameter;
 }
 
@@ -114,7 +162,10 @@ Measures measures_of(const StructureSpec& spec) {
   m.spans = given.count("spans", 3, 1, 1000);
   m.length.assign(static_cast<std::size_t>(m.spans), given.number("span_length", 20, 1, " m"));
   for (const auto& [span, length] : given.single_lengths()) {
-    if (span > m.spans) bad(spec, "span_lengths", fmt::format("span {}", span), fmt::format("the viaduct has {} spans", m.spans), "count the spans from 1, or give more of them in spans");
+    if (span > m.spans)
+      bad(spec, "span_lengths", fmt::format("span {}", span),
+          fmt::format("the viaduct has {} spans", m.spans),
+          "count the spans from 1, or give more of them in spans");
     m.length[static_cast<std::size_t>(span - 1)] = length;
   }
   m.across = given.count("piers_per_bent", 1, 1, 100);
@@ -140,7 +191,9 @@ Measures measures_of(const StructureSpec& spec) {
   m.bearing_seat = given.number("bearing_seat", std::min(0.5, m.rest()), 0.001, " m");
   m.levelled = given.has("deck_level") && !given.has("pier_height");
   check(spec, m);
-  m.top = m.levelled ? given.number("deck_level", 0, -1e9) - spec.position.z() - m.deck_z - m.bearing_height - m.cap_z : given.number("pier_height", 10, 0.1, " m");
+  m.top = m.levelled ? given.number("deck_level", 0, -1e9) - spec.position.z() - m.deck_z - m.bearing_height -
+                           m.cap_z
+                     : given.number("pier_height", 10, 0.1, " m");
   return m;
 }
 
@@ -148,7 +201,11 @@ Measures measures_of(const StructureSpec& spec) {
 class Layout {
  public:
   explicit Layout(const StructureSpec& spec)
-      : spec_(spec), m_(measures_of(spec)), first_bent_(m_.abutments ? 1 : 0), last_bent_(m_.abutments ? m_.spans - 1 : m_.spans), cap_top_(m_.top + m_.cap_z) {}
+      : spec_(spec),
+        m_(measures_of(spec)),
+        first_bent_(m_.abutments ? 1 : 0),
+        last_bent_(m_.abutments ? m_.spans - 1 : m_.spans),
+        cap_top_(m_.top + m_.cap_z) {}
 
   ViaductPlan plan() {
     plan_.bearing_height = m_.bearing_height;
@@ -163,7 +220,9 @@ class Layout {
  private:
   /// Body axes: the first bent with piers stands at 0.
   double support_x(int i) const {
-    const auto at = [&](int support) { return std::accumulate(m_.length.begin(), m_.length.begin() + support, 0.0); };
+    const auto at = [&](int support) {
+      return std::accumulate(m_.length.begin(), m_.length.begin() + support, 0.0);
+    };
     return at(i) - at(first_bent_);
   }
   Vec3 world(const Vec3& x) const { return spec_.rotation * x + spec_.position; }
@@ -175,7 +234,8 @@ class Layout {
     part.founded = true;
     if (i >= first_bent_ && i <= last_bent_)
       for (int k = 0; k < m_.across; ++k) add_pier(i, k, part);
-    part.boxes.push_back(box(x - m_.cap_x / 2, x + m_.cap_x / 2, -m_.cap_y / 2, m_.cap_y / 2, m_.top, cap_top_));
+    part.boxes.push_back(
+        box(x - m_.cap_x / 2, x + m_.cap_x / 2, -m_.cap_y / 2, m_.cap_y / 2, m_.top, cap_top_));
     plan_.parts.push_back(std::move(part));
   }
 
@@ -204,16 +264,21 @@ class Layout {
     if (m_.levelled && spec_.ground) {
       const Vec3 at = world(Vec3(x, y, 0));
       const double z = spec_.ground(at.x(), at.y());
-      if (!std::isfinite(z)) bad(spec_, "position", fmt::format("pier at ({:.6g}, {:.6g})", at.x(), at.y()), "the terrain has no height under this pier", "move the viaduct, or widen the terrain");
+      if (!std::isfinite(z))
+        bad(spec_, "position", fmt::format("pier at ({:.6g}, {:.6g})", at.x(), at.y()),
+            "the terrain has no height under this pier", "move the viaduct, or widen the terrain");
       foot = (spec_.rotation.transpose() * (Vec3(at.x(), at.y(), z) - spec_.position)).z();
     }
-    if (!(m_.top - foot > 0.05 * spec_.cell_size)) bad(spec_, "pier_height", fmt::format("{:.3g} m for bent {}", m_.top - foot, i + 1), "the cap beam lies below the ground", "raise deck_level or pier_height");
+    if (!(m_.top - foot > 0.05 * spec_.cell_size))
+      bad(spec_, "pier_height", fmt::format("{:.3g} m for bent {}", m_.top - foot, i + 1),
+          "the cap beam lies below the ground", "raise deck_level or pier_height");
     return foot;
   }
 
   /// A rectangular pier, solid or as four walls.
   void add_shaft(double x, double y, double foot, std::vector<Box3>& boxes) const {
-    const double x0 = x - m_.pier_x / 2, x1 = x + m_.pier_x / 2, y0 = y - m_.pier_y / 2, y1 = y + m_.pier_y / 2, w = m_.wall;
+    const double x0 = x - m_.pier_x / 2, x1 = x + m_.pier_x / 2, y0 = y - m_.pier_y / 2,
+                 y1 = y + m_.pier_y / 2, w = m_.wall;
     if (!(w > 0)) {
       boxes.push_back(box(x0, x1, y0, y1, foot, m_.top));
       return;
@@ -230,10 +295,13 @@ class Layout {
     ViaductPlan::Part part;
     part.deck = s;
     double width = 0;  // of a pad
-    const std::vector<double> lines = m_.girders == 0 ? add_solid_deck(x0, x1, part, width) : add_girders(x0, x1, part, width);
+    const std::vector<double> lines =
+        m_.girders == 0 ? add_solid_deck(x0, x1, part, width) : add_girders(x0, x1, part, width);
     const double rest = std::min(0.4 * (m_.cap_x - joint), 0.6);  // length of a bearing along the axis
     for (int end = 0; end < 2; ++end)
-      for (double y : lines) plan_.pads.push_back({Vec3(end == 0 ? x0 + rest / 2 : x1 - rest / 2, y, cap_top_), s, end, rest, width});
+      for (double y : lines)
+        plan_.pads.push_back(
+            {Vec3(end == 0 ? x0 + rest / 2 : x1 - rest / 2, y, cap_top_), s, end, rest, width});
     plan_.spans.push_back(span(s, x0, x1, part));
     plan_.parts.push_back(std::move(part));
   }
@@ -251,7 +319,8 @@ class Layout {
     if (m_.girders > 0) {
       // Slab and webs, and between the webs the lower slab.
       const double soffit = part.boxes.back().sizes().y();
-      span.area = m_.deck_y * m_.slab + m_.girders * m_.web * (m_.deck_z - m_.slab) + m_.lower_slab * std::max(0.0, soffit - m_.girders * m_.web);
+      span.area = m_.deck_y * m_.slab + m_.girders * m_.web * (m_.deck_z - m_.slab) +
+                  m_.lower_slab * std::max(0.0, soffit - m_.girders * m_.web);
       span.web = {m_.slab + m_.lower_slab, m_.girders * m_.web};
     }
     return span;
@@ -260,7 +329,8 @@ class Layout {
   double bottom() const { return cap_top_ + m_.bearing_height; }
 
   void add_soffit(double x0, double x1, double y, double width) {
-    plan_.soffits.push_back({world(Vec3(x0, y, bottom())), world(Vec3(x1, y, bottom())), spec_.rotation * Vec3::UnitY(), width});
+    plan_.soffits.push_back(
+        {world(Vec3(x0, y, bottom())), world(Vec3(x1, y, bottom())), spec_.rotation * Vec3::UnitY(), width});
   }
 
   /// Lines of bearings [m across].
@@ -287,7 +357,9 @@ class Layout {
       part.boxes.push_back(box(x0, x1, -y, y, soffit, soffit + m_.lower_slab));
     }
     width = m_.web;
-    if (lines.empty()) bad(spec_, "cap_length", fmt::format("{:g} m", m_.cap_y), "no girder rests on the cap beam", "a longer cap beam");
+    if (lines.empty())
+      bad(spec_, "cap_length", fmt::format("{:g} m", m_.cap_y), "no girder rests on the cap beam",
+          "a longer cap beam");
     return lines;
   }
 

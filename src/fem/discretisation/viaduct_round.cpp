@@ -11,16 +11,18 @@ namespace {
 
 using Vec2 = Eigen::Vector2d;
 
-constexpr double core_share = 0.55;   // half side of the square core over the radius
-constexpr double largest_patch = 1.3; // half side of the square around the disc over the radius
+constexpr double core_share = 0.55;    // half side of the square core over the radius
+constexpr double largest_patch = 1.3;  // half side of the square around the disc over the radius
 
 struct Plan {
   std::vector<Vec2> nodes;
   std::vector<std::array<int, 4>> quads;
-  std::vector<int> pier;   // per quad; -1: cap beam alone
+  std::vector<int> pier;  // per quad; -1: cap beam alone
 };
 
-int count(double length, double cell) { return std::max(1, static_cast<int>(std::ceil(length / cell - 1e-9))); }
+int count(double length, double cell) {
+  return std::max(1, static_cast<int>(std::ceil(length / cell - 1e-9)));
+}
 
 /// Appends the grid lines after the last one up to `to`.
 void lines_to(std::vector<double>& lines, double to, double cell) {
@@ -54,7 +56,8 @@ class PlanBuilder {
 };
 
 /// The square of half side `half` around a disc of radius r: core, ring inside the circle, ring outside.
-void disc_in_square(PlanBuilder& plan, const Vec2& centre, double r, double half, int n, double cell, int pier) {
+void disc_in_square(PlanBuilder& plan, const Vec2& centre, double r, double half, int n, double cell,
+                    int pier) {
   std::vector<double> s(n + 1);
   for (int i = 0; i <= n; ++i) s[i] = std::tan(M_PI / 4 * (2.0 * i / n - 1));
   const double core = core_share * r;
@@ -64,28 +67,33 @@ void disc_in_square(PlanBuilder& plan, const Vec2& centre, double r, double half
       plan.quad(at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1), pier);
     }
   const int inner = count(r - core, cell), outer = count(half - r, cell);
-  static const double turn[4][2][2] = {{{1, 0}, {0, 1}}, {{0, -1}, {1, 0}}, {{-1, 0}, {0, -1}}, {{0, 1}, {-1, 0}}};
+  static const double turn[4][2][2] = {
+      {{1, 0}, {0, 1}}, {{0, -1}, {1, 0}}, {{-1, 0}, {0, -1}}, {{0, 1}, {-1, 0}}};
   for (const auto& t : turn) {
-    const auto side = [&](int k) { return Vec2(t[0][0] + t[0][1] * s[k], t[1][0] + t[1][1] * s[k]); };  // on the unit square
+    const auto side = [&](int k) {
+      return Vec2(t[0][0] + t[0][1] * s[k], t[1][0] + t[1][1] * s[k]);
+    };  // on the unit square
     const auto layer = [&](int k, int level) {
       const Vec2 p = side(k), circle = r * p.normalized();
       if (level <= inner) return Vec2(centre + core * p + (circle - core * p) * level / inner);
       return Vec2(centre + circle + (half * p - circle) * (level - inner) / outer);
     };
     for (int level = 0; level < inner + outer; ++level)
-      for (int k = 0; k < n; ++k) plan.quad(layer(k, level), layer(k, level + 1), layer(k + 1, level + 1), layer(k + 1, level), level < inner ? pier : -1);
+      for (int k = 0; k < n; ++k)
+        plan.quad(layer(k, level), layer(k, level + 1), layer(k + 1, level + 1), layer(k + 1, level),
+                  level < inner ? pier : -1);
   }
 }
 
 }  // namespace
 
-HexMesh round_bent(const Box3& cap, const std::vector<ViaductPlan::Round>& piers, double wanted, const std::vector<StructureSpec::Refinement>& refinements,
-                   std::vector<int>& feet) {
+HexMesh round_bent(const Box3& cap, const std::vector<ViaductPlan::Round>& piers, double wanted,
+                   const std::vector<StructureSpec::Refinement>& refinements, std::vector<int>& feet) {
   const double radius = piers[0].radius;
   Box3 bent = cap;
   for (const auto& pier : piers) bent.extend(pier.foot);
-  double cell_size = wanted;   // in plan: the finest that is asked for anywhere in the bent
-  std::vector<FineZone> zones; // up the piers
+  double cell_size = wanted;    // in plan: the finest that is asked for anywhere in the bent
+  std::vector<FineZone> zones;  // up the piers
   for (const auto& r : refinements) {
     if (!r.region.intersects(bent)) continue;
     cell_size = std::min(cell_size, r.cell_size);
@@ -96,8 +104,10 @@ HexMesh round_bent(const Box3& cap, const std::vector<ViaductPlan::Round>& piers
   const double sector = 2 * M_PI / (4 * n), r = radius * std::sqrt(sector / std::sin(sector));
   double half = largest_patch * radius;
   const double x = piers[0].foot.x();
-  half = std::min({half, x - cap.min().x(), cap.max().x() - x, piers.front().foot.y() - cap.min().y(), cap.max().y() - piers.back().foot.y()});
-  for (std::size_t k = 1; k < piers.size(); ++k) half = std::min(half, 0.5 * (piers[k].foot.y() - piers[k - 1].foot.y()));
+  half = std::min({half, x - cap.min().x(), cap.max().x() - x, piers.front().foot.y() - cap.min().y(),
+                   cap.max().y() - piers.back().foot.y()});
+  for (std::size_t k = 1; k < piers.size(); ++k)
+    half = std::min(half, 0.5 * (piers[k].foot.y() - piers[k - 1].foot.y()));
 
   std::vector<double> xs{cap.min().x()}, ys{cap.min().y()};
   lines_to(xs, x - half, cell_size);
@@ -117,10 +127,14 @@ HexMesh round_bent(const Box3& cap, const std::vector<ViaductPlan::Round>& piers
     for (std::size_t j = 0; j + 1 < ys.size(); ++j) {
       const Vec2 middle(0.5 * (xs[i] + xs[i + 1]), 0.5 * (ys[j] + ys[j + 1]));
       const bool in_patch = middle.x() > patch_x && middle.x() < patch_x + 2 * half &&
-                            std::any_of(patch_y.begin(), patch_y.end(), [&](double y) { return middle.y() > y && middle.y() < y + 2 * half; });
-      if (!in_patch) builder.quad({xs[i], ys[j]}, {xs[i + 1], ys[j]}, {xs[i + 1], ys[j + 1]}, {xs[i], ys[j + 1]}, -1);
+                            std::any_of(patch_y.begin(), patch_y.end(), [&](double y) {
+                              return middle.y() > y && middle.y() < y + 2 * half;
+                            });
+      if (!in_patch)
+        builder.quad({xs[i], ys[j]}, {xs[i + 1], ys[j]}, {xs[i + 1], ys[j + 1]}, {xs[i], ys[j + 1]}, -1);
     }
-  for (std::size_t k = 0; k < piers.size(); ++k) disc_in_square(builder, piers[k].foot.head<2>(), r, half, n, cell_size, static_cast<int>(k));
+  for (std::size_t k = 0; k < piers.size(); ++k)
+    disc_in_square(builder, piers[k].foot.head<2>(), r, half, n, cell_size, static_cast<int>(k));
 
   // Extruded: each pier from its foot to the cap beam, then everything through the cap beam.
   const Plan& plan = builder.plan;
@@ -137,7 +151,8 @@ HexMesh round_bent(const Box3& cap, const std::vector<ViaductPlan::Round>& piers
       for (std::size_t q = 0; q < plan.quads.size(); ++q) {
         if (pier >= 0 && plan.pier[q] != pier) continue;
         std::array<int, 8> hex;
-        for (int a = 0; a < 4; ++a) hex[a] = node(plan.quads[q][a], planes[l]), hex[4 + a] = node(plan.quads[q][a], planes[l + 1]);
+        for (int a = 0; a < 4; ++a)
+          hex[a] = node(plan.quads[q][a], planes[l]), hex[4 + a] = node(plan.quads[q][a], planes[l + 1]);
         mesh.hexes.push_back(hex);
       }
   };

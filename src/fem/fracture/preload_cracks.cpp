@@ -1,4 +1,5 @@
-// Elastic concrete that the permanent load, weight and prestress, or later what strikes it stretches or presses beyond its strength.
+// Elastic concrete that the permanent load, weight and prestress, or later what strikes it stretches or
+// presses beyond its strength.
 #include <fmt/format.h>
 
 #include <Eigen/Eigenvalues>
@@ -29,7 +30,7 @@ namespace {
 
 /// Where a permanent stress is beyond a strength: by how much volume, and worst where.
 struct Beyond {
-  double volume = 0, most = 0;   // [m^3], [Pa]
+  double volume = 0, most = 0;  // [m^3], [Pa]
   int worst = -1;
 
   void look(double stress, double strength, double of, int cell) {
@@ -42,7 +43,7 @@ struct Beyond {
 
 /// Where the greatest of a quantity is, in words, of the ranks' own greatest ones and their cells.
 std::string FemStructure::place_of_most(double most, int cell) const {
-  double at[5] = {};   // centre, part, of how many ranks
+  double at[5] = {};  // centre, part, of how many ranks
   const bool mine = most == largest(most);
   if (cell >= 0 && mine) {
     for (const int n : mesh_.hexes[static_cast<std::size_t>(cell)])
@@ -50,11 +51,13 @@ std::string FemStructure::place_of_most(double most, int cell) const {
     at[3] = mesh_.component.empty() ? -1 : mesh_.component[static_cast<std::size_t>(cell)], at[4] = 1;
   }
   sum(at);
-  return place_in_words(spec_, Vec3(at) / at[4], spec_.kind == "viaduct" ? static_cast<int>(at[3] / at[4]) : -1);
+  return place_in_words(spec_, Vec3(at) / at[4],
+                        spec_.kind == "viaduct" ? static_cast<int>(at[3] / at[4]) : -1);
 }
 
-/// Warnings if more than a thousandth of the volume is, by the permanent load, elastically computed, stretched beyond f_t where it hosts no bar, or pressed
-/// beyond f_cm along one axis alone (pressure from the sides, which helps, is taken off).
+/// Warnings if more than a thousandth of the volume is, by the permanent load, elastically computed,
+/// stretched beyond f_t where it hosts no bar, or pressed beyond f_cm along one axis alone (pressure from the
+/// sides, which helps, is taken off).
 void FemStructure::warn_of_cracks() const {
   constexpr double worth_saying = 1e-3;
   std::vector<char> barred(mesh_.hexes.size(), 0);
@@ -70,35 +73,43 @@ void FemStructure::warn_of_cracks() const {
     const Mat3 stress = 2 * shear_ * strain + (bulk_ - 2.0 / 3 * shear_) * strain.trace() * Mat3::Identity();
     Eigen::SelfAdjointEigenSolver<Mat3> principal;
     principal.computeDirect(stress, Eigen::EigenvaluesOnly);
-    const Vec3 sigma = principal.eigenvalues();   // rising
+    const Vec3 sigma = principal.eigenvalues();  // rising
     if (!barred[static_cast<std::size_t>(cell)]) tension.look(sigma[2], concrete_->f_t, volume, cell);
     compression.look(std::min(sigma[2], 0.0) - sigma[0], concrete_->f_cm, volume, cell);
   }
   double volumes[3] = {tension.volume, compression.volume, whole};
   sum(volumes);
   tension.volume = volumes[0], compression.volume = volumes[1], whole = volumes[2];
-  const std::string torn = place_of_most(tension.most, tension.worst), pressed = place_of_most(compression.most, compression.worst);
+  const std::string torn = place_of_most(tension.most, tension.worst),
+                    pressed = place_of_most(compression.most, compression.worst);
   tension.most = largest(tension.most), compression.most = largest(compression.most);
   if (tension.volume >= worth_saying * whole)
-    report_(fmt::format("warning: {:.2g} % of its concrete, without bars, is stretched beyond f_t = {:.3g} MPa by the permanent load (up to {:.3g} MPa, {}) and cracks as the run begins; give it "
-                        "bars (rebar, prestress in a deck), shorter spans, or damage = \"none\"",
-                        100 * tension.volume / whole, concrete_->f_t / 1e6, tension.most / 1e6, torn));
+    report_(
+        fmt::format("warning: {:.2g} % of its concrete, without bars, is stretched beyond f_t = {:.3g} MPa "
+                    "by the permanent load (up to {:.3g} MPa, {}) and cracks as the run begins; give it "
+                    "bars (rebar, prestress in a deck), shorter spans, or damage = \"none\"",
+                    100 * tension.volume / whole, concrete_->f_t / 1e6, tension.most / 1e6, torn));
   if (compression.volume >= worth_saying * whole)
-    report_(fmt::format("warning: {:.2g} % of its concrete is pressed beyond f_cm = {:.3g} MPa by the permanent load (up to {:.3g} MPa, {}) and is crushed as the run begins; larger sections, or less "
-                        "prestress",
-                        100 * compression.volume / whole, concrete_->f_cm / 1e6, compression.most / 1e6, pressed));
+    report_(fmt::format(
+        "warning: {:.2g} % of its concrete is pressed beyond f_cm = {:.3g} MPa by the permanent load (up to "
+        "{:.3g} MPa, {}) and is crushed as the run begins; larger sections, or less "
+        "prestress",
+        100 * compression.volume / whole, concrete_->f_cm / 1e6, compression.most / 1e6, pressed));
 }
 
-/// Cells that the range of their nodes' displacements shows to bear less than any strength are passed over: |sigma_i| <= 3 (K + 4 G / 3) sqrt(3) |u range| / shortest edge.
+/// Cells that the range of their nodes' displacements shows to bear less than any strength are passed over:
+/// |sigma_i| <= 3 (K + 4 G / 3) sqrt(3) |u range| / shortest edge.
 void FemStructure::watch_stress(double t) {
   if (damage_ || !concrete_) return;
   StressPeak tension, compression;
   tension.time = compression.time = t;
   tension.strength = concrete_->f_t, compression.strength = concrete_->f_cm;
   using material::load4, material::V4;
-  const double enough = std::min(concrete_->f_t, concrete_->f_cm), factor = 3 * std::sqrt(3.0) * (bulk_ + 4.0 / 3 * shear_);
+  const double enough = std::min(concrete_->f_t, concrete_->f_cm),
+               factor = 3 * std::sqrt(3.0) * (bulk_ + 4.0 / 3 * shear_);
   if (shortest_edge_.empty())
-    for (int cell = 0; cell < static_cast<int>(mesh_.hexes.size()); ++cell) shortest_edge_.push_back(2 / jacobian(mesh_, cell, Vec3::Zero()).inverse().rowwise().norm().maxCoeff());
+    for (int cell = 0; cell < static_cast<int>(mesh_.hexes.size()); ++cell)
+      shortest_edge_.push_back(2 / jacobian(mesh_, cell, Vec3::Zero()).inverse().rowwise().norm().maxCoeff());
   double beyond[2] = {}, whole = 0;
   int cell_of[2] = {-1, -1};
   for (int cell = 0; cell < static_cast<int>(mesh_.hexes.size()); ++cell) {
@@ -112,14 +123,17 @@ void FemStructure::watch_stress(double t) {
       low = material::minimum(low, here), high = material::maximum(high, here);
     }
     const V4 range = high - low;
-    if (factor * std::sqrt(range[0] * range[0] + range[1] * range[1] + range[2] * range[2]) < enough * shortest_edge_[c]) continue;
+    if (factor * std::sqrt(range[0] * range[0] + range[1] * range[1] + range[2] * range[2]) <
+        enough * shortest_edge_[c])
+      continue;
     const Mat3 strain = strain_at_centre(cell);
     const Mat3 stress = 2 * shear_ * strain + (bulk_ - 2.0 / 3 * shear_) * strain.trace() * Mat3::Identity();
     Eigen::SelfAdjointEigenSolver<Mat3> principal;
     principal.computeDirect(stress, Eigen::EigenvaluesOnly);
-    const Vec3 sigma = principal.eigenvalues();   // rising
+    const Vec3 sigma = principal.eigenvalues();  // rising
     if (sigma[2] > tension.value) tension.value = sigma[2], cell_of[0] = cell;
-    if (const double pressed = std::min(sigma[2], 0.0) - sigma[0]; pressed > compression.value) compression.value = pressed, cell_of[1] = cell;
+    if (const double pressed = std::min(sigma[2], 0.0) - sigma[0]; pressed > compression.value)
+      compression.value = pressed, cell_of[1] = cell;
     if (sigma[2] > tension.strength) beyond[0] += volume;
     if (std::min(sigma[2], 0.0) - sigma[0] > compression.strength) beyond[1] += volume;
   }
@@ -128,7 +142,7 @@ void FemStructure::watch_stress(double t) {
   StressPeak* const peaks[2] = {&tension, &compression};
   for (int k = 0; k < 2; ++k) {
     const double most = largest(peaks[k]->value);
-    double at[4] = {};   // of the ranks that have it, as many times
+    double at[4] = {};  // of the ranks that have it, as many times
     if (cell_of[k] >= 0 && peaks[k]->value == most) {
       at[3] = 1;
       for (const int n : mesh_.hexes[static_cast<std::size_t>(cell_of[k])])

@@ -15,16 +15,18 @@
 namespace talus::fem {
 
 namespace {
-// A cracked cell carries pressure along its cracks and across them once they close, and its bars hold: however wide it stands open, it goes only when it is crushed, too, or
-// when what it parts comes off (structure_pieces.cpp).
-constexpr double open_gap = 5e-3;        // of what is cracked and crushed [m]
+// A cracked cell carries pressure along its cracks and across them once they close, and its bars hold:
+// however wide it stands open, it goes only when it is crushed, too, or when what it parts comes off
+// (structure_pieces.cpp).
+constexpr double open_gap = 5e-3;  // of what is cracked and crushed [m]
 // No solid to touch or to compute with, also where nothing is to erode:
-constexpr double torn_strain = 1;        // of a cell 1.7 times as long as it was
-constexpr double flat_volume = 0.1;      // of what it was: next to inside out
-constexpr std::size_t least_piece = 2;   // cells; a single one is rubble
-constexpr double least_volume = 1e-3;    // [m^3], and so is what a hand can hold
-constexpr double least_share = 0.01;     // unless the structure is small itself: this share of its volume
-constexpr double bent = 0.1;             // of a cell's edge: by so much less a piece may be deformed and is still given its planar faces
+constexpr double torn_strain = 1;       // of a cell 1.7 times as long as it was
+constexpr double flat_volume = 0.1;     // of what it was: next to inside out
+constexpr std::size_t least_piece = 2;  // cells; a single one is rubble
+constexpr double least_volume = 1e-3;   // [m^3], and so is what a hand can hold
+constexpr double least_share = 0.01;    // unless the structure is small itself: this share of its volume
+constexpr double bent =
+    0.1;  // of a cell's edge: by so much less a piece may be deformed and is still given its planar faces
 }  // namespace
 
 namespace {
@@ -46,7 +48,8 @@ double FemStructure::cell_energy(int cell) const {
   return damage_ && damage_->has(cell) ? damage_->stored(cell) : operator_->energy(cell);
 }
 
-std::vector<double> FemStructure::of_cells(const std::vector<int>& cells, std::size_t width, const std::function<void(int, double*)>& write) const {
+std::vector<double> FemStructure::of_cells(const std::vector<int>& cells, std::size_t width,
+                                           const std::function<void(int, double*)>& write) const {
   std::vector<double> values(width * cells.size(), 0.0);
   for (std::size_t k = 0; k < cells.size(); ++k)
     if (const int cell = cell_here(cells[k]); cell >= 0 && own_cell(cell)) write(cell, &values[width * k]);
@@ -75,10 +78,12 @@ void FemStructure::switch_off(const std::vector<int>& cells) {
   if (partition_) partition_->exchange_numbers(cells_at_node_);
 }
 
-/// Removes cells: their stored energy is booked, that of their bars and bearings too, and the mass of their nodes stays where other cells hold it. A node without cells would
-/// fly on for ever: its mass is dust, and leaves with its motion. A free body keeps it, and with it its mass and momenta to the last digit.
+/// Removes cells: their stored energy is booked, that of their bars and bearings too, and the mass of their
+/// nodes stays where other cells hold it. A node without cells would fly on for ever: its mass is dust, and
+/// leaves with its motion. A free body keeps it, and with it its mass and momenta to the last digit.
 void FemStructure::drop_orphans(const std::vector<int>& cells) {
-  const std::vector<double> values = of_cells(cells, 2, [this](int cell, double* to) { to[0] = cell_energy(cell), to[1] = cell_mass_[cell]; });
+  const std::vector<double> values = of_cells(
+      cells, 2, [this](int cell, double* to) { to[0] = cell_energy(cell), to[1] = cell_mass_[cell]; });
   const double links = link_energy(cells);
   books_.eroded_energy += links;
   stored_half_ -= links;
@@ -113,7 +118,8 @@ void FemStructure::drop_orphans(const std::vector<int>& cells) {
     if (mass == 0) continue;
     const Vec3 x(&dust[at + 1]), v(&dust[at + 4]);
     books_.eroded_energy += 0.5 * mass * v.squaredNorm();
-    dust_potential_ -= mass * gravity_.dot(x - 0.5 * h_last_ * v);   // where it came off: its fall is not followed
+    dust_potential_ -=
+        mass * gravity_.dot(x - 0.5 * h_last_ * v);  // where it came off: its fall is not followed
     dust_mass_ += mass;
     dust_momentum_ += mass * v;
     dust_spin_ += mass * x.cross(v);
@@ -128,11 +134,17 @@ void FemStructure::remove_node(int n) {
 
 std::vector<int> FemStructure::spent_cells() const {
   const std::vector<char> none;
-  return damage_->spent({flat_volume, torn_strain, spec_.erosion ? open_gap : std::numeric_limits<double>::infinity()}, bars_ ? bars_->tied(live_.size()) : none);
+  return damage_->spent(
+      {flat_volume, torn_strain, spec_.erosion ? open_gap : std::numeric_limits<double>::infinity()},
+      bars_ ? bars_->tied(live_.size()) : none);
 }
 
 void FemStructure::erode(const std::vector<int>& cells) {
-  if (!spec_.erosion && eroded_volume_ == 0) report_(fmt::format("structure {}: cells torn to 1.7 times their length or crushed flat are removed, although erosion is off", spec_.name));
+  if (!spec_.erosion && eroded_volume_ == 0)
+    report_(
+        fmt::format("structure {}: cells torn to 1.7 times their length or crushed flat are removed, "
+                    "although erosion is off",
+                    spec_.name));
   drop_orphans(cells);
   ++breaks_;
   rebuild_skin();
@@ -142,7 +154,8 @@ void FemStructure::erode(const std::vector<int>& cells) {
 bool FemStructure::is_rubble(const std::vector<int>& piece) const {
   const double least = std::min(least_volume, least_share * mass_of_cells_ / spec_.density);
   double volume = 0;
-  for (const double mass : of_cells(piece, 1, [this](int cell, double* to) { *to = cell_mass_[cell]; })) volume += mass / spec_.density;
+  for (const double mass : of_cells(piece, 1, [this](int cell, double*to) { *to = cell_mass_[cell]; }))
+    volume += mass / spec_.density;
   return piece.size() < least_piece || volume < least;
 }
 
@@ -160,7 +173,8 @@ Structure::Unsupported FemStructure::unsupported() {
       to[0] = cell_mass_[cell];
       Eigen::Map<Vec3>(to + 1) = cell_mass_[cell] * middle;
     });
-    for (std::size_t at = 0; at < values.size(); at += 4) lost.mass += values[at], lost.centroid += Vec3(&values[at + 1]);
+    for (std::size_t at = 0; at < values.size(); at += 4)
+      lost.mass += values[at], lost.centroid += Vec3(&values[at + 1]);
   }
   if (lost.mass > 0) lost.centroid /= lost.mass;
   lost.share = lost.mass / mass_of_cells_;
@@ -202,12 +216,13 @@ FemStructure::Excerpt FemStructure::excerpt(const std::vector<int>& cells) const
     e.mass.push_back(of_node[at + 12]);
     e.cells_at_node.push_back(static_cast<int>(of_node[at + 13]));
   }
-  std::map<std::array<int, 4>, std::pair<std::size_t, std::size_t>> open;   // faces that have one cell yet
+  std::map<std::array<int, 4>, std::pair<std::size_t, std::size_t>> open;  // faces that have one cell yet
   e.mesh.across.assign(e.mesh.hexes.size(), {-1, -1, -1, -1, -1, -1});
   for (std::size_t cell = 0; cell < e.mesh.hexes.size(); ++cell)
     for (std::size_t face = 0; face < 6; ++face) {
       std::array<int, 4> nodes;
-      for (std::size_t i = 0; i < 4; ++i) nodes[i] = e.mesh.hexes[cell][static_cast<std::size_t>(hex_faces[face][i])];
+      for (std::size_t i = 0; i < 4; ++i)
+        nodes[i] = e.mesh.hexes[cell][static_cast<std::size_t>(hex_faces[face][i])];
       std::sort(nodes.begin(), nodes.end());
       const auto [mate, alone] = open.emplace(nodes, std::pair(cell, face));
       if (alone) continue;
@@ -230,8 +245,12 @@ std::vector<Fragment> FemStructure::take_fragments() {
   cuts_seen_ = cuts;
   std::vector<std::vector<int>> pieces = loose_pieces();
   const auto hangs = [&](const std::vector<int>& piece) {
-    std::map<int, int> inside;   // cells of the piece
-    const auto hanging = [&](const auto& cells_at) { return std::any_of(inside.begin(), inside.end(), [&](const auto& at) { return at.second < cells_at[static_cast<std::size_t>(at.first)]; }); };
+    std::map<int, int> inside;  // cells of the piece
+    const auto hanging = [&](const auto& cells_at) {
+      return std::any_of(inside.begin(), inside.end(), [&](const auto& at) {
+        return at.second < cells_at[static_cast<std::size_t>(at.first)];
+      });
+    };
     if (!partition_) {
       for (int cell : piece)
         for (int n : carriers(mesh_, cell)) ++inside[n];
@@ -247,11 +266,13 @@ std::vector<Fragment> FemStructure::take_fragments() {
 
   forces(time_);  // energies of the cells
   drop_orphans(parted_beside(pieces));
-  const std::vector<SeatedNode> seats = seated_nodes();   // a cap beam may come off before its deck
+  const std::vector<SeatedNode> seats = seated_nodes();  // a cap beam may come off before its deck
   std::vector<Fragment> fragments;
   for (const std::vector<int>& piece : pieces) {
-    if (is_rubble(piece)) drop_orphans(piece);
-    else fragments.push_back(detach(piece, seats));
+    if (is_rubble(piece))
+      drop_orphans(piece);
+    else
+      fragments.push_back(detach(piece, seats));
   }
   ++breaks_;
   cuts_seen_ = count_cuts();  // the parts that left took some of it along
@@ -259,7 +280,6 @@ std::vector<Fragment> FemStructure::take_fragments() {
   moved();
   return fragments;
 }
-
 
 std::vector<SeatedNode> FemStructure::seated_nodes() const {
   std::vector<SeatedNode> seats;
@@ -270,13 +290,15 @@ std::vector<SeatedNode> FemStructure::seated_nodes() const {
     const Bearings::Foot& foot = bearings_->foot(i);
     Vec3 place = Vec3::Zero();
     for (std::size_t a = 0; a < 8; ++a) place += foot.weight[a] * position(foot.node[a]);
-    seats.push_back({site.deck_node, site.deck_cell, 2 * site.deck + site.end, mesh_.local[site.deck_node].z() - site.place.z(), place});
+    seats.push_back({site.deck_node, site.deck_cell, 2 * site.deck + site.end,
+                     mesh_.local[site.deck_node].z() - site.place.z(), place});
   }
   return seats;
 }
 
 Fragment FemStructure::detach(const std::vector<int>& whole_cells, const std::vector<SeatedNode>& seats) {
-  // On several ranks by an excerpt with numbers of its own, which all of them have; on one in the mesh itself.
+  // On several ranks by an excerpt with numbers of its own, which all of them have; on one in the mesh
+  // itself.
   std::optional<Excerpt> apart;
   if (partition_) apart = excerpt(whole_cells);
   const HexMesh& mesh = apart ? apart->mesh : mesh_;
@@ -287,13 +309,17 @@ Fragment FemStructure::detach(const std::vector<int>& whole_cells, const std::ve
   const auto v_of = [&](int n) { return apart ? apart->velocity[in(n)] : velocity(n); };
   const auto mass_of = [&](int n) { return apart ? apart->mass[in(n)] : mass_[in(n)]; };
   const auto cells_at = [&](int n) { return apart ? apart->cells_at_node[in(n)] : cells_at_node_[in(n)]; };
-  const auto mass_of_cell = [&](int cell) { return apart ? apart->cell_mass[in(cell)] : cell_mass_[in(cell)]; };
+  const auto mass_of_cell = [&](int cell) {
+    return apart ? apart->cell_mass[in(cell)] : cell_mass_[in(cell)];
+  };
 
   Fragment f;
   std::map<int, double> share;  // node -> mass that leaves; of a hanging node that of what it follows
   std::map<int, int> inside;    // node -> cells of the piece
   f.elastic = link_energy(whole_cells);
-  for (const double energy : of_cells(whole_cells, 1, [this](int cell, double* to) { *to = cell_energy(cell); })) f.elastic += energy;
+  for (const double energy :
+       of_cells(whole_cells, 1, [this](int cell, double*to) { *to = cell_energy(cell); }))
+    f.elastic += energy;
   for (int cell : cells) {
     const std::array<double, 8> m = node_shares(mesh, cell, spec_.density);
     for (int a = 0; a < 8; ++a) {
@@ -306,7 +332,7 @@ Fragment FemStructure::detach(const std::vector<int>& whole_cells, const std::ve
     for (int n : carriers(mesh, cell)) ++inside[n];
     detached_volume_ += mass_of_cell(cell) / spec_.density;
   }
-  std::map<int, bool> goes;   // whether the node keeps no cell
+  std::map<int, bool> goes;  // whether the node keeps no cell
   for (auto& [n, m] : share) {
     // Steel and rounding: a node that keeps no cell gives all it has.
     goes[n] = inside.at(n) == cells_at(n);
@@ -344,7 +370,7 @@ Fragment FemStructure::detach(const std::vector<int>& whole_cells, const std::ve
   quads = cut_at_middles(mesh, quads);
   const ClosedSurface surface = close_surface(quads);
   for (int n : surface.node) f.vertices.push_back(points[at.at(n)]);
-  std::vector<int> cell;   // of each triangle
+  std::vector<int> cell;  // of each triangle
   for (std::size_t q = 0; q < quads.size(); ++q) {
     const auto& v = surface.quad[q];
     f.triangles.push_back({v[0], v[1], v[2]});
@@ -368,8 +394,10 @@ Fragment FemStructure::detach(const std::vector<int>& whole_cells, const std::ve
   }
   weights_valid_ = false;
   stored_half_ -= f.elastic;
-  books_.eroded_energy += f.elastic;   // as of a cell that erodes
-  books_.algorithmic += 0.5 * h_last_ * gravity_.dot(f.linear_momentum);   // the structure's potential is that of half steps, the block's that of its place
+  books_.eroded_energy += f.elastic;  // as of a cell that erodes
+  books_.algorithmic +=
+      0.5 * h_last_ * gravity_.dot(f.linear_momentum);  // the structure's potential is that of half steps,
+                                                        // the block's that of its place
   report_(fmt::format("structure {}: {} cells came off, {:.4g} kg", spec_.name, whole_cells.size(), f.mass));
   return f;
 }

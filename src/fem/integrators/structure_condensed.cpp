@@ -1,18 +1,24 @@
 // Condensed steps: the midpoint rule with cached factors, an affine map of the contact impulses.
 //
-//   A dv = h (f_ext - f_int(u_n) - alpha M v_n) - h^2 theta K v_n + p,     A = (1 + alpha h/2) M + h^2 theta^2 K
-//   u_np = u_n + h (v_n + theta dv),     W = J A^-1 J^T,     theta = 1/2 + delta
+//   A dv = h (f_ext - f_int(u_n) - alpha M v_n) - h^2 theta K v_n + p,     A = (1 + alpha h/2) M + h^2
+//   theta^2 K u_np = u_n + h (v_n + theta dv),     W = J A^-1 J^T,     theta = 1/2 + delta
 //
-// K is the stiffness of the cells that are left, turned with them, and of cracked ones the most that they may have (frame_of()): nothing is stiffer. Where the structure is linear this is the
-// midpoint rule itself, and with delta = 0 keeps the energy to round-off. Damaged cells and bars are softer than K: f_int(u_n) is theirs, and K - K_now acts as a viscosity h/2 (K - K_now),
-// which is stable and vanishes with h; were K the softer one, motion would grow from step to step. delta, only where there is damping, falls with h^2 and damps what the step does not resolve.
+// K is the stiffness of the cells that are left, turned with them, and of cracked ones the most that they may
+// have (frame_of()): nothing is stiffer. Where the structure is linear this is the midpoint rule itself, and
+// with delta = 0 keeps the energy to round-off. Damaged cells and bars are softer than K: f_int(u_n) is
+// theirs, and K - K_now acts as a viscosity h/2 (K - K_now), which is stable and vanishes with h; were K the
+// softer one, motion would grow from step to step. delta, only where there is damping, falls with h^2 and
+// damps what the step does not resolve.
 //
-// W is made of halves of the solutions, W_ij = y_i . y_j with y_i = L^-1 P e_i, A = scale P^T L L^T P: of a node of the skin y is zero but for the way from its place in the
-// elimination tree to the root, a small part of the whole. What the contacts do beside v_hat is then one half more, P^T L^-T sum p_i y_i.
+// W is made of halves of the solutions, W_ij = y_i . y_j with y_i = L^-1 P e_i, A = scale P^T L L^T P: of a
+// node of the skin y is zero but for the way from its place in the elimination tree to the root, a small part
+// of the whole. What the contacts do beside v_hat is then one half more, P^T L^-T sum p_i y_i.
 //
-// After explicit steps parts of a structure ring faster than the step resolves. Of a node that a contact holds the midpoint rule would move the skin by h v_n / 2,
-// many times its amplitude, and friction would keep it there, strained. Where there is damping the first step is therefore that of backward Euler, theta = 1, from velocities
-// that h resolves, without (1 - A^-1 M)^3 v_n [rannacher1984]: a node that is held stays where it is. What that would take of the motion is to be little (may_begin()).
+// After explicit steps parts of a structure ring faster than the step resolves. Of a node that a contact
+// holds the midpoint rule would move the skin by h v_n / 2, many times its amplitude, and friction would keep
+// it there, strained. Where there is damping the first step is therefore that of backward Euler, theta = 1,
+// from velocities that h resolves, without (1 - A^-1 M)^3 v_n [rannacher1984]: a node that is held stays
+// where it is. What that would take of the motion is to be little (may_begin()).
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -22,23 +28,24 @@
 #include <unordered_map>
 
 #include "core/error.hpp"
-#include "fem/structure_fem.hpp"
 #include "fem/integrators/structure_linear.hpp"
+#include "fem/structure_fem.hpp"
 
 namespace talus::fem {
 
 struct Condensed {
   struct Column {
-    std::array<HalfColumn, 3> half;          // of a node's three directions, none of one that is held or has no mass
-    std::unordered_map<int, Mat3> with;      // their products with those of nodes of no lower number, of A^-1
-    long used = 0;                           // number of the last step that asked for it
+    std::array<HalfColumn, 3> half;  // of a node's three directions, none of one that is held or has no mass
+    std::unordered_map<int, Mat3> with;  // their products with those of nodes of no lower number, of A^-1
+    long used = 0;                       // number of the last step that asked for it
     std::size_t bytes() const {
       std::size_t n = with.size() * (sizeof(Mat3) + 4 * sizeof(void*));
       for (const HalfColumn& y : half) n += y.value.size() * sizeof(double);
       return n;
     }
   };
-  /// One length of step. All of it follows from the structure and h: what is kept between steps changes no result.
+  /// One length of step. All of it follows from the structure and h: what is kept between steps changes no
+  /// result.
   struct Level {
     double h = 0;
     CholeskyFactor factor;                   // of K + shift M
@@ -47,7 +54,8 @@ struct Condensed {
   };
   /// Lets go of the columns that the step at hand has not asked for.
   void drop_idle_columns() {
-    for (const auto& level : levels) std::erase_if(level->column, [this](const auto& entry) { return entry.second.used < step; });
+    for (const auto& level : levels)
+      std::erase_if(level->column, [this](const auto& entry) { return entry.second.used < step; });
   }
   std::size_t bytes_of_columns() const {
     std::size_t n = 0;
@@ -55,39 +63,51 @@ struct Condensed {
       for (const auto& [node, column] : level->column) n += column.bytes();
     return n;
   }
-  SymmetricMatrix stiffness;                 // of the cells that live; empty: the structure's own
-  std::vector<std::int64_t> ordering;        // of its factors
-  std::vector<double> mass;                  // per free degree of freedom; 1 where none is left. Empty: all of this is to be made
-  std::vector<char> moves;                   // of each degree of freedom, whether it has mass
-  std::vector<std::unique_ptr<Level>> levels;   // the one in use last
-  std::unique_ptr<Level> spent;              // one that is no longer true, whose room and analysis the next one takes over
+  SymmetricMatrix stiffness;           // of the cells that live; empty: the structure's own
+  std::vector<std::int64_t> ordering;  // of its factors
+  std::vector<double>
+      mass;  // per free degree of freedom; 1 where none is left. Empty: all of this is to be made
+  std::vector<char> moves;                     // of each degree of freedom, whether it has mass
+  std::vector<std::unique_ptr<Level>> levels;  // the one in use last
+  std::unique_ptr<Level>
+      spent;  // one that is no longer true, whose room and analysis the next one takes over
   long step = 0;
   // the step at hand
   VecX v_hat;
-  std::vector<double> before;                // state at its start
-  double stored = 0;                         // elastic energy then [J]
+  std::vector<double> before;  // state at its start
+  double stored = 0;           // elastic energy then [J]
 };
 
 void CondensedDeleter::operator()(Condensed* p) const { delete p; }
 
 namespace {
 constexpr std::size_t least_levels = 2, most_levels = 6;
-constexpr double turned_most = 0.002;                 // rotation of a cell that K does not follow [rad]: slender parts that lean show their axial stiffness to what is soft in bending
-constexpr double cracked_least = 0.02;                // damage that K takes for granted once a cell has any
-constexpr double crushed_stiffest = 1.05;             // of crushed concrete
-constexpr double start_share = 10, most_start_share = 0.1;   // of the energy of its fastest motion, and what it has dissipated, that starts may take together: times the accuracy, and at most
-constexpr double least_start_share = 1e-3;            // of that, which one may take whatever the others took
-constexpr std::size_t room_of_levels = 32'000'000;    // [bytes] that their factors may fill, if there are more than the least
+constexpr double turned_most = 0.002;   // rotation of a cell that K does not follow [rad]: slender parts that
+                                        // lean show their axial stiffness to what is soft in bending
+constexpr double cracked_least = 0.02;  // damage that K takes for granted once a cell has any
+constexpr double crushed_stiffest = 1.05;  // of crushed concrete
+constexpr double start_share = 10,
+                 most_start_share = 0.1;  // of the energy of its fastest motion, and what it has dissipated,
+                                          // that starts may take together: times the accuracy, and at most
+constexpr double least_start_share = 1e-3;  // of that, which one may take whatever the others took
+constexpr std::size_t room_of_levels =
+    32'000'000;  // [bytes] that their factors may fill, if there are more than the least
 
-/// Of the columns that are kept for later steps: as much as 128 whole ones of three directions take, or 32 MB [bytes].
-std::size_t room_of_columns(int dofs) { return std::min<std::size_t>(128 * 3 * sizeof(double) * static_cast<std::size_t>(dofs), 32'000'000); }
+/// Of the columns that are kept for later steps: as much as 128 whole ones of three directions take, or 32 MB
+/// [bytes].
+std::size_t room_of_columns(int dofs) {
+  return std::min<std::size_t>(128 * 3 * sizeof(double) * static_cast<std::size_t>(dofs), 32'000'000);
+}
 
 /// How many lengths of step keep their factor, of so many bytes each.
-std::size_t levels_kept(std::size_t factor) { return std::clamp(room_of_levels / std::max<std::size_t>(factor, 1), least_levels, most_levels); }
+std::size_t levels_kept(std::size_t factor) {
+  return std::clamp(room_of_levels / std::max<std::size_t>(factor, 1), least_levels, most_levels);
+}
 }  // namespace
 
 bool FemStructure::condensable() const {
-  return spec_.integrator != "explicit" && !partition_ && !supports_.none && dofs_.size > 0 && dofs_.size <= largest_factored_system && lowest_frequency() > 0;
+  return spec_.integrator != "explicit" && !partition_ && !supports_.none && dofs_.size > 0 &&
+         dofs_.size <= largest_factored_system && lowest_frequency() > 0;
 }
 
 double FemStructure::lowest_frequency() const {
@@ -104,29 +124,36 @@ double FemStructure::lowest_frequency() const {
 }
 
 double FemStructure::dissipation() const {
-  return (damage_ ? damage_->dissipation() : 0.0) + (bars_ ? bars_->dissipation() : 0.0) + (bearings_ ? bearings_->dissipation() : 0.0);
+  return (damage_ ? damage_->dissipation() : 0.0) + (bars_ ? bars_->dissipation() : 0.0) +
+         (bearings_ ? bearings_->dissipation() : 0.0);
 }
 
-/// What takes less than the accuracy's part of the stored energy in a period of the first mode leaves the motion what it was, to that accuracy. Of a structure that has
-/// broken little may be stored; what it has taken so far is known to the accuracy, too: a hundred periods may add that part of it.
+/// What takes less than the accuracy's part of the stored energy in a period of the first mode leaves the
+/// motion what it was, to that accuracy. Of a structure that has broken little may be stored; what it has
+/// taken so far is known to the accuracy, too: a hundred periods may add that part of it.
 bool FemStructure::at_ease(double h) const {
   const double share = laws_share_ * h * lowest_frequency() / (2 * M_PI), stored = std::abs(stored_part_);
-  const double allowed = std::max(1e-9 * stored, share * (stored + 0.01 * (books_.damage_work + books_.plastic_work)));
+  const double allowed =
+      std::max(1e-9 * stored, share * (stored + 0.01 * (books_.damage_work + books_.plastic_work)));
   return dissipation() <= allowed && !(damage_ && !spent_cells().empty());
 }
 
 bool FemStructure::loads_hold(double from, double to) const {
   return std::all_of(loads_.begin(), loads_.end(), [&](const PatchLoad& load) {
     if (load.factor(from) != load.factor(to)) return false;
-    return std::all_of(load.history.begin(), load.history.end(),
-                       [&](const auto& point) { return point.first <= from || point.first >= to || point.second == load.factor(from); });
+    return std::all_of(load.history.begin(), load.history.end(), [&](const auto& point) {
+      return point.first <= from || point.first >= to || point.second == load.factor(from);
+    });
   });
 }
 
-double FemStructure::condensed_step(double t, double accuracy) { return condensed_step(t, accuracy, accuracy); }
+double FemStructure::condensed_step(double t, double accuracy) {
+  return condensed_step(t, accuracy, accuracy);
+}
 
 double FemStructure::condensed_step(double t, double accuracy, double laws_share) {
-  // Where neither weight nor damping asked for a factor, none is made before explicit steps have cost as much: a short run needs none.
+  // Where neither weight nor damping asked for a factor, none is made before explicit steps have cost as
+  // much: a short run needs none.
   if (!factored_ && !condensed_by_choice() && steps_taken_ < steps_worth_a_factor) return 0;
   if (!condensable()) return 0;
   // A period is off by (omega h)^2 / 12.
@@ -135,9 +162,10 @@ double FemStructure::condensed_step(double t, double accuracy, double laws_share
   if (t < blow_time_ + quarter) return 0;
   if (condensed_by_choice()) {
     const double ringing = struck_.empty() ? ringing_step(t) : longest;
-    if (ringing < std::min(longest, critical_step_)) return 0;   // explicit steps cost less
+    if (ringing < std::min(longest, critical_step_)) return 0;  // explicit steps cost less
     longest = std::min(longest, ringing);
-  } else if (!loads_hold(t - quarter, t + quarter)) {   // what it gains is the island's to judge: contacts shorten explicit steps, rest lengthens this one
+  } else if (!loads_hold(t - quarter, t + quarter)) {  // what it gains is the island's to judge: contacts
+                                                       // shorten explicit steps, rest lengthens this one
     return 0;
   }
   forces(t);
@@ -145,8 +173,9 @@ double FemStructure::condensed_step(double t, double accuracy, double laws_share
   return at_ease(contact_step_ > 0 ? contact_step_ : critical_step_) ? longest : 0;
 }
 
-/// Most that the law of a damaged cell may come to, over sound concrete. A crack takes Poisson's effect away, which leaves pressed concrete E/2 in shear for E / (2 (1 + nu)), and its faces interlock with
-/// up to that of sound concrete again. By steps, so that growing cracks seldom ask for new factors.
+/// Most that the law of a damaged cell may come to, over sound concrete. A crack takes Poisson's effect away,
+/// which leaves pressed concrete E/2 in shear for E / (2 (1 + nu)), and its faces interlock with up to that
+/// of sound concrete again. By steps, so that growing cracks seldom ask for new factors.
 double FemStructure::stiffest(int cell) const {
   if (!damage_ || damage_->cells().empty()) return 1;
   const double tension = damage_->tension(cell), nu = spec_.poisson;
@@ -173,7 +202,8 @@ void FemStructure::follow_frames() {
     const auto c = static_cast<std::size_t>(cell);
     if (live_[c] == 0) continue;
     now[c] = frame_of(cell);
-    stale = stale || (now[c] - (frames_.empty() ? Mat3(Mat3::Identity()) : frames_[c])).norm() > std::sqrt(2.0) * turned_most;
+    stale = stale || (now[c] - (frames_.empty() ? Mat3(Mat3::Identity()) : frames_[c])).norm() >
+                         std::sqrt(2.0) * turned_most;
   }
   if (stale) set_frames(std::move(now));
 }
@@ -184,7 +214,7 @@ void FemStructure::set_frames(std::vector<Mat3> frames) {
 }
 
 void FemStructure::forget_stiffness() {
-  if (condensed_) condensed_->mass.clear();   // made again
+  if (condensed_) condensed_->mass.clear();  // made again
 }
 
 Condensed& FemStructure::condensed(double h) {
@@ -201,17 +231,25 @@ Condensed& FemStructure::condensed(double h) {
     for (std::size_t i = 0; i < mass_.size(); ++i)
       for (int k = 0; k < 3; ++k)
         if (const int d = dofs_.number[i][k]; d >= 0 && mass_[i] > 0) c.mass[d] = mass_[i], c.moves[d] = 1;
-    const bool whole = frames_.empty() && std::all_of(live_.begin(), live_.end(), [](char on) { return on != 0; });
+    const bool whole =
+        frames_.empty() && std::all_of(live_.begin(), live_.end(), [](char on) { return on != 0; });
     const std::vector<Mat3>* frames = frames_.empty() ? nullptr : &frames_;
-    c.stiffness = whole ? SymmetricMatrix{} : assemble_stiffness(mesh_, dofs_, shear_, bulk_, elastic_->springs(frames), &live_, frames, &elastic_->stiffness());
+    c.stiffness = whole ? SymmetricMatrix{}
+                        : assemble_stiffness(mesh_, dofs_, shear_, bulk_, elastic_->springs(frames), &live_,
+                                             frames, &elastic_->stiffness());
   }
   // Twelve digits: intervals that differ by rounding share one factor, and a restart finds the same step.
   const double key = std::strtod(fmt::format("{:.11e}", h).c_str(), nullptr);
   const double phase = lowest_frequency() * key;
   const bool damped = spec_.damping_ratio > 0;
-  const double delta = starting_ ? 0.5 : damped ? std::min(0.1 * phase * phase, 0.5) : 0.0;   // damping of the first mode 0.1 phase^3
-  const double theta = 0.5 + delta, scale = key * key * theta * theta, shift = (1 + 0.5 * alpha_ * key) / scale;
-  const auto found = std::find_if(c.levels.begin(), c.levels.end(), [&](const auto& level) { return level->h == key && level->theta == theta; });
+  const double delta = starting_ ? 0.5
+                       : damped  ? std::min(0.1 * phase * phase, 0.5)
+                                 : 0.0;  // damping of the first mode 0.1 phase^3
+  const double theta = 0.5 + delta, scale = key * key * theta * theta,
+               shift = (1 + 0.5 * alpha_ * key) / scale;
+  const auto found = std::find_if(c.levels.begin(), c.levels.end(), [&](const auto& level) {
+    return level->h == key && level->theta == theta;
+  });
   if (found != c.levels.end()) {
     std::rotate(found, found + 1, c.levels.end());
     return c;
@@ -220,11 +258,13 @@ Condensed& FemStructure::condensed(double h) {
     c.spent = std::move(c.levels.front());
     c.levels.erase(c.levels.begin());
   }
-  elastic_->forget_factor();   // that of the structure at rest is made again where it is asked for
+  elastic_->forget_factor();  // that of the structure at rest is made again where it is asked for
   const SymmetricMatrix& k = c.stiffness.n > 0 ? c.stiffness : elastic_->stiffness();
   std::unique_ptr<Condensed::Level> level = std::move(c.spent);
-  if (level) level->factor.again(k, shift, c.mass, &c.ordering);
-  else level.reset(new Condensed::Level{0, {k, shift, c.mass, &c.ordering}, 0, 0, {}});
+  if (level)
+    level->factor.again(k, shift, c.mass, &c.ordering);
+  else
+    level.reset(new Condensed::Level{0, {k, shift, c.mass, &c.ordering}, 0, 0, {}});
   level->h = key, level->theta = theta, level->scale = scale;
   level->column.clear();
   c.levels.push_back(std::move(level));
@@ -238,8 +278,10 @@ void FemStructure::find_columns(std::span<const int> nodes) {
   bool all = true;
   for (const int node : nodes) {
     const auto found = level.column.find(node);
-    if (found != level.column.end()) found->second.used = c.step;
-    else all = false;
+    if (found != level.column.end())
+      found->second.used = c.step;
+    else
+      all = false;
   }
   if (all) return;
   if (c.bytes_of_columns() > room_of_columns(dofs_.size)) c.drop_idle_columns();
@@ -248,7 +290,9 @@ void FemStructure::find_columns(std::span<const int> nodes) {
     if (!fresh) continue;
     at->second.used = c.step;
     for (std::size_t k = 0; k < 3; ++k)
-      if (const int d = dofs_.number[static_cast<std::size_t>(node)][k]; d >= 0 && c.moves[static_cast<std::size_t>(d)]) at->second.half[k] = level.factor.half_column(d);
+      if (const int d = dofs_.number[static_cast<std::size_t>(node)][k];
+          d >= 0 && c.moves[static_cast<std::size_t>(d)])
+        at->second.half[k] = level.factor.half_column(d);
   }
 }
 
@@ -260,9 +304,12 @@ void FemStructure::drop_condensed_levels() {
 
 double FemStructure::memory_of_condensed_steps() {
   if (!condensable()) return 0;
-  const std::size_t factor_bytes = elastic_->factor().bytes();   // stands now, and makes way for the first of them
-  const std::size_t followed = finite_ ? elastic_->stiffness().value.size() * (sizeof(double) + sizeof(int)) : 0;   // K that has turned or cracked, beside that as built
-  return static_cast<double>((levels_kept(factor_bytes) - 1) * factor_bytes + room_of_columns(dofs_.size) + followed);
+  const std::size_t factor_bytes =
+      elastic_->factor().bytes();  // stands now, and makes way for the first of them
+  const std::size_t followed = finite_ ? elastic_->stiffness().value.size() * (sizeof(double) + sizeof(int))
+                                       : 0;  // K that has turned or cracked, beside that as built
+  return static_cast<double>((levels_kept(factor_bytes) - 1) * factor_bytes + room_of_columns(dofs_.size) +
+                             followed);
 }
 
 void FemStructure::accept_laws() {
@@ -274,7 +321,8 @@ void FemStructure::accept_laws() {
   if (damage_ && bars_) bars_->see_cracks(*damage_, u_.data(), live_);
 }
 
-/// What h does not resolve of the velocities, (1 - A^-1 M)^3 v: a mode keeps all but (x / (1 + x))^3 of its own, x = (omega h)^2.
+/// What h does not resolve of the velocities, (1 - A^-1 M)^3 v: a mode keeps all but (x / (1 + x))^3 of its
+/// own, x = (omega h)^2.
 VecX FemStructure::unresolved_velocities(double h) {
   const Condensed& c = condensed(h);
   const Condensed::Level& level = *c.levels.back();
@@ -296,16 +344,20 @@ void FemStructure::smooth_velocities(double h) {
 }
 
 bool FemStructure::may_begin(double t, double h, double accuracy) {
-  if (h_last_ == 0 || !(spec_.damping_ratio > 0) || condensed_by_choice()) return true;   // under way, or with all of its motion
+  if (h_last_ == 0 || !(spec_.damping_ratio > 0) || condensed_by_choice())
+    return true;  // under way, or with all of its motion
   follow_frames();
-  starting_ = true;   // by the factor of the first step
+  starting_ = true;  // by the factor of the first step
   const VecX v = unresolved_velocities(h);
   starting_ = false;
-  double lost = 0;   // its kinetic energy, and as much that it stores
+  double lost = 0;  // its kinetic energy, and as much that it stores
   for (int d = 0; d < dofs_.size; ++d)
-    if (condensed_->moves[static_cast<std::size_t>(d)]) lost += condensed_->mass[static_cast<std::size_t>(d)] * v[d] * v[d];
-  // Half of what earlier starts have left of it: together they never take more, and one more is never far off.
-  const double all = std::min(start_share * accuracy, most_start_share) * (reference_kinetic_ + books_.damage_work + books_.plastic_work);
+    if (condensed_->moves[static_cast<std::size_t>(d)])
+      lost += condensed_->mass[static_cast<std::size_t>(d)] * v[d] * v[d];
+  // Half of what earlier starts have left of it: together they never take more, and one more is never far
+  // off.
+  const double all = std::min(start_share * accuracy, most_start_share) *
+                     (reference_kinetic_ + books_.damage_work + books_.plastic_work);
   const double most = std::max(0.5 * (all - taken_by_starts_), least_start_share * all);
   if (lost <= most) return true;
   // Damping alone takes so long; contacts and cracks may be quicker.
@@ -325,7 +377,8 @@ void FemStructure::begin_condensed(double t, double h, bool smoothed) {
     time_ = t;
     starting_ = smoothed;
     if (smoothed) smooth_velocities(h);
-    const double taken = before - mechanical_energy() - (laws_taken_ ? 0.0 : dissipation());   // which accept_laws() books
+    const double taken =
+        before - mechanical_energy() - (laws_taken_ ? 0.0 : dissipation());  // which accept_laws() books
     books_.algorithmic += taken;
     taken_by_starts_ += std::max(0.0, taken);
   }
@@ -349,7 +402,8 @@ void FemStructure::begin_condensed(double t, double h, bool smoothed) {
   }
   for (std::size_t i = 0; i < mass_.size(); ++i)
     for (int k = 0; k < 3; ++k)
-      if (const int d = dofs_.number[i][k]; d >= 0 && mass_[i] > 0) push[d] = h * (mean[4 * i + k] - f_int_[4 * i + k] - alpha_ * mass_[i] * v_[4 * i + k]);
+      if (const int d = dofs_.number[i][k]; d >= 0 && mass_[i] > 0)
+        push[d] = h * (mean[4 * i + k] - f_int_[4 * i + k] - alpha_ * mass_[i] * v_[4 * i + k]);
   const Condensed::Level& level = *c.levels.back();
   rhs = push / level.scale - stiff / level.theta;
   c.v_hat.resize(n);
@@ -368,12 +422,18 @@ MatX FemStructure::compliance(std::span<const int> nodes) {
   for (Eigen::Index i = 0; i < m; ++i)
     for (Eigen::Index j = 0; j <= i; ++j) {
       const bool ordered = nodes[static_cast<std::size_t>(i)] <= nodes[static_cast<std::size_t>(j)];
-      const Eigen::Index low = ordered ? i : j, high = ordered ? j : i;   // by the nodes' numbers: the digits do not depend on the order asked for
-      Condensed::Column &of = *column[static_cast<std::size_t>(low)], &other = *column[static_cast<std::size_t>(high)];
+      const Eigen::Index
+          low = ordered ? i : j,
+          high = ordered ? j : i;  // by the nodes' numbers: the digits do not depend on the order asked for
+      Condensed::Column &of = *column[static_cast<std::size_t>(low)],
+                        &other = *column[static_cast<std::size_t>(high)];
       const auto [at, fresh] = of.with.try_emplace(nodes[static_cast<std::size_t>(high)]);
       if (fresh)
         for (int a = 0; a < 3; ++a)
-          for (int b = 0; b < 3; ++b) at->second(a, b) = level.factor.product(of.half[static_cast<std::size_t>(a)], other.half[static_cast<std::size_t>(b)]) / level.scale;
+          for (int b = 0; b < 3; ++b)
+            at->second(a, b) = level.factor.product(of.half[static_cast<std::size_t>(a)],
+                                                    other.half[static_cast<std::size_t>(b)]) /
+                               level.scale;
       w.block<3, 3>(3 * low, 3 * high) = at->second;
       w.block<3, 3>(3 * high, 3 * low) = at->second.transpose();
     }
@@ -392,7 +452,9 @@ void FemStructure::push_condensed(std::span<const NodeImpulse> impulses) {
   VecX z = VecX::Zero(dofs_.size), moved(dofs_.size);
   for (const NodeImpulse& p : impulses)
     for (std::size_t k = 0; k < 3; ++k)
-      if (p.impulse[static_cast<Eigen::Index>(k)] != 0) level.factor.add(level.column.find(p.node)->second.half[k], p.impulse[static_cast<Eigen::Index>(k)] / level.scale, z.data());
+      if (p.impulse[static_cast<Eigen::Index>(k)] != 0)
+        level.factor.add(level.column.find(p.node)->second.half[k],
+                         p.impulse[static_cast<Eigen::Index>(k)] / level.scale, z.data());
   level.factor.back(z.data(), moved.data());
   for (int d = 0; d < dofs_.size; ++d)
     if (c.moves[static_cast<std::size_t>(d)]) c.v_hat[d] += moved[d];
@@ -443,14 +505,16 @@ bool FemStructure::correct_condensed(double t, double h, std::span<const NodeImp
   starting_ = false;
   stored_half_ = stored_part_;
   reference_kinetic_ = std::max(reference_kinetic_, kinetic);
-  if (kinetic > 1e-8 * reference_kinetic_ && kinetic > 1e-14 * stored_part_) still_ = false;
-  else if (!still_) still_ = true, still_since_ = time_;
+  if (kinetic > 1e-8 * reference_kinetic_ && kinetic > 1e-14 * stored_part_)
+    still_ = false;
+  else if (!still_)
+    still_ = true, still_since_ = time_;
   return true;
 }
 
 void FemStructure::undo_condensed() {
   restore(condensed_->before);
-  forces(time_);   // explicit steps go on from what the laws say here after a step of no length
+  forces(time_);  // explicit steps go on from what the laws say here after a step of no length
   books_.algorithmic += condensed_->stored - stored_part_ - dissipation();
 }
 

@@ -4,17 +4,20 @@
 #include <cmath>
 #include <limits>
 
-#include "fem/structure_fem.hpp"
 #include "fem/integrators/structure_linear.hpp"
+#include "fem/structure_fem.hpp"
 
 namespace talus::fem {
 
 namespace {
-constexpr double ringing_error = 3e-3;   // displacement by phases that are off, over the largest of the first mode with the greatest kinetic energy
+constexpr double ringing_error = 3e-3;   // displacement by phases that are off, over the largest of the first
+                                         // mode with the greatest kinetic energy
 constexpr double period_error = 3.3e-4;  // of the first mode: a hundredth of its period
-constexpr double scheme_share = 0.05;    // of what damping takes in a long step, that K - K_now may take beside it;
-constexpr double scheme_free = 1e-3;     // without damping, of the energy in a period of the first mode
-constexpr double longest_memory = 100;   // 1 / omega_1: for which a phase is to be right where there is little damping
+constexpr double scheme_share =
+    0.05;  // of what damping takes in a long step, that K - K_now may take beside it;
+constexpr double scheme_free = 1e-3;  // without damping, of the energy in a period of the first mode
+constexpr double longest_memory =
+    100;  // 1 / omega_1: for which a phase is to be right where there is little damping
 }  // namespace
 
 /// Brings velocities from the last half step to the time of the displacements.
@@ -22,10 +25,11 @@ void FemStructure::synchronise(double t) {
   if (h_last_ == 0) return;
   forces(t);
   const double half = 0.5 * h_last_;
-  std::array<double, 2> powers{};   // a . f of its own, and v . f_int by the velocities that come here
+  std::array<double, 2> powers{};  // a . f of its own, and v . f_int by the velocities that come here
   for (const auto& [first, last] : own_)
     for (int i = 4 * first; i < 4 * last; ++i) {
-      v_hat_[i] = v_[i] + half * (inverse_mass_[i] * (f_ext_[i] - f_int_[i]) - alpha_ * (inverse_mass_[i] > 0 ? v_[i] : 0.0));
+      v_hat_[i] = v_[i] + half * (inverse_mass_[i] * (f_ext_[i] - f_int_[i]) -
+                                  alpha_ * (inverse_mass_[i] > 0 ? v_[i] : 0.0));
       powers[1] += f_int_[i] * v_[i];
     }
   // What presses goes on pressing: a node in balance with it would be kicked by half a step of the reaction.
@@ -36,7 +40,8 @@ void FemStructure::synchronise(double t) {
   powers[0] = power_of_own_forces(half);
   sum(powers);
   book_step_dependence(0, powers[0], (powers[1] - power_) / h_last_);
-  for (const auto& [first, last] : own_) std::copy(v_hat_.begin() + 4L * first, v_hat_.begin() + 4L * last, v_.begin() + 4L * first);
+  for (const auto& [first, last] : own_)
+    std::copy(v_hat_.begin() + 4L * first, v_hat_.begin() + 4L * last, v_.begin() + 4L * first);
   h_last_ = 0;
   motion_changed();
   surface_stale_ = true;
@@ -47,12 +52,13 @@ double FemStructure::mechanical_energy() {
   return e.kinetic + e.elastic + e.gravity_potential;
 }
 
-/// Longest step of the midpoint rule that keeps the phases of what rings; infinite if nothing does. A mode of amplitude A is off by (omega h)^2 / 12 of its phase omega t,
-/// and rings for a time m = 1 / (zeta omega_1): its displacement is wrong by at most A (omega h)^2 omega m / (12 e), and never by more than 2 A.
+/// Longest step of the midpoint rule that keeps the phases of what rings; infinite if nothing does. A mode of
+/// amplitude A is off by (omega h)^2 / 12 of its phase omega t, and rings for a time m = 1 / (zeta omega_1):
+/// its displacement is wrong by at most A (omega h)^2 omega m / (12 e), and never by more than 2 A.
 double FemStructure::ringing_step(double t) {
   forces(t);
   double longest = std::numeric_limits<double>::infinity();
-  if (reference_kinetic_ <= 1e-14 * std::abs(stored_part_)) return longest;   // it never moved
+  if (reference_kinetic_ <= 1e-14 * std::abs(stored_part_)) return longest;  // it never moved
   const LinearDynamics& l = linear_dynamics();
   const int n = dofs_.size;
   VecX v(n), f(n), push = VecX::Zero(n);
@@ -61,24 +67,29 @@ double FemStructure::ringing_step(double t) {
   gather(dofs_, f_int_, f);
   push -= f;
   const VecX& omega = l.modes.omega;
-  const VecX rate = l.modes.phi.transpose() * l.mass.cwiseProduct(v), acceleration = l.modes.phi.transpose() * push;
-  const double memory = std::min(longest_memory, spec_.damping_ratio > 0 ? 1 / spec_.damping_ratio : longest_memory) / omega[0];
-  const double wrong = ringing_error * l.modes.phi.col(0).cwiseAbs().maxCoeff() * std::sqrt(2 * reference_kinetic_) / omega[0];
+  const VecX rate = l.modes.phi.transpose() * l.mass.cwiseProduct(v),
+             acceleration = l.modes.phi.transpose() * push;
+  const double memory =
+      std::min(longest_memory, spec_.damping_ratio > 0 ? 1 / spec_.damping_ratio : longest_memory) / omega[0];
+  const double wrong =
+      ringing_error * l.modes.phi.col(0).cwiseAbs().maxCoeff() * std::sqrt(2 * reference_kinetic_) / omega[0];
   for (int i = 0; i < omega.size(); ++i) {
-    const double amplitude = std::hypot(rate[i] / omega[i], acceleration[i] / (omega[i] * omega[i])) * l.modes.phi.col(i).cwiseAbs().maxCoeff();
+    const double amplitude = std::hypot(rate[i] / omega[i], acceleration[i] / (omega[i] * omega[i])) *
+                             l.modes.phi.col(i).cwiseAbs().maxCoeff();
     if (2 * amplitude <= wrong) continue;
     longest = std::min(longest, std::sqrt(12 * M_E * wrong / (amplitude * omega[i] * memory)) / omega[i]);
   }
   return longest;
 }
 
-/// By condensed steps alone; false: not now. What rubs in cracks is part of how it rings down, and explicit steps follow it; so they do while cracks open and close, which are softer than K: what the
-/// difference takes, as a viscosity h/2 (K - K_now), is to be a small part of what damping takes.
+/// By condensed steps alone; false: not now. What rubs in cracks is part of how it rings down, and explicit
+/// steps follow it; so they do while cracks open and close, which are softer than K: what the difference
+/// takes, as a viscosity h/2 (K - K_now), is to be a small part of what damping takes.
 bool FemStructure::ring_on(double t, double duration) {
   const bool chosen = condensed_by_choice();
   if (!(condensed_step(t, 1, 0) > 0) || (!chosen && !loads_hold(t, t + duration))) return false;
   const double longest = std::min(std::sqrt(12 * period_error) / lowest_frequency(), ringing_step(t));
-  long steps = 1;   // a power of two: few factors serve
+  long steps = 1;  // a power of two: few factors serve
   while (longest * static_cast<double>(steps) < duration * (1 - 1e-12)) steps *= 2;
   const double h = duration / static_cast<double>(steps);
   if (h < (chosen ? 1.0 : least_condensed_gain) * critical_step_) return false;
@@ -87,8 +98,10 @@ bool FemStructure::ring_on(double t, double duration) {
     begin_condensed(now, h, false);
     const double damped = books_.damping_work, scheme = books_.algorithmic;
     if (correct_condensed(now, h, {})) {
-      const double allowed = alpha_ > 0 ? scheme_share * (books_.damping_work - damped) : scheme_free * h * lowest_frequency() / M_PI * energy().kinetic;
-      if (std::abs(books_.algorithmic - scheme) <= allowed + 1e-9 * std::abs(stored_part_)) continue;   // both go with the square of the velocities
+      const double allowed = alpha_ > 0 ? scheme_share * (books_.damping_work - damped)
+                                        : scheme_free * h * lowest_frequency() / M_PI * energy().kinetic;
+      if (std::abs(books_.algorithmic - scheme) <= allowed + 1e-9 * std::abs(stored_part_))
+        continue;  // both go with the square of the velocities
     }
     undo_condensed();
     struck(now);
@@ -111,9 +124,11 @@ std::string FemStructure::advance_alone(double t, double duration) {
     modal_motion(t, duration);
     return "modal";
   }
-  // Not before explicit steps alone have cost what the modes would: at most twice what would have been least then, however long it rings on. What is not linear tries condensed steps.
+  // Not before explicit steps alone have cost what the modes would: at most twice what would have been least
+  // then, however long it rings on. What is not linear tries condensed steps.
   const double explicit_count = std::ceil(duration / critical_step_);
-  const bool waited = linear ? steps_taken_ >= std::max(modal_try_, steps_worth(modes_)) : reference_kinetic_ == 0 || steps_taken_ >= modal_try_;
+  const bool waited = linear ? steps_taken_ >= std::max(modal_try_, steps_worth(modes_))
+                             : reference_kinetic_ == 0 || steps_taken_ >= modal_try_;
   const bool worth = how == "auto" && explicit_count >= 8 && waited;
   if (linear && (how == "modal" || worth)) {
     if (enter_modal(t, how == "modal")) {
@@ -122,7 +137,8 @@ std::string FemStructure::advance_alone(double t, double duration) {
     }
     put_off_modes();
   }
-  if ((how == "implicit" || (!linear && (how == "modal" || worth))) && ring_on(t, duration)) return "condensed";
+  if ((how == "implicit" || (!linear && (how == "modal" || worth))) && ring_on(t, duration))
+    return "condensed";
   explicit_steps(t, duration);
   return "explicit";
 }

@@ -14,7 +14,9 @@ using material::V4, material::load4, material::store4;
 double sum_of(V4 a) { return (a[0] + a[2]) + (a[1] + a[3]); }
 
 /// What a step adds to the works, in sums of four.
-struct StepSums { V4 damping{}, external{}, viscous{}, power{}, kinetic{}, internal{}, jump{}; };
+struct StepSums {
+  V4 damping{}, external{}, viscous{}, power{}, kinetic{}, internal{}, jump{};
+};
 
 }  // namespace
 
@@ -26,7 +28,8 @@ void FemStructure::moved() {
   member_states_.clear();
 }
 
-/// Weight and prescribed loads. The weight is written anew where it may differ: at all nodes once masses have changed, else at the loads'.
+/// Weight and prescribed loads. The weight is written anew where it may differ: at all nodes once masses have
+/// changed, else at the loads'.
 void FemStructure::external_force(double t) {
   const auto weigh = [&](int i) {
     for (int c = 0; c < 3; ++c) f_ext_[4 * i + c] = mass_[i] * gravity_[c];
@@ -49,7 +52,8 @@ void FemStructure::forces(double t) {
     laws_taken_ = false;
     const bool measures = finite_ || damage_;
     const auto clear = [&](AlignedVector& f) {
-      for (const auto& [first, last] : touched_) std::fill(f.begin() + 4L * first, f.begin() + 4L * last, 0.0);
+      for (const auto& [first, last] : touched_)
+        std::fill(f.begin() + 4L * first, f.begin() + 4L * last, 0.0);
     };
     clear(f_int_);
     if (damage_)
@@ -125,7 +129,8 @@ double FemStructure::excess_of_gravity(double kick, double h) const {
       for (int k = 0; k < 3; ++k) {
         const std::size_t i = 4 * static_cast<std::size_t>(node) + static_cast<std::size_t>(k);
         if (inverse_mass_[i] == 0) continue;
-        excess += 0.5 * mass_[node] * gravity_[k] * (kick * (v_[i] + v_hat_[i]) - (h_last_ * v_[i] + h * v_hat_[i]));
+        excess += 0.5 * mass_[node] * gravity_[k] *
+                  (kick * (v_[i] + v_hat_[i]) - (h_last_ * v_[i] + h * v_hat_[i]));
       }
   return excess;
 }
@@ -138,13 +143,15 @@ double FemStructure::power_of_own_forces(double kick) const {
     for (int node = first; node < last; ++node) {
       const int i = 4 * node;
       const V4 own = mass_[node] * fall - load4(&f_int_[i]);
-      power += material::select(load4(&inverse_mass_[i]) != none, (load4(&v_hat_[i]) - load4(&v_[i])) * own, none);
+      power +=
+          material::select(load4(&inverse_mass_[i]) != none, (load4(&v_hat_[i]) - load4(&v_[i])) * own, none);
     }
   return sum_of(power) / kick;
 }
 
-/// Of a step that becomes h, with a . f = `own` and v . (df_int/dt) = `strained` of all ranks. Where the latter is not known, after a jump of the forces and where no step went
-/// before, the other half stands for both: right on the average, too.
+/// Of a step that becomes h, with a . f = `own` and v . (df_int/dt) = `strained` of all ranks. Where the
+/// latter is not known, after a jump of the forces and where no step went before, the other half stands for
+/// both: right on the average, too.
 void FemStructure::book_step_dependence(double h, double own, double strained) {
   const double q = h_last_ > 0 && power_valid_ ? 0.5 * (own + strained) : own;
   const double less = (h * h - h_last_ * h_last_) / 8 * q;
@@ -157,7 +164,8 @@ void FemStructure::correct(double t, double h, std::span<const NodeImpulse> give
   if (!mesh_.hanging.empty()) moved_on = discretisation_.condense(given);
   for (const NodeImpulse& p : divided() ? given : std::span<const NodeImpulse>{})
     if (const int n = partition_->node_here(p.node); n >= 0) moved_on.push_back({n, p.impulse});
-  const std::span<const NodeImpulse> impulses = mesh_.hanging.empty() && !divided() ? given : std::span<const NodeImpulse>(moved_on);
+  const std::span<const NodeImpulse> impulses =
+      mesh_.hanging.empty() && !divided() ? given : std::span<const NodeImpulse>(moved_on);
   const double kick = 0.5 * (h_last_ > 0 ? h_last_ + h : h);
   for (int n : struck_) std::fill_n(&contact_impulse_[4 * static_cast<std::size_t>(n)], 3, 0.0);
   struck_.clear();
@@ -173,9 +181,10 @@ void FemStructure::correct(double t, double h, std::span<const NodeImpulse> give
   }
   discretisation_.distribute(v_hat_);
   drag_ = 1;
-  watch_loads(t + h, h);   // by the forces of this step, before the displacements move on
+  watch_loads(t + h, h);  // by the forces of this step, before the displacements move on
   // This rank's part of the works, then of all.
-  double contact = 0, gravity = h == h_last_ ? 0 : excess_of_gravity(kick, h), own = h == h_last_ ? 0 : power_of_own_forces(kick);
+  double contact = 0, gravity = h == h_last_ ? 0 : excess_of_gravity(kick, h),
+         own = h == h_last_ ? 0 : power_of_own_forces(kick);
   for (const NodeImpulse& p : impulses) {
     if (!own_node(p.node)) continue;
     for (int c = 0; c < 3; ++c) {
@@ -197,16 +206,20 @@ void FemStructure::correct(double t, double h, std::span<const NodeImpulse> give
       store4(&v_[i], after);
       sums.power += f * after;
       sums.kinetic += m * after * after;
-      const V4 mean = material::select(load4(&inverse_mass_[i]) != none, 0.5 * (before + after), none);   // what is held does no work
+      const V4 mean = material::select(load4(&inverse_mass_[i]) != none, 0.5 * (before + after),
+                                       none);  // what is held does no work
       sums.internal += kick * mean * f;
       if (visc != nullptr) sums.viscous += kick * mean * load4(visc + i);
       const V4 lost = jump != nullptr ? load4(jump + i) : none;
       sums.jump += m * mean * lost;
-      if (alpha_ != 0) sums.damping -= mean * (m * (after - before + lost) - kick * (load4(&f_ext_[i]) - f - (visc != nullptr ? load4(visc + i) : none)) - load4(&contact_impulse_[i]));
+      if (alpha_ != 0)
+        sums.damping -= mean * (m * (after - before + lost) -
+                                kick * (load4(&f_ext_[i]) - f - (visc != nullptr ? load4(visc + i) : none)) -
+                                load4(&contact_impulse_[i]));
       if (loaded) sums.external += kick * mean * (load4(&f_ext_[i]) - m * fall);
     }
-  double damping = sum_of(sums.damping), external = sum_of(sums.external), viscous = sum_of(sums.viscous), power = sum_of(sums.power),
-         kinetic = sum_of(sums.kinetic), internal = sum_of(sums.internal);
+  double damping = sum_of(sums.damping), external = sum_of(sums.external), viscous = sum_of(sums.viscous),
+         power = sum_of(sums.power), kinetic = sum_of(sums.kinetic), internal = sum_of(sums.internal);
   if (partition_) {
     partition_->exchange(v_hat_);
     for (const auto& [first, last] : partition_->border_nodes())
@@ -219,13 +232,15 @@ void FemStructure::correct(double t, double h, std::span<const NodeImpulse> give
   const double bearing_loss = bearings_ && first_rank() ? bearings_->dissipation() : 0.0;
   double plastic = (bars_ ? bars_->dissipation() : 0.0) + bearing_loss;
   double cracking = damage_ ? damage_->dissipation() : 0.0;
-  if (laws_taken_) plastic = cracking = 0;   // a condensed step that was begun and dropped has booked them
+  if (laws_taken_) plastic = cracking = 0;  // a condensed step that was begun and dropped has booked them
   double stored = stored_part_;
   const std::vector<int> eroding = damage_ ? spent_cells() : std::vector<int>{};
   auto spent = static_cast<double>(eroding.size());
   double broken = bars_ ? bars_->broken() : 0.0;
   double jumped = sum_of(sums.jump);
-  std::array<double*, 15> parts{&contact, &damping, &external, &viscous, &power, &kinetic, &internal, &gravity, &own, &plastic, &cracking, &stored, &spent, &broken, &jumped};
+  std::array<double*, 15> parts{&contact,  &damping,  &external, &viscous, &power,
+                                &kinetic,  &internal, &gravity,  &own,     &plastic,
+                                &cracking, &stored,   &spent,    &broken,  &jumped};
   if (partition_) {
     std::array<double, parts.size()> values;
     for (std::size_t k = 0; k < parts.size(); ++k) values[k] = *parts[k];
@@ -243,8 +258,10 @@ void FemStructure::correct(double t, double h, std::span<const NodeImpulse> give
   // What the laws took in the last condensed step is in its own books; here they are accepted.
   books_.algorithmic += jumped;
   jump_.clear();
-  books_.algorithmic += internal - (stored_half_ - stored_before) - (h_last_ > 0 ? cracking + plastic : 0.0) - gravity;
-  if (h != h_last_) book_step_dependence(h, own, h_last_ > 0 ? (2 * internal / kick - power - power_) / h_last_ : 0.0);
+  books_.algorithmic +=
+      internal - (stored_half_ - stored_before) - (h_last_ > 0 ? cracking + plastic : 0.0) - gravity;
+  if (h != h_last_)
+    book_step_dependence(h, own, h_last_ > 0 ? (2 * internal / kick - power - power_) / h_last_ : 0.0);
   power_ = power;
   power_valid_ = true;
   h_last_ = h;
@@ -252,11 +269,13 @@ void FemStructure::correct(double t, double h, std::span<const NodeImpulse> give
   kinetic *= 0.5;
   reference_kinetic_ = std::max(reference_kinetic_, kinetic);
   // Rounding alone never wakes a structure at rest.
-  if ((kinetic > 1e-8 * reference_kinetic_ && kinetic > 1e-14 * stored) || !given.empty()) still_ = false;
-  else if (!still_) still_ = true, still_since_ = time_;
+  if ((kinetic > 1e-8 * reference_kinetic_ && kinetic > 1e-14 * stored) || !given.empty())
+    still_ = false;
+  else if (!still_)
+    still_ = true, still_since_ = time_;
   if (bars_) {
     bars_->accept();
-    if (broken != bars_broken_) share_bars();   // every rank knows which bars hold cells together
+    if (broken != bars_broken_) share_bars();  // every rank knows which bars hold cells together
     bars_broken_ = broken;
   }
   if (bearings_) bearings_->accept();
@@ -292,7 +311,8 @@ bool FemStructure::undisturbed(double t, double duration) const {
   const double since = moved_before ? still_since_ : 0;
   if (moved_before && t - since < settling_time()) return false;
   for (const PatchLoad& load : loads_) {
-    // What the structure is in balance with: nothing before it ever moved, since the preload is gravity alone.
+    // What the structure is in balance with: nothing before it ever moved, since the preload is gravity
+    // alone.
     const double held = moved_before ? load.factor(since) : 0;
     if (load.factor(t) != held || load.factor(t + duration) != held) return false;
     for (const auto& [when, factor] : load.history)
@@ -310,8 +330,11 @@ bool FemStructure::quiet() const {
   for (const PatchLoad& load : loads_)
     if (!load.history.empty() && time_ < load.history.back().first) return false;
   if (!still_) return false;
-  if (!has_moved(reference_kinetic_, stored_half_)) return std::all_of(loads_.begin(), loads_.end(), [&](const PatchLoad& load) { return load.factor(time_) == 0; });
-  // Kinetic energy also vanishes at a turning point: it has to stay small for half a period (or many steps, if that is unknown).
+  if (!has_moved(reference_kinetic_, stored_half_))
+    return std::all_of(loads_.begin(), loads_.end(),
+                       [&](const PatchLoad& load) { return load.factor(time_) == 0; });
+  // Kinetic energy also vanishes at a turning point: it has to stay small for half a period (or many steps,
+  // if that is unknown).
   return time_ - still_since_ >= settling_time();
 }
 

@@ -22,25 +22,27 @@ AssumedStrain::AssumedStrain(const HexMesh& mesh, int cell, double nu) : poisson
   oblique = !d.edge.isIdentity(1e-14);
   for (int x = 0; x < 3; ++x) {
     direction[x][0] = direction[x][7] = 0;
-    for (int k = 0; k < 3; ++k) direction[x][1 << k] = d.normal(x, k), direction[x][7 - (1 << k)] = d.edge(x, k);
+    for (int k = 0; k < 3; ++k)
+      direction[x][1 << k] = d.normal(x, k), direction[x][7 - (1 << k)] = d.edge(x, k);
   }
 }
 
 namespace {
 using Row = Eigen::Matrix<double, 1, 24>;
-using Strain = Eigen::Matrix<double, 6, 24>;   // of the displacements: xx yy zz yz zx xy, engineering shears
+using Strain = Eigen::Matrix<double, 6, 24>;  // of the displacements: xx yy zz yz zx xy, engineering shears
 using Moduli = Eigen::Matrix<double, 6, 6>;
 
 /// E n of a strain (engineering shears), as a matrix.
 Eigen::Matrix<double, 3, 6> product_with(const Vec3& n) {
   Eigen::Matrix<double, 3, 6> p;
-  p << n.x(), 0, 0, 0, 0.5 * n.z(), 0.5 * n.y(), 0, n.y(), 0, 0.5 * n.z(), 0, 0.5 * n.x(), 0, 0, n.z(), 0.5 * n.y(), 0.5 * n.x(), 0;
+  p << n.x(), 0, 0, 0, 0.5 * n.z(), 0.5 * n.y(), 0, n.y(), 0, 0.5 * n.z(), 0, 0.5 * n.x(), 0, 0, n.z(),
+      0.5 * n.y(), 0.5 * n.x(), 0;
   return p;
 }
 
 /// Moduli of the strains whose stress vanishes on the faces of normal n.
 Moduli without_traction(const Moduli& c, const Vec3& n) {
-  Eigen::Matrix<double, 6, 3> added = product_with(n).transpose();   // the strain sym(a n)
+  Eigen::Matrix<double, 6, 3> added = product_with(n).transpose();  // the strain sym(a n)
   added.bottomRows<3>() *= 2;
   const Eigen::Matrix<double, 6, 3> stress = c * added;
   return c - stress * (added.transpose() * stress).inverse() * stress.transpose();
@@ -77,7 +79,8 @@ ElementMatrix element_stiffness(const HexMesh& mesh, int cell, double shear, dou
   const auto mode = [&](int function) {
     Strain sum = Strain::Zero();
     for (std::size_t q = 0; q < 8; ++q) {
-      const bool minus = (__builtin_popcount(static_cast<unsigned>(function) & ~static_cast<unsigned>(q)) & 1) != 0;
+      const bool minus =
+          (__builtin_popcount(static_cast<unsigned>(function) & ~static_cast<unsigned>(q)) & 1) != 0;
       sum += (minus ? -0.125 : 0.125) * b[q];
     }
     return sum;

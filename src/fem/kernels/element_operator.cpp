@@ -21,9 +21,13 @@ CellShape shape_of(const HexMesh& mesh, int cell) {
   const Vec3& o = mesh.nodes[h[0]];
   const Vec3 a = mesh.nodes[h[1]] - o, b = mesh.nodes[h[3]] - o, c = mesh.nodes[h[4]] - o;
   const double tolerance = 1e-13 * (a.norm() + b.norm() + c.norm());
-  const auto differs = [&](int node, const Vec3& expected) { return (mesh.nodes[h[node]] - o - expected).norm() > tolerance + 4e-16 * mesh.nodes[h[node]].norm(); };
-  if (differs(2, a + b) || differs(5, a + c) || differs(6, a + b + c) || differs(7, b + c)) return CellShape::general;
-  const bool along_axes = !differs(1, Vec3(a.x(), 0, 0)) && !differs(3, Vec3(0, b.y(), 0)) && !differs(4, Vec3(0, 0, c.z()));
+  const auto differs = [&](int node, const Vec3& expected) {
+    return (mesh.nodes[h[node]] - o - expected).norm() > tolerance + 4e-16 * mesh.nodes[h[node]].norm();
+  };
+  if (differs(2, a + b) || differs(5, a + c) || differs(6, a + b + c) || differs(7, b + c))
+    return CellShape::general;
+  const bool along_axes =
+      !differs(1, Vec3(a.x(), 0, 0)) && !differs(3, Vec3(0, b.y(), 0)) && !differs(4, Vec3(0, 0, c.z()));
   return along_axes ? CellShape::brick : CellShape::affine;
 }
 
@@ -37,15 +41,20 @@ std::vector<ElementOperator::Lane> ElementOperator::lanes_of(const HexMesh& mesh
   return lanes;
 }
 
-ElementOperator::ElementOperator(const HexMesh& mesh, double shear, double bulk, bool viscosity, const std::vector<Lane>& lanes)
+ElementOperator::ElementOperator(const HexMesh& mesh, double shear, double bulk, bool viscosity,
+                                 const std::vector<Lane>& lanes)
     : mesh_(&mesh), shear_(shear), bulk_(bulk), where_(mesh.hexes.size()) {
   const int w = kernels().width;
   std::array<std::vector<int>, 3> list;
-  std::array<int, 3> last{-1, -1, -1};   // group of the whole that was put in last
-  for (std::size_t cell = 0; cell < lanes.size(); ++cell) {   // in a pack lanes rise with the cells
+  std::array<int, 3> last{-1, -1, -1};                       // group of the whole that was put in last
+  for (std::size_t cell = 0; cell < lanes.size(); ++cell) {  // in a pack lanes rise with the cells
     const auto p = static_cast<std::size_t>(lanes[cell].pack);
-    if (const int group = lanes[cell].lane / w; group != last[p]) last[p] = group, list[p].resize((list[p].size() + static_cast<std::size_t>(w) - 1) / static_cast<std::size_t>(w) * static_cast<std::size_t>(w), -1);
-    const std::size_t start = list[p].size() / static_cast<std::size_t>(w) * static_cast<std::size_t>(w), lane = start + static_cast<std::size_t>(lanes[cell].lane % w);
+    if (const int group = lanes[cell].lane / w; group != last[p])
+      last[p] = group, list[p].resize((list[p].size() + static_cast<std::size_t>(w) - 1) /
+                                          static_cast<std::size_t>(w) * static_cast<std::size_t>(w),
+                                      -1);
+    const std::size_t start = list[p].size() / static_cast<std::size_t>(w) * static_cast<std::size_t>(w),
+                      lane = start + static_cast<std::size_t>(lanes[cell].lane % w);
     list[p].resize(lane, -1);
     list[p].push_back(static_cast<int>(cell));
     where_[cell] = {lanes[cell].pack, static_cast<int>(lane)};
@@ -72,7 +81,7 @@ ElementPack ElementOperator::make_pack(const std::vector<int>& cells, CellShape 
     pack.volume.assign(lanes, 1.0);
     pack.length.assign(lanes, 0.0);
   }
-  int some = -1;   // of the group
+  int some = -1;  // of the group
   for (long lane = 0; lane < lanes; ++lane) {
     const long g = lane / w, l = lane % w;
     for (long k = lane; l == 0 && k < std::min(lane + w, static_cast<long>(cells.size())); ++k)
@@ -83,7 +92,9 @@ ElementPack ElementOperator::make_pack(const std::vector<int>& cells, CellShape 
     for (int a = 0; a < 8; ++a) pack.nodes[(g * 8 + a) * w + l] = 4 * mesh_->hexes[cell][a];
     const CellDirections directions = cell_directions(*mesh_, cell);
     double* geometry = pack.geometry.data() + g * (own + numbers * points) * w + l;
-    for (int i = 0; i < own / 2; ++i) geometry[i * w] = directions.normal(i % 3, i / 3), geometry[(9 + i) * w] = directions.edge(i % 3, i / 3);
+    for (int i = 0; i < own / 2; ++i)
+      geometry[i * w] = directions.normal(i % 3, i / 3),
+                   geometry[(9 + i) * w] = directions.edge(i % 3, i / 3);
     for (int q = 0; q < points; ++q) {
       double values[10];
       point_geometry(*mesh_, cell, general ? gauss_point(q) : Vec3(Vec3::Zero()), values);
@@ -112,7 +123,8 @@ ElementPack ElementOperator::make_pack(const std::vector<int>& cells, CellShape 
 }
 
 namespace {
-KernelArguments arguments(const ElementPack& pack, double shear, double bulk, bool finite, const double* u, double* f) {
+KernelArguments arguments(const ElementPack& pack, double shear, double bulk, bool finite, const double* u,
+                          double* f) {
   KernelArguments k;
   k.nodes = pack.nodes.data();
   k.geometry = pack.geometry.data();
@@ -128,7 +140,8 @@ KernelArguments arguments(const ElementPack& pack, double shear, double bulk, bo
 }
 }  // namespace
 
-void ElementOperator::add_internal_force(const double* u, double* f, bool finite, bool measures, const ElasticLimits* limits) {
+void ElementOperator::add_internal_force(const double* u, double* f, bool finite, bool measures,
+                                         const ElasticLimits* limits) {
   for (ElementPack& pack : pack_) {
     if (pack.groups == 0) continue;
     KernelArguments k = arguments(pack, shear_, bulk_, finite, u, f);
@@ -141,18 +154,21 @@ void ElementOperator::add_internal_force(const double* u, double* f, bool finite
   }
 }
 
-void ElementOperator::add_internal_force_of(const std::vector<int>& cells, const double* u, double* f, bool finite, double factor) const {
+void ElementOperator::add_internal_force_of(const std::vector<int>& cells, const double* u, double* f,
+                                            bool finite, double factor) const {
   if (cells.empty()) return;
   ElementPack pack = pack_of(cells);
   for (double& s : pack.scale) s *= factor;
   add_internal_force_of(pack, u, f, finite);
 }
 
-void ElementOperator::add_internal_force_of(const ElementPack& pack, const double* u, double* f, bool finite) const {
+void ElementOperator::add_internal_force_of(const ElementPack& pack, const double* u, double* f,
+                                            bool finite) const {
   kernels().internal_force(arguments(pack, shear_, bulk_, finite, u, f));
 }
 
-void ElementOperator::add_bulk_viscosity(const double* u, const double* v, double* f, double density, double wave_speed) {
+void ElementOperator::add_bulk_viscosity(const double* u, const double* v, double* f, double density,
+                                         double wave_speed) {
   for (ElementPack& pack : pack_) {
     if (pack.groups == 0 || pack.mean.empty()) continue;
     ViscosityArguments k;
@@ -182,7 +198,8 @@ void ElementOperator::restrict_to(const std::vector<char>& local) {
     for (long group = 0; group < old.groups; ++group) {
       const auto first = old.cells.begin() + group * w;
       if (std::none_of(first, first + w, [&](int cell) { return cell >= 0 && local[cell]; })) continue;
-      for (auto cell = first; cell != first + w; ++cell) list.push_back(*cell >= 0 && local[*cell] ? *cell : -1);
+      for (auto cell = first; cell != first + w; ++cell)
+        list.push_back(*cell >= 0 && local[*cell] ? *cell : -1);
     }
     const bool viscosity = !old.mean.empty();
     std::vector<char> on(old.cells.size());
@@ -204,11 +221,13 @@ void ElementOperator::restrict_to(const std::vector<char>& local) {
 
 void ElementOperator::count_only(const std::vector<char>& own) {
   for (ElementPack& pack : pack_)
-    for (std::size_t lane = 0; lane < pack.cells.size(); ++lane) pack.own[lane] = pack.cells[lane] >= 0 && own[pack.cells[lane]];
+    for (std::size_t lane = 0; lane < pack.cells.size(); ++lane)
+      pack.own[lane] = pack.cells[lane] >= 0 && own[pack.cells[lane]];
 }
 
 std::size_t ElementPack::memory_consumption() const {
-  const std::size_t numbers = geometry.capacity() + scale.capacity() + energy.capacity() + bound.capacity() + mean.capacity() + volume.capacity() + length.capacity();
+  const std::size_t numbers = geometry.capacity() + scale.capacity() + energy.capacity() + bound.capacity() +
+                              mean.capacity() + volume.capacity() + length.capacity();
   return numbers * sizeof(double) + (cells.capacity() + nodes.capacity()) * sizeof(int) + own.capacity();
 }
 
@@ -226,8 +245,10 @@ void ElementOperator::find_busy(ElementPack& pack) const {
   for (long group = 0; group < pack.groups; ++group) {
     const auto scale = pack.scale.begin() + group * w;
     if (std::all_of(scale, scale + w, [](double s) { return s == 0; })) continue;
-    if (pack.busy.empty() || pack.busy.back().second < group) pack.busy.emplace_back(group, group + 1);
-    else pack.busy.back().second = group + 1;
+    if (pack.busy.empty() || pack.busy.back().second < group)
+      pack.busy.emplace_back(group, group + 1);
+    else
+      pack.busy.back().second = group + 1;
   }
 }
 

@@ -1,12 +1,14 @@
 #include "core/processor.hpp"
-#include "fem/materials/material_simd.hpp"
 #include "fem/kernels/law_points_body.inc"
+#include "fem/materials/material_simd.hpp"
 
 namespace talus::fem {
 
 const LawPoints& law_points_base() { return all_of<material::V44>; }
 
-const LawPoints& law_points() { return instruction_set() == InstructionSet::avx512 ? law_points_avx512() : law_points_base(); }
+const LawPoints& law_points() {
+  return instruction_set() == InstructionSet::avx512 ? law_points_avx512() : law_points_base();
+}
 
 LawGeometry law_geometry(const HexMesh& mesh, int cell, double poisson) {
   LawGeometry g{};

@@ -1,6 +1,7 @@
-/// Strains at the eight points of a cell (assumed_strain.hpp) and the nodal forces of stresses there, shared by all laws (equations: damage_field.hpp).
-/// Components in the order of the laws: xx yy zz yz zx xy, shears engineering; arrays [component][point], points in lexicographic order, xi fastest.
-/// The points of a cell are one vector of the processor, or two of half the length.
+/// Strains at the eight points of a cell (assumed_strain.hpp) and the nodal forces of stresses there, shared
+/// by all laws (equations: damage_field.hpp). Components in the order of the laws: xx yy zz yz zx xy, shears
+/// engineering; arrays [component][point], points in lexicographic order, xi fastest. The points of a cell
+/// are one vector of the processor, or two of half the length.
 #pragma once
 #include "fem/kernels/assumed_strain.hpp"
 #include "fem/materials/material_damage.hpp"
@@ -36,15 +37,20 @@ struct PointStrains {
 struct LawPoints {
   void (*strains)(const LawGeometry& g, const double* u, bool finite, PointStrains& out);
   /// The rates of the strains `at` at velocities v.
-  void (*rates)(const LawGeometry& g, const PointStrains& at, const double* v, bool finite, PointTensors& rate);
+  void (*rates)(const LawGeometry& g, const PointStrains& at, const double* v, bool finite,
+                PointTensors& rate);
   /// The strains at u - step v, and the way from them to `at`.
-  void (*before)(const LawGeometry& g, const PointStrains& at, const double* v, double step, bool finite, PointTensors& before, PointTensors& way);
-  /// Not less than what any point of the cell strained by in a step at velocities v, but for the change of length by rotations in it.
+  void (*before)(const LawGeometry& g, const PointStrains& at, const double* v, double step, bool finite,
+                 PointTensors& before, PointTensors& way);
+  /// Not less than what any point of the cell strained by in a step at velocities v, but for the change of
+  /// length by rotations in it.
   double (*largest_way)(const LawGeometry& g, const double* v, double step);
-  /// The share of `way`, from `strain` on, in which no point strains by more than `part` of its strain and `peak`; 1 or more: all of it.
+  /// The share of `way`, from `strain` on, in which no point strains by more than `part` of its strain and
+  /// `peak`; 1 or more: all of it.
   double (*path_share)(const PointTensors& strain, const PointTensors& way, double peak, double part);
   /// Adds the forces of the stresses, each of an eighth of the volume.
-  void (*add_forces)(const LawGeometry& g, const PointStrains& at, const PointTensors& stress, bool finite, double* f);
+  void (*add_forces)(const LawGeometry& g, const PointStrains& at, const PointTensors& stress, bool finite,
+                     double* f);
 };
 
 const LawPoints& law_points_base();

@@ -1,5 +1,5 @@
-#include "fem/materials/material_simd8.hpp"
 #include "fem/kernels/law_points_body.inc"
+#include "fem/materials/material_simd8.hpp"
 
 namespace talus::fem {
 

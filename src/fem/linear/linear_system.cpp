@@ -34,13 +34,17 @@ ElementMatrix framed(const ElementMatrix& k, const Mat3& t) {
 /// Nodes with which a node moves, and their shares: itself, unless it hangs between larger cells.
 class Followed {
  public:
-  explicit Followed(const HexMesh& mesh) : mesh_(mesh), place_(mesh.hanging.empty() ? 0 : mesh.nodes.size(), -1) {
-    for (std::size_t k = 0; k < mesh.hanging.size(); ++k) place_[static_cast<std::size_t>(mesh.hanging[k].node)] = static_cast<int>(k);
+  explicit Followed(const HexMesh& mesh)
+      : mesh_(mesh), place_(mesh.hanging.empty() ? 0 : mesh.nodes.size(), -1) {
+    for (std::size_t k = 0; k < mesh.hanging.size(); ++k)
+      place_[static_cast<std::size_t>(mesh.hanging[k].node)] = static_cast<int>(k);
   }
   template <class Use>
   void each(int node, Use&& use) const {
     if (place_.empty() || place_[static_cast<std::size_t>(node)] < 0) return use(node, 1.0);
-    for (const auto& [master, weight] : mesh_.hanging[static_cast<std::size_t>(place_[static_cast<std::size_t>(node)])].masters) use(master, weight);
+    for (const auto& [master, weight] :
+         mesh_.hanging[static_cast<std::size_t>(place_[static_cast<std::size_t>(node)])].masters)
+      use(master, weight);
   }
 
  private:
@@ -54,14 +58,17 @@ std::vector<Spring> followed(const Followed& follows, const std::vector<Spring>&
   for (const Spring& spring : springs) {
     Spring one{{}, {}, spring.stiffness};
     for (std::size_t k = 0; k < spring.node.size(); ++k)
-      follows.each(spring.node[k], [&](int node, double weight) { one.node.push_back(node), one.weight.push_back(weight * spring.weight[k]); });
+      follows.each(spring.node[k], [&](int node, double weight) {
+        one.node.push_back(node), one.weight.push_back(weight * spring.weight[k]);
+      });
     out.push_back(std::move(one));
   }
   return out;
 }
 
 /// Entries of cells and springs, lower part by column, in order; no values.
-SymmetricMatrix pattern_of(const HexMesh& mesh, const Followed& follows, const DofMap& dofs, const std::vector<Spring>& springs) {
+SymmetricMatrix pattern_of(const HexMesh& mesh, const Followed& follows, const DofMap& dofs,
+                           const std::vector<Spring>& springs) {
   const int cells = static_cast<int>(mesh.hexes.size()), nodes = static_cast<int>(mesh.nodes.size());
   // Node-to-node graph, lower part by column.
   std::vector<std::vector<int>> touched(nodes);
@@ -70,7 +77,7 @@ SymmetricMatrix pattern_of(const HexMesh& mesh, const Followed& follows, const D
       follows.each(a, [&](int i, double) {
         for (int b : mesh.hexes[cell]) follows.each(b, [&](int j, double) { touched[i].push_back(j); });
       });
-  for (int a = 0; a < nodes; ++a) touched[a].push_back(a);   // the diagonal is stored, zero or not
+  for (int a = 0; a < nodes; ++a) touched[a].push_back(a);  // the diagonal is stored, zero or not
   for (const Spring& spring : springs)
     for (int a : spring.node)
       for (int b : spring.node) touched[a].push_back(b);
@@ -84,7 +91,8 @@ SymmetricMatrix pattern_of(const HexMesh& mesh, const Followed& follows, const D
   std::vector<int> node_of(m.n), direction_of(m.n);
   for (int node = 0; node < nodes; ++node)
     for (int c = 0; c < 3; ++c)
-      if (dofs.number[node][c] >= 0) node_of[dofs.number[node][c]] = node, direction_of[dofs.number[node][c]] = c;
+      if (dofs.number[node][c] >= 0)
+        node_of[dofs.number[node][c]] = node, direction_of[dofs.number[node][c]] = c;
   for (int column = 0; column < m.n; ++column) {
     for (int other : touched[node_of[column]])
       for (int c = 0; c < 3; ++c)
@@ -97,23 +105,29 @@ SymmetricMatrix pattern_of(const HexMesh& mesh, const Followed& follows, const D
 
 }  // namespace
 
-SymmetricMatrix assemble_stiffness(const HexMesh& mesh, const DofMap& dofs, double shear, double bulk, const std::vector<Spring>& given,
-                                   const std::vector<char>* live, const std::vector<Mat3>* frames, const SymmetricMatrix* like) {
+SymmetricMatrix assemble_stiffness(const HexMesh& mesh, const DofMap& dofs, double shear, double bulk,
+                                   const std::vector<Spring>& given, const std::vector<char>* live,
+                                   const std::vector<Mat3>* frames, const SymmetricMatrix* like) {
   const Followed follows(mesh);
   const std::vector<Spring> springs = followed(follows, given);
-  SymmetricMatrix m = like != nullptr ? SymmetricMatrix{like->n, like->column, like->row, {}} : pattern_of(mesh, follows, dofs, springs);
+  SymmetricMatrix m = like != nullptr ? SymmetricMatrix{like->n, like->column, like->row, {}}
+                                      : pattern_of(mesh, follows, dofs, springs);
   m.value.assign(m.row.size(), 0.0);
   bool fits = true;
   const auto add = [&](int row, int column, double value) {
-    const auto first = m.row.begin() + m.column[column], last = m.row.begin() + m.column[column + 1], at = std::lower_bound(first, last, row);
-    if (at == last || *at != row) fits = false;
-    else m.value[at - m.row.begin()] += value;
+    const auto first = m.row.begin() + m.column[column], last = m.row.begin() + m.column[column + 1],
+               at = std::lower_bound(first, last, row);
+    if (at == last || *at != row)
+      fits = false;
+    else
+      m.value[at - m.row.begin()] += value;
   };
   ElementMatrix shared, k;
   int of = -1;
   const auto same_shape = [&](int a, int b) {
     for (int i = 1; i < 8; ++i) {
-      const Vec3 da = mesh.nodes[mesh.hexes[a][i]] - mesh.nodes[mesh.hexes[a][0]], db = mesh.nodes[mesh.hexes[b][i]] - mesh.nodes[mesh.hexes[b][0]];
+      const Vec3 da = mesh.nodes[mesh.hexes[a][i]] - mesh.nodes[mesh.hexes[a][0]],
+                 db = mesh.nodes[mesh.hexes[b][i]] - mesh.nodes[mesh.hexes[b][0]];
       if ((da - db).norm() > 1e-13 * da.norm()) return false;
     }
     return true;
@@ -140,9 +154,10 @@ SymmetricMatrix assemble_stiffness(const HexMesh& mesh, const DofMap& dofs, doub
         for (int j = 0; j < 3; ++j)
           for (int i = 0; i < 3; ++i) {
             const int column = dofs.number[spring.node[b]][j], row = dofs.number[spring.node[a]][i];
-            if (column >= 0 && row >= column) add(row, column, spring.weight[a] * spring.weight[b] * spring.stiffness(i, j));
+            if (column >= 0 && row >= column)
+              add(row, column, spring.weight[a] * spring.weight[b] * spring.stiffness(i, j));
           }
-  return fits ? m : assemble_stiffness(mesh, dofs, shear, bulk, given, live, frames);   // `like` lacked some
+  return fits ? m : assemble_stiffness(mesh, dofs, shear, bulk, given, live, frames);  // `like` lacked some
 }
 
 }  // namespace talus::fem

@@ -2,8 +2,8 @@
 ///
 ///   K_e = V sum_k B_k^T C_k B_k over the functions of assumed_strain.hpp,
 ///
-/// the tangent of the kernels' internal force at u = 0 (assumed_strain.hpp). The matrix holds the lower triangle, columns compressed,
-/// rows sorted.
+/// the tangent of the kernels' internal force at u = 0 (assumed_strain.hpp). The matrix holds the lower
+/// triangle, columns compressed, rows sorted.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -31,35 +31,42 @@ struct Spring {
   Mat3 stiffness = Mat3::Zero();  // [N/m]
 };
 
-/// `live`: cells that count, per cell; null: all. `frames`: T of each cell, whose stiffness is T K_e T^T node by node; null: 1. `like`: has the entries already,
-/// of the same mesh; null: they are found anew.
-SymmetricMatrix assemble_stiffness(const HexMesh& mesh, const DofMap& dofs, double shear, double bulk, const std::vector<Spring>& springs = {},
-                                   const std::vector<char>* live = nullptr, const std::vector<Mat3>* frames = nullptr,
+/// `live`: cells that count, per cell; null: all. `frames`: T of each cell, whose stiffness is T K_e T^T node
+/// by node; null: 1. `like`: has the entries already, of the same mesh; null: they are found anew.
+SymmetricMatrix assemble_stiffness(const HexMesh& mesh, const DofMap& dofs, double shear, double bulk,
+                                   const std::vector<Spring>& springs = {},
+                                   const std::vector<char>* live = nullptr,
+                                   const std::vector<Mat3>* frames = nullptr,
                                    const SymmetricMatrix* like = nullptr);
 
 class Factorization;
 
-/// L^-1 P e of one degree of freedom: zero but for the columns of the supernodes from its own to the root of the elimination tree.
+/// L^-1 P e of one degree of freedom: zero but for the columns of the supernodes from its own to the root of
+/// the elimination tree.
 struct HalfColumn {
-  int supernode = -1;          // its own
-  std::vector<double> value;   // of all columns on the way, in the factor's order
+  int supernode = -1;         // its own
+  std::vector<double> value;  // of all columns on the way, in the factor's order
 };
 
 /// Cholesky factor (CHOLMOD, supernodal, METIS).
 class CholeskyFactor {
  public:
-  /// Factor of A + shift * diag(d). Throws NumericalFailure if that is not positive definite. `ordering`, if given, goes from one factor of a pattern to
-  /// the next: empty, it is found.
-  CholeskyFactor(const SymmetricMatrix& a, double shift, const std::vector<double>& d, std::vector<std::int64_t>* ordering = nullptr);
+  /// Factor of A + shift * diag(d). Throws NumericalFailure if that is not positive definite. `ordering`, if
+  /// given, goes from one factor of a pattern to the next: empty, it is found.
+  CholeskyFactor(const SymmetricMatrix& a, double shift, const std::vector<double>& d,
+                 std::vector<std::int64_t>* ordering = nullptr);
   ~CholeskyFactor();
   CholeskyFactor(const CholeskyFactor&) = delete;
   CholeskyFactor& operator=(const CholeskyFactor&) = delete;
-  /// That of another matrix in its place, with the same digits as a new one; of the same pattern with the analysis and in the memory of the last one. If this throws, it is of no further use.
-  void again(const SymmetricMatrix& a, double shift, const std::vector<double>& d, std::vector<std::int64_t>* ordering = nullptr);
+  /// That of another matrix in its place, with the same digits as a new one; of the same pattern with the
+  /// analysis and in the memory of the last one. If this throws, it is of no further use.
+  void again(const SymmetricMatrix& a, double shift, const std::vector<double>& d,
+             std::vector<std::int64_t>* ordering = nullptr);
   /// `columns` right-hand sides at once, one after the other in memory.
   void solve(const double* b, double* x, int columns = 1) const;
-  /// Halves of a solution, P A P^T = L L^T: with y_i = L^-1 P e_i an entry of the inverse is (A^-1)_ij = y_i . y_j, of which only the way that both have in
-  /// common to the root counts, and A^-1 sum f_i e_i = P^T L^-T sum f_i y_i. Their digits depend on nothing but the factor and the degrees of freedom.
+  /// Halves of a solution, P A P^T = L L^T: with y_i = L^-1 P e_i an entry of the inverse is (A^-1)_ij = y_i
+  /// . y_j, of which only the way that both have in common to the root counts, and A^-1 sum f_i e_i = P^T
+  /// L^-T sum f_i y_i. Their digits depend on nothing but the factor and the degrees of freedom.
   HalfColumn half_column(int dof) const;
   double product(const HalfColumn& a, const HalfColumn& b) const;
   /// z += factor y, z in the factor's order, as many as there are degrees of freedom.
@@ -75,23 +82,28 @@ class CholeskyFactor {
 
 /// Degrees of freedom of a part of a structure that several processes hold.
 struct SharedDofs {
-  std::vector<char> own;     // of each here, whether it is this process's
-  std::vector<int> number;   // of each here, among those of all: first those of the first rank, then the second's
+  std::vector<char> own;  // of each here, whether it is this process's
+  std::vector<int>
+      number;  // of each here, among those of all: first those of the first rank, then the second's
 };
 
 /// Set up once, solves for any number of right-hand sides.
 class LinearSolver {
  public:
   virtual ~LinearSolver() = default;
-  /// Returns the number of iterations; throws NumericalFailure if it does not reach |b - A x| <= tolerance |b|.
+  /// Returns the number of iterations; throws NumericalFailure if it does not reach |b - A x| <= tolerance
+  /// |b|.
   virtual int solve(const double* b, double* x, double tolerance) = 0;
 };
 
-/// Conjugate gradients preconditioned by smoothed aggregation (Trilinos ML) with the six rigid-body motions in the near null
-/// space; for systems too large to factor. `position` holds the node of each degree of freedom and its direction. The matrix is used up.
-/// Of several bodies that springs alone hold together `body` numbers that of each degree of freedom; empty: one body. `shared`: all processes solve together; the rows of own degrees of
-/// freedom are complete in `a`, and solve() reads and writes those alone.
-std::unique_ptr<LinearSolver> make_multigrid(SymmetricMatrix&& a, const std::vector<Vec3>& position, const std::vector<int>& direction, const std::vector<int>& body = {},
+/// Conjugate gradients preconditioned by smoothed aggregation (Trilinos ML) with the six rigid-body motions
+/// in the near null space; for systems too large to factor. `position` holds the node of each degree of
+/// freedom and its direction. The matrix is used up. Of several bodies that springs alone hold together
+/// `body` numbers that of each degree of freedom; empty: one body. `shared`: all processes solve together;
+/// the rows of own degrees of freedom are complete in `a`, and solve() reads and writes those alone.
+std::unique_ptr<LinearSolver> make_multigrid(SymmetricMatrix&& a, const std::vector<Vec3>& position,
+                                             const std::vector<int>& direction,
+                                             const std::vector<int>& body = {},
                                              const SharedDofs* shared = nullptr);
 
 }  // namespace talus::fem

@@ -7,7 +7,8 @@
 
 namespace talus::fem {
 
-double lowest_eigenvalue(const VecX& mass, const LinearMap& stiffness, const LinearMap& inverse, VecX x, double tolerance, const std::function<void(std::span<double>)>& sum) {
+double lowest_eigenvalue(const VecX& mass, const LinearMap& stiffness, const LinearMap& inverse, VecX x,
+                         double tolerance, const std::function<void(std::span<double>)>& sum) {
   constexpr int most_steps = 100;
   const int n = static_cast<int>(mass.size());
   const auto of_all = [&](MatX values) {
@@ -16,7 +17,8 @@ double lowest_eigenvalue(const VecX& mass, const LinearMap& stiffness, const Lin
   };
   const auto dot = [&](const auto& a, const auto& b) { return of_all(MatX::Constant(1, 1, a.dot(b)))(0, 0); };
   const auto norm = [&](const auto& v) { return std::sqrt(dot(v, mass.cwiseProduct(v))); };
-  // Columns x, w, p and K times them, each of length one in M. At the first step, and where p lies in the span of the others, there is no p.
+  // Columns x, w, p and K times them, each of length one in M. At the first step, and where p lies in the
+  // span of the others, there is no p.
   MatX basis(n, 3), stiff(n, 3);
   VecX product(n), w(n);
   basis.col(0) = x / norm(x);
@@ -27,14 +29,16 @@ double lowest_eigenvalue(const VecX& mass, const LinearMap& stiffness, const Lin
   int columns = 2;
   for (int step = 0, settled = 0; step < most_steps; ++step) {
     inverse(stiff.col(0) - lambda * mass.cwiseProduct(basis.col(0)), w);
-    w -= dot(w, mass.cwiseProduct(basis.col(0))) * basis.col(0);   // else both are nearly parallel
+    w -= dot(w, mass.cwiseProduct(basis.col(0))) * basis.col(0);  // else both are nearly parallel
     const double length = norm(w);
     if (!(length > 0)) return lambda;
     w /= length;
     stiffness(w, product);
     basis.col(1) = w, stiff.col(1) = product;
-    MatX a = of_all(basis.leftCols(columns).transpose() * stiff.leftCols(columns)), m = of_all(basis.leftCols(columns).transpose() * mass.asDiagonal() * basis.leftCols(columns));
-    if (columns == 3 && !(m.determinant() > 1e-10)) columns = 2, a = a.topLeftCorner(2, 2).eval(), m = m.topLeftCorner(2, 2).eval();
+    MatX a = of_all(basis.leftCols(columns).transpose() * stiff.leftCols(columns)),
+         m = of_all(basis.leftCols(columns).transpose() * mass.asDiagonal() * basis.leftCols(columns));
+    if (columns == 3 && !(m.determinant() > 1e-10))
+      columns = 2, a = a.topLeftCorner(2, 2).eval(), m = m.topLeftCorner(2, 2).eval();
     a = (0.5 * (a + a.transpose())).eval();
     const Eigen::GeneralizedSelfAdjointEigenSolver<MatX> ritz(a, m);
     const VecX c = ritz.eigenvectors().col(0);

@@ -28,19 +28,24 @@ std::string direction(Vec3 v) {
 /// A rigid motion in words; `length` turns the rotation's part into one.
 std::string in_words(const Vec6& motion) {
   const Vec3 move = motion.head<3>(), turn = motion.tail<3>();
-  return turn.norm() < 1e-3 * move.norm() ? "move along " + direction(move) : "turn about an axis along " + direction(turn);
+  return turn.norm() < 1e-3 * move.norm() ? "move along " + direction(move)
+                                          : "turn about an axis along " + direction(turn);
 }
 
-/// How a set of nodes is held, as a quadratic form of its rigid motions (translation, rotation times `length`) about its centre.
+/// How a set of nodes is held, as a quadratic form of its rigid motions (translation, rotation times
+/// `length`) about its centre.
 struct Hold {
   std::vector<int> nodes;
   int cells = 0, first = 0;
 
   Mat6 form(const HexMesh& mesh, const Supports& supports, bool& held) const {
     Vec3 centre = Vec3::Zero();
-    for (const int n : nodes) centre += mesh.nodes[static_cast<std::size_t>(n)] / static_cast<double>(nodes.size());
+    for (const int n : nodes)
+      centre += mesh.nodes[static_cast<std::size_t>(n)] / static_cast<double>(nodes.size());
     double length_sq = 0;
-    for (const int n : nodes) length_sq += (mesh.nodes[static_cast<std::size_t>(n)] - centre).squaredNorm() / static_cast<double>(nodes.size());
+    for (const int n : nodes)
+      length_sq += (mesh.nodes[static_cast<std::size_t>(n)] - centre).squaredNorm() /
+                   static_cast<double>(nodes.size());
     const double length = std::sqrt(length_sq);
     Mat6 a = Mat6::Zero();
     for (const int n : nodes)
@@ -58,7 +63,8 @@ struct Hold {
 
 }  // namespace
 
-std::optional<LoosePart> loose_part(const HexMesh& mesh, const Supports& supports, const std::vector<Spring>& springs) {
+std::optional<LoosePart> loose_part(const HexMesh& mesh, const Supports& supports,
+                                    const std::vector<Spring>& springs) {
   DisjointSets sets(static_cast<int>(mesh.nodes.size()));
   for (const auto& hex : mesh.hexes)
     for (const int n : hex) sets.join(hex[0], n);

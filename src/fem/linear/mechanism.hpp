@@ -11,13 +11,15 @@ namespace talus::fem {
 
 /// Cells joined by common nodes, or by springs, that can move as a rigid body.
 struct LoosePart {
-  int cells = 0, first = 0;   // how many, and the first of them
-  bool held = false;          // some of its nodes are
-  std::string motion;         // in words, such as "turn about [1, 0, 0]"
+  int cells = 0, first = 0;  // how many, and the first of them
+  bool held = false;         // some of its nodes are
+  std::string motion;        // in words, such as "turn about [1, 0, 0]"
 };
 
-/// The first such part. A rigid motion x -> t + r x (x - c) is held if it moves a held degree of freedom: the part is loose if, of the quadratic form
-/// sum over those of (their displacement)^2, lengths measured by the part's radius of gyration, the smallest eigenvalue is 1e-12 of the largest or less.
-std::optional<LoosePart> loose_part(const HexMesh& mesh, const Supports& supports, const std::vector<Spring>& springs);
+/// The first such part. A rigid motion x -> t + r x (x - c) is held if it moves a held degree of freedom: the
+/// part is loose if, of the quadratic form sum over those of (their displacement)^2, lengths measured by the
+/// part's radius of gyration, the smallest eigenvalue is 1e-12 of the largest or less.
+std::optional<LoosePart> loose_part(const HexMesh& mesh, const Supports& supports,
+                                    const std::vector<Spring>& springs);
 
 }  // namespace talus::fem

@@ -10,9 +10,11 @@ namespace {
 /// Several vectors at a time: the factor is read once for all of them, and double frequencies come together.
 constexpr int block_size = 6;
 
-/// Makes the columns of x orthonormal in M against `basis` and each other; what is lost of x itself goes into r (x_before = basis c +
-/// x_after r, c added to `overlap`). A column that lies in the span of the others becomes zero, and so does its row of r.
-void orthonormalise(const MatX& basis, int size, const Eigen::Map<const VecX>& m, MatX& x, MatX& overlap, MatX& r) {
+/// Makes the columns of x orthonormal in M against `basis` and each other; what is lost of x itself goes into
+/// r (x_before = basis c + x_after r, c added to `overlap`). A column that lies in the span of the others
+/// becomes zero, and so does its row of r.
+void orthonormalise(const MatX& basis, int size, const Eigen::Map<const VecX>& m, MatX& x, MatX& overlap,
+                    MatX& r) {
   const int b = static_cast<int>(x.cols());
   overlap = MatX::Zero(size, b);
   r = MatX::Zero(b, b);
@@ -33,8 +35,10 @@ void orthonormalise(const MatX& basis, int size, const Eigen::Map<const VecX>& m
         r(k, j) += c;
       }
     const double norm = std::sqrt(x.col(j).dot(m.cwiseProduct(x.col(j))));
-    if (norm > 1e-12 * before[j]) r(j, j) = norm, x.col(j) /= norm;
-    else x.col(j).setZero();
+    if (norm > 1e-12 * before[j])
+      r(j, j) = norm, x.col(j) /= norm;
+    else
+      x.col(j).setZero();
   }
 }
 
@@ -42,8 +46,10 @@ void orthonormalise(const MatX& basis, int size, const Eigen::Map<const VecX>& m
 
 namespace {
 
-/// Puts the Ritz vectors of the `kept` largest values in place of the basis; what leads out of it is still the block that comes next.
-void keep_best(MatX& basis, int size, MatX& projected, const Eigen::SelfAdjointEigenSolver<MatX>& eigen, int kept) {
+/// Puts the Ritz vectors of the `kept` largest values in place of the basis; what leads out of it is still
+/// the block that comes next.
+void keep_best(MatX& basis, int size, MatX& projected, const Eigen::SelfAdjointEigenSolver<MatX>& eigen,
+               int kept) {
   const MatX chosen = eigen.eigenvectors().rightCols(kept);
   constexpr int rows_at_once = 256;
   for (int row = 0; row < basis.rows(); row += rows_at_once) {
@@ -59,10 +65,13 @@ int largest_basis(int n, int count) { return std::min(n, 5 * count / 2 + 60); }
 
 double memory_of_search(int n, int count) {
   const double most = largest_basis(n, count) + block_size;
-  return sizeof(double) * (n * (most + 4 * block_size) + 3 * most * most);   // basis and blocks beside it; the projected matrix, its vectors and a copy
+  return sizeof(double) *
+         (n * (most + 4 * block_size) +
+          3 * most * most);  // basis and blocks beside it; the projected matrix, its vectors and a copy
 }
 
-ModalBasis lowest_modes(const CholeskyFactor& factor, const std::vector<double>& mass, int count, int largest) {
+ModalBasis lowest_modes(const CholeskyFactor& factor, const std::vector<double>& mass, int count,
+                        int largest) {
   const int n = static_cast<int>(mass.size());
   count = std::min(count, n);
   const Eigen::Map<const VecX> m(mass.data(), n);
@@ -95,8 +104,8 @@ ModalBasis lowest_modes(const CholeskyFactor& factor, const std::vector<double>&
     if (fresh == 0 || size >= check || full) {
       check = size + 3 * b;
       eigen.compute(projected.topLeftCorner(size, size));
-      // Largest of K^-1 M are the lowest frequencies; the residual of a Ritz pair is r times the last block of its vector. The error of a
-      // frequency is of the order of its square.
+      // Largest of K^-1 M are the lowest frequencies; the residual of a Ritz pair is r times the last block
+      // of its vector. The error of a frequency is of the order of its square.
       bool good = size >= count;
       for (int i = 0; i < count && good; ++i) {
         const int j = size - 1 - i;
@@ -132,7 +141,8 @@ double advance_mode(double omega, double alpha, double p, double s, double h, do
   const double slope = s / omega_sq, level = (p - alpha * slope) / omega_sq;
   const double x = q - level, v = rate - slope;
   const double damped = std::sqrt(std::max(omega_sq - 0.25 * alpha * alpha, 1e-12 * omega_sq));
-  const double decay = std::exp(-0.5 * alpha * h), c = std::cos(damped * h), sn = std::sin(damped * h) / damped;
+  const double decay = std::exp(-0.5 * alpha * h), c = std::cos(damped * h),
+               sn = std::sin(damped * h) / damped;
   const double x1 = decay * (x * c + (v + 0.5 * alpha * x) * sn);
   const double v1 = decay * (v * c - (omega_sq * x + 0.5 * alpha * v) * sn);
   const double q1 = x1 + level + slope * h, rate1 = v1 + slope;

@@ -1,10 +1,12 @@
 /// Natural modes of the supported elastic structure, and their motion, exact in time.
 ///
-///   K phi = omega^2 M phi,  phi_i^T M phi_j = delta_ij          shift-invert block Lanczos with full reorthogonalisation [parlett1998]
-///   q'' + alpha q' + omega^2 q = p + s t                        closed form over each piece of the load's time table
-///   u = u_g + sum_l c_l r_l + Phi q,   r_l = K^-1 P_l - Phi Omega^-2 Phi^T P_l
+///   K phi = omega^2 M phi,  phi_i^T M phi_j = delta_ij          shift-invert block Lanczos with full
+///   reorthogonalisation [parlett1998] q'' + alpha q' + omega^2 q = p + s t                        closed
+///   form over each piece of the load's time table u = u_g + sum_l c_l r_l + Phi q,   r_l = K^-1 P_l - Phi
+///   Omega^-2 Phi^T P_l
 ///
-/// r_l is the static answer of all modes left out to load l, so that a local load is not blurred by the truncation.
+/// r_l is the static answer of all modes left out to load l, so that a local load is not blurred by the
+/// truncation.
 ///
 /// symbol    meaning                                          unit     shape
 /// omega     circular frequency, ascending                    rad/s    m
@@ -22,15 +24,18 @@ struct ModalBasis {
   MatX phi;
 };
 
-/// What `lowest_modes` holds at most while it looks for `count` modes of n degrees of freedom, beside these [bytes].
+/// What `lowest_modes` holds at most while it looks for `count` modes of n degrees of freedom, beside these
+/// [bytes].
 double memory_of_search(int n, int count);
 
 /// Vectors of the basis in which `count` modes of n degrees of freedom are sought, at most.
 int largest_basis(int n, int count);
 
-/// The `count` lowest modes (fewer if the system is smaller). mass: lumped, per free degree of freedom. A basis that has grown to `largest` vectors
-/// (0: largest_basis; else at least count + 18) starts again from those it has for the modes (thick restart [wu2000]).
-ModalBasis lowest_modes(const CholeskyFactor& factor, const std::vector<double>& mass, int count, int largest = 0);
+/// The `count` lowest modes (fewer if the system is smaller). mass: lumped, per free degree of freedom. A
+/// basis that has grown to `largest` vectors (0: largest_basis; else at least count + 18) starts again from
+/// those it has for the modes (thick restart [wu2000]).
+ModalBasis lowest_modes(const CholeskyFactor& factor, const std::vector<double>& mass, int count,
+                        int largest = 0);
 
 /// One mode over a time h under p + s t; q and rate are replaced. Returns the integral of q over h.
 double advance_mode(double omega, double alpha, double p, double s, double h, double& q, double& rate);

@@ -3,12 +3,12 @@
 #include <Epetra_Map.h>
 #include <Epetra_MpiComm.h>
 #include <Epetra_Vector.h>
-#include <Teuchos_ParameterList.hpp>
-#include <deal.II/lac/solver_cg.h>
 #include <deal.II/lac/la_parallel_vector.h>
+#include <deal.II/lac/solver_cg.h>
 #include <fmt/format.h>
 #include <ml_MultiLevelPreconditioner.h>
 #include <mpi.h>
+#include <Teuchos_ParameterList.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -40,14 +40,20 @@ void require(int code, const char* what) {
   if (code < 0) throw NumericalFailure(fmt::format("Multigrid: {} failed (Trilinos error {})", what, code));
 }
 
-constexpr int largest_smoothed = 400000;   // degrees of freedom
+constexpr int largest_smoothed = 400000;  // degrees of freedom
 
-/// Aggregates that reach over soft springs from one body to the next would move both as one, at the cost of the cells' own stiffness: what such springs couple is left to the conjugate
-/// gradients, and the preconditioner sees each body on springs to the ground.
+/// Aggregates that reach over soft springs from one body to the next would move both as one, at the cost of
+/// the cells' own stiffness: what such springs couple is left to the conjugate gradients, and the
+/// preconditioner sees each body on springs to the ground.
 class Multigrid : public LinearSolver {
  public:
-  Multigrid(SymmetricMatrix&& a, const std::vector<Vec3>& position, const std::vector<int>& direction, const std::vector<int>& body, const SharedDofs* shared)
-      : own_(own_of(a.n, shared)), n_(static_cast<int>(own_.size())), comm_(shared != nullptr ? MPI_COMM_WORLD : MPI_COMM_SELF), number_(numbers_of(a.n, shared)), map_(-1, n_, own_numbers().data(), 0, comm_),
+  Multigrid(SymmetricMatrix&& a, const std::vector<Vec3>& position, const std::vector<int>& direction,
+            const std::vector<int>& body, const SharedDofs* shared)
+      : own_(own_of(a.n, shared)),
+        n_(static_cast<int>(own_.size())),
+        comm_(shared != nullptr ? MPI_COMM_WORLD : MPI_COMM_SELF),
+        number_(numbers_of(a.n, shared)),
+        map_(-1, n_, own_numbers().data(), 0, comm_),
         matrix_(bodies_of(std::move(a), body)) {
     motions_.assign(6 * static_cast<std::size_t>(n_), 0.0);
     Vec3 centre = Vec3::Zero();
@@ -59,7 +65,8 @@ class Multigrid : public LinearSolver {
       const int d = own_[row];
       const Vec3 r = position[d] - centre;
       motions_[static_cast<std::size_t>(direction[d]) * n_ + row] = 1;
-      for (int k = 0; k < 3; ++k) motions_[static_cast<std::size_t>(3 + k) * n_ + row] = Vec3::Unit(k).cross(r)[direction[d]];
+      for (int k = 0; k < 3; ++k)
+        motions_[static_cast<std::size_t>(3 + k) * n_ + row] = Vec3::Unit(k).cross(r)[direction[d]];
     }
     Teuchos::ParameterList list;
     ML_Epetra::SetDefaults("SA", list);
@@ -70,7 +77,8 @@ class Multigrid : public LinearSolver {
     list.set("aggregation: threshold", 0.0);
     list.set("coarse: type", "Amesos-KLU");
     list.set("coarse: max size", 1000);
-    // Smoothing the prolongation halves the iterations; the products that it takes cost more memory than the matrix.
+    // Smoothing the prolongation halves the iterations; the products that it takes cost more memory than the
+    // matrix.
     list.set("low memory usage", true);
     if (in_all > largest_smoothed) list.set("aggregation: damping factor", 0.0);
     // Nodes that are held in some directions only leave less than three equations behind: then no blocks.
@@ -92,12 +100,13 @@ class Multigrid : public LinearSolver {
     dealii::SolverControl control(most_iterations, tolerance * rhs.l2_norm());
     try {
       dealii::SolverCG<Vector>(control).solve(Stiffness{*this}, solution, rhs, Cycle{*this});
-    } catch (const dealii::SolverControl::NoConvergence&) {   // judged by what is left
+    } catch (const dealii::SolverControl::NoConvergence&) {  // judged by what is left
     }
     multiply(solution, left);
     left.sadd(-1, 1, rhs);
     if (!(left.l2_norm() <= 10 * control.tolerance()))
-      throw NumericalFailure(fmt::format("Multigrid reached a residual of {:.3g} N only after {} iterations", left.l2_norm(), control.last_step()));
+      throw NumericalFailure(fmt::format("Multigrid reached a residual of {:.3g} N only after {} iterations",
+                                         left.l2_norm(), control.last_step()));
     for (int row = 0; row < n_; ++row) x[own_[row]] = solution.local_element(row);
     return static_cast<int>(control.last_step());
   }
@@ -115,7 +124,10 @@ class Multigrid : public LinearSolver {
       require(of.preconditioner_->ApplyInverse(from, to), "a cycle of the preconditioner");
     }
   };
-  struct Entry { int row, column; double value; };
+  struct Entry {
+    int row, column;
+    double value;
+  };
 
   static std::vector<int> own_of(int n, const SharedDofs* shared) {
     std::vector<int> own;
@@ -143,18 +155,26 @@ class Multigrid : public LinearSolver {
   void multiply(const Vector& x, Vector& y) const {
     Epetra_Vector from = view(x), to = view(y);
     require(matrix_->Multiply(false, from, to), "a product with the stiffness");
-    for (const Entry& e : between_) y.local_element(e.row) += e.value * x.local_element(e.column), y.local_element(e.column) += e.value * x.local_element(e.row);
+    for (const Entry& e : between_)
+      y.local_element(e.row) += e.value * x.local_element(e.column),
+          y.local_element(e.column) += e.value * x.local_element(e.row);
   }
-  /// Both triangles by rows, without what couples bodies, which goes to between_; the triangle given is freed.
+  /// Both triangles by rows, without what couples bodies, which goes to between_; the triangle given is
+  /// freed.
   std::unique_ptr<Epetra_CrsMatrix> bodies_of(SymmetricMatrix&& given, const std::vector<int>& body) {
-    constexpr double firm = 0.3;   // of the geometric mean of both diagonal entries: bodies coupled more firmly count as one
+    constexpr double firm =
+        0.3;  // of the geometric mean of both diagonal entries: bodies coupled more firmly count as one
     const SymmetricMatrix a = std::move(given);
     DisjointSets sets(body.empty() ? 0 : 1 + *std::max_element(body.begin(), body.end()));
-    const auto within = [&](int row, int column) { return body.empty() || sets.root(body[static_cast<std::size_t>(row)]) == sets.root(body[static_cast<std::size_t>(column)]); };
-    const auto diagonal = [&](int c) { return a.value[a.column[c]]; };   // first in its column
+    const auto within = [&](int row, int column) {
+      return body.empty() || sets.root(body[static_cast<std::size_t>(row)]) ==
+                                 sets.root(body[static_cast<std::size_t>(column)]);
+    };
+    const auto diagonal = [&](int c) { return a.value[a.column[c]]; };  // first in its column
     for (int c = 0; c < a.n; ++c)
       for (std::int64_t k = a.column[c]; k < a.column[c + 1]; ++k)
-        if (!within(a.row[k], c) && std::abs(a.value[k]) > firm * std::sqrt(diagonal(c) * diagonal(a.row[k]))) sets.join(body[static_cast<std::size_t>(c)], body[static_cast<std::size_t>(a.row[k])]);
+        if (!within(a.row[k], c) && std::abs(a.value[k]) > firm * std::sqrt(diagonal(c) * diagonal(a.row[k])))
+          sets.join(body[static_cast<std::size_t>(c)], body[static_cast<std::size_t>(a.row[k])]);
     std::vector<int> row_of(a.n, -1), count(n_, 0);
     for (int row = 0; row < n_; ++row) row_of[own_[row]] = row;
     for (int c = 0; c < a.n; ++c)
@@ -174,20 +194,25 @@ class Multigrid : public LinearSolver {
       for (std::int64_t k = a.column[c]; k < a.column[c + 1]; ++k) {
         if (!within(a.row[k], c)) continue;
         row.push_back(number_[a.row[k]]), value.push_back(a.value[k]);
-        if (a.row[k] != c && row_of[a.row[k]] >= 0) require(matrix->InsertGlobalValues(number_[a.row[k]], 1, &a.value[k], &number_[c]), "the assembly of the stiffness");
+        if (a.row[k] != c && row_of[a.row[k]] >= 0)
+          require(matrix->InsertGlobalValues(number_[a.row[k]], 1, &a.value[k], &number_[c]),
+                  "the assembly of the stiffness");
       }
-      if (row_of[c] >= 0) require(matrix->InsertGlobalValues(number_[c], static_cast<int>(row.size()), value.data(), row.data()), "the assembly of the stiffness");
+      if (row_of[c] >= 0)
+        require(
+            matrix->InsertGlobalValues(number_[c], static_cast<int>(row.size()), value.data(), row.data()),
+            "the assembly of the stiffness");
     }
     require(matrix->FillComplete(), "the assembly of the stiffness");
     return matrix;
   }
 
-  std::vector<int> own_;             // of each row, its degree of freedom as the caller numbers them
-  int n_;                            // rows of this process
+  std::vector<int> own_;  // of each row, its degree of freedom as the caller numbers them
+  int n_;                 // rows of this process
   Epetra_MpiComm comm_;
-  std::vector<int> number_;          // of each degree of freedom of the caller, among those of all processes
+  std::vector<int> number_;  // of each degree of freedom of the caller, among those of all processes
   Epetra_Map map_;
-  std::vector<Entry> between_;       // of the lower triangle, what couples bodies
+  std::vector<Entry> between_;  // of the lower triangle, what couples bodies
   std::unique_ptr<Epetra_CrsMatrix> matrix_;
   std::vector<double> motions_;  // ML keeps a pointer to it
   std::unique_ptr<ML_Epetra::MultiLevelPreconditioner> preconditioner_;
@@ -195,7 +220,9 @@ class Multigrid : public LinearSolver {
 
 }  // namespace
 
-std::unique_ptr<LinearSolver> make_multigrid(SymmetricMatrix&& a, const std::vector<Vec3>& position, const std::vector<int>& direction, const std::vector<int>& body, const SharedDofs* shared) {
+std::unique_ptr<LinearSolver> make_multigrid(SymmetricMatrix&& a, const std::vector<Vec3>& position,
+                                             const std::vector<int>& direction, const std::vector<int>& body,
+                                             const SharedDofs* shared) {
   start_mpi();
   return std::make_unique<Multigrid>(std::move(a), position, direction, body, shared);
 }

@@ -5,8 +5,10 @@
 
 namespace talus::fem {
 
-StaticBalance find_balance(int n, const std::function<double(VecX&)>& left, const std::function<void(const VecX&, VecX&)>& solve, const std::function<void(const VecX&)>& move) {
-  constexpr double exact = 1e-12;   // forces left over those that act
+StaticBalance find_balance(int n, const std::function<double(VecX&)>& left,
+                           const std::function<void(const VecX&, VecX&)>& solve,
+                           const std::function<void(const VecX&)>& move) {
+  constexpr double exact = 1e-12;                  // forces left over those that act
   constexpr int most_passes = 400, patience = 30;  // the latter: passes that do not halve what is left
   VecX force(n), way(n), last(n);
   double omega = 1, least = std::numeric_limits<double>::infinity();
@@ -20,7 +22,8 @@ StaticBalance find_balance(int n, const std::function<double(VecX&)>& left, cons
     solve(force, way);
     if (pass > 0) {
       const VecX change = way - last;
-      if (const double size = change.squaredNorm(); size > 0) omega = std::clamp(-omega * last.dot(change) / size, 0.5, 20.0);
+      if (const double size = change.squaredNorm(); size > 0)
+        omega = std::clamp(-omega * last.dot(change) / size, 0.5, 20.0);
     }
     last = way;
     move(omega * way);

@@ -16,27 +16,37 @@ using material::ConcreteDamage;
 using material::DamageCell;
 
 /// The history of a cell under a law, and how its points are read.
-template <class Law> struct History;
+template <class Law>
+struct History;
 
-template <> struct History<ConcreteDamage> {
+template <>
+struct History<ConcreteDamage> {
   using Cell = DamageCell;
   static const Cell& in(const Cell& c) { return c; }
   static Cell& in(Cell& c) { return c; }
   static ElasticLimits limits(const ConcreteDamage& law) {
-    // tau_t^2 = (1 + nu) sum p^2 - nu (sum p)^2 is convex in the positive principal values p: largest at a corner of [0, sigma_1]^3.
-    // tau_c of the negative part is at most that of min(tr, 0) and the whole deviator.
+    // tau_t^2 = (1 + nu) sum p^2 - nu (sum p)^2 is convex in the positive principal values p: largest at a
+    // corner of [0, sigma_1]^3. tau_c of the negative part is at most that of min(tr, 0) and the whole
+    // deviator.
     const material::Concrete& c = law.parameters().concrete;
     const double corners = std::max({1.0, 2 * (1 - c.poisson), 3 * (1 - 2 * c.poisson)});
-    const double exact = 1 - 1e-9, root2 = std::sqrt(2.0), k = root2 * (c.biaxial_ratio - 1) / (2 * c.biaxial_ratio - 1);
-    return {law.elastic_bound(), exact * c.f_t / std::sqrt(corners), exact * law.parameters().elastic_limit * c.f_cm * (root2 - k) / 3, k};
+    const double exact = 1 - 1e-9, root2 = std::sqrt(2.0),
+                 k = root2 * (c.biaxial_ratio - 1) / (2 * c.biaxial_ratio - 1);
+    return {law.elastic_bound(), exact * c.f_t / std::sqrt(corners),
+            exact * law.parameters().elastic_limit * c.f_cm * (root2 - k) / 3, k};
   }
   static double tension(const Cell& c, int q) { return c.d_t[q]; }
   static double compression(const Cell& c, int q) { return c.d_c[q]; }
-  static double band(const ConcreteDamage& law, const Cell& c, int q) { return law.crack_length(c.f_t[q], c.b_t[q]); }
+  static double band(const ConcreteDamage& law, const Cell& c, int q) {
+    return law.crack_length(c.f_t[q], c.b_t[q]);
+  }
 };
 
-template <> struct History<Cdpm2> {
-  struct Cell { Cdpm2::State point[8]; };
+template <>
+struct History<Cdpm2> {
+  struct Cell {
+    Cdpm2::State point[8];
+  };
   static const Cdpm2::State* in(const Cell& c) { return c.point; }
   static Cdpm2::State* in(Cell& c) { return c.point; }
   static ElasticLimits limits(const Cdpm2& law) { return {law.elastic_bound()}; }
@@ -45,29 +55,39 @@ template <> struct History<Cdpm2> {
   static double band(const Cdpm2&, const Cell& c, int q) { return c.point[q].size; }
 };
 
-constexpr double path_increment = 0.25;   // of the strain and the peak strain, for the law to be integrated within a per cent
+constexpr double path_increment =
+    0.25;  // of the strain and the peak strain, for the law to be integrated within a per cent
 
-/// Has the memory sent for while there is other work: a cell's history and geometry are some 4 kB that nothing else needs.
+/// Has the memory sent for while there is other work: a cell's history and geometry are some 4 kB that
+/// nothing else needs.
 template <class T>
 void fetch(const T& object, bool to_write) {
   const char* const start = reinterpret_cast<const char*>(&object);
-  for (std::size_t at = 0; at < sizeof(T); at += 64) to_write ? __builtin_prefetch(start + at, 1) : __builtin_prefetch(start + at, 0);
+  for (std::size_t at = 0; at < sizeof(T); at += 64)
+    to_write ? __builtin_prefetch(start + at, 1) : __builtin_prefetch(start + at, 0);
 }
 
-double mean_of(const double (&x)[8]) { return 0.125 * (((x[0] + x[4]) + (x[2] + x[6])) + ((x[1] + x[5]) + (x[3] + x[7]))); }
+double mean_of(const double (&x)[8]) {
+  return 0.125 * (((x[0] + x[4]) + (x[2] + x[6])) + ((x[1] + x[5]) + (x[3] + x[7])));
+}
 
-struct Answer { alignas(64) double stress[6][8], energy[8], dissipation[8]; };
+struct Answer {
+  alignas(64) double stress[6][8], energy[8], dissipation[8];
+};
 
-/// mean += share times the stress of one increment, share * way, whose work is what the law says it stored and dissipated: the mean of both ends and
-/// the least change of it along the increment [gonzalez1996].
-void add_mean_stress(const Answer& before, const Answer& after, const double (&way)[6][8], int q, double share, double (&mean)[6][8]) {
+/// mean += share times the stress of one increment, share * way, whose work is what the law says it stored
+/// and dissipated: the mean of both ends and the least change of it along the increment [gonzalez1996].
+void add_mean_stress(const Answer& before, const Answer& after, const double (&way)[6][8], int q,
+                     double share, double (&mean)[6][8]) {
   double work = 0, square = 1e-300;
   for (int k = 0; k < 6; ++k) {
     work += 0.5 * (before.stress[k][q] + after.stress[k][q]) * way[k][q];
     square += (k < 3 ? 1 : 0.5) * way[k][q] * way[k][q];
   }
   const double rest = (after.energy[q] - before.energy[q] + after.dissipation[q]) / share - work;
-  for (int k = 0; k < 6; ++k) mean[k][q] += share * (0.5 * (before.stress[k][q] + after.stress[k][q]) + rest / square * (k < 3 ? 1 : 0.5) * way[k][q]);
+  for (int k = 0; k < 6; ++k)
+    mean[k][q] += share * (0.5 * (before.stress[k][q] + after.stress[k][q]) +
+                           rest / square * (k < 3 ? 1 : 0.5) * way[k][q]);
 }
 
 template <class Law>
@@ -78,7 +98,11 @@ class FieldOf final : public DamageField {
   static_assert(sizeof(Cell) % sizeof(double) == 0);
 
  public:
-  FieldOf(const HexMesh& mesh, const Law& law, bool finite) : DamageField(mesh, finite), law_(law), cap_(law.parameters().cap), peak_strain_(law.parameters().concrete.f_t / law.parameters().concrete.young) {}
+  FieldOf(const HexMesh& mesh, const Law& law, bool finite)
+      : DamageField(mesh, finite),
+        law_(law),
+        cap_(law.parameters().cap),
+        peak_strain_(law.parameters().concrete.f_t / law.parameters().concrete.young) {}
 
   ElasticLimits elastic_limits() const override { return H::limits(law_); }
 
@@ -104,7 +128,8 @@ class FieldOf final : public DamageField {
     Evaluation e;
     ++evaluation_;
     for (std::size_t i = 0; i < cells_.size(); ++i) {
-      if (i + 1 < cells_.size()) fetch(geometry_[i + 1], false), fetch(old_[i + 1], false), fetch(next_[i + 1], true);
+      if (i + 1 < cells_.size())
+        fetch(geometry_[i + 1], false), fetch(old_[i + 1], false), fetch(next_[i + 1], true);
       take_cracks(i);
       result_[i] = evaluate(geometry_[i], motion, old_[i], next_[i], e);
       points_.add_forces(geometry_[i], e.at, e.answer.stress, finite_, f);
@@ -121,7 +146,7 @@ class FieldOf final : public DamageField {
   }
 
   void accept() override {
-    if (accepted_ == evaluation_) return;   // nothing new; what was next is older now
+    if (accepted_ == evaluation_) return;  // nothing new; what was next is older now
     old_.swap(next_);
     accepted_ = evaluation_;
   }
@@ -133,8 +158,10 @@ class FieldOf final : public DamageField {
       const LawResult& r = result_[i];
       const bool holds = !kept.empty() && kept[cells_[i]];
       bool empty = !holds && (r.volume - 1) * std::cbrt(geometry_[i].volume) > when.opening;
-      for (int q = 0; q < 8 && empty; ++q) empty = at_cap(H::tension(next_[i], q)) && at_cap(H::compression(next_[i], q));
-      if (empty || r.least_volume < when.flat || (!holds && r.largest_strain > when.torn)) list.push_back(cells_[i]);
+      for (int q = 0; q < 8 && empty; ++q)
+        empty = at_cap(H::tension(next_[i], q)) && at_cap(H::compression(next_[i], q));
+      if (empty || r.least_volume < when.flat || (!holds && r.largest_strain > when.torn))
+        list.push_back(cells_[i]);
     }
     return list;
   }
@@ -142,13 +169,19 @@ class FieldOf final : public DamageField {
   bool cracked_through(int cell) const override { return at_cap(tension_least(cell)); }
 
   double tension(int cell) const override {
-    return over_points(cell, [](const Cell& c, int q) { return H::tension(c, q); }, [](double a, double b) { return std::max(a, b); });
+    return over_points(
+        cell, [](const Cell& c, int q) { return H::tension(c, q); },
+        [](double a, double b) { return std::max(a, b); });
   }
   double tension_least(int cell) const override {
-    return over_points(cell, [](const Cell& c, int q) { return H::tension(c, q); }, [](double a, double b) { return std::min(a, b); });
+    return over_points(
+        cell, [](const Cell& c, int q) { return H::tension(c, q); },
+        [](double a, double b) { return std::min(a, b); });
   }
   double compression(int cell) const override {
-    return over_points(cell, [](const Cell& c, int q) { return H::compression(c, q); }, [](double a, double b) { return std::max(a, b); });
+    return over_points(
+        cell, [](const Cell& c, int q) { return H::compression(c, q); },
+        [](double a, double b) { return std::max(a, b); });
   }
 
   double crack_width(int cell, const double* u) const override {
@@ -160,7 +193,8 @@ class FieldOf final : public DamageField {
     points_.strains(g, u, finite_, at);
     double stress[6][8], energy[8], dissipation[8];
     Cell next = old_[i];
-    law_.stress8(&at.strain[0][0], nullptr, g.frame, H::in(old_[i]), H::in(next), &stress[0][0], energy, dissipation);
+    law_.stress8(&at.strain[0][0], nullptr, g.frame, H::in(old_[i]), H::in(next), &stress[0][0], energy,
+                 dissipation);
     material::Sym strain{}, mean{};
     double band = 0;
     for (int q = 0; q < 8; ++q) {
@@ -183,17 +217,20 @@ class FieldOf final : public DamageField {
   std::size_t restore(std::span<const double> state) override {
     clear();
     const std::size_t count = state.empty() ? 0 : static_cast<std::size_t>(state[0]);
-    if (state.size() < 1 + (1 + cell_width) * count) throw NumericalFailure("the saved damage belongs to another structure");
+    if (state.size() < 1 + (1 + cell_width) * count)
+      throw NumericalFailure("the saved damage belongs to another structure");
     for (std::size_t i = 0; i < count; ++i) {
       const double* from = &state[1 + (1 + cell_width) * i];
-      if (const int cell = here(static_cast<int>(from[0])); cell >= 0) append(cell, static_cast<long>(i), from + 1);
+      if (const int cell = here(static_cast<int>(from[0])); cell >= 0)
+        append(cell, static_cast<long>(i), from + 1);
     }
     evaluation_ = accepted_ = static_cast<long>(count);
     return 1 + (1 + cell_width) * count;
   }
 
   std::size_t memory_consumption() const override {
-    return (slot_.capacity() + cells_.capacity()) * sizeof(int) + joined_.capacity() * sizeof(long) + geometry_.capacity() * sizeof(LawGeometry) + (old_.capacity() + next_.capacity()) * sizeof(Cell) +
+    return (slot_.capacity() + cells_.capacity()) * sizeof(int) + joined_.capacity() * sizeof(long) +
+           geometry_.capacity() * sizeof(LawGeometry) + (old_.capacity() + next_.capacity()) * sizeof(Cell) +
            result_.capacity() * sizeof(LawResult);
   }
 
@@ -225,10 +262,13 @@ class FieldOf final : public DamageField {
       const int cell = cells_[i];
       slot_[cell] = gone(cell) ? -1 : static_cast<int>(kept);
       if (slot_[cell] < 0) continue;
-      if (kept != i) cells_[kept] = cell, joined_[kept] = joined_[i], geometry_[kept] = geometry_[i], old_[kept] = old_[i], next_[kept] = next_[i], result_[kept] = result_[i];
+      if (kept != i)
+        cells_[kept] = cell, joined_[kept] = joined_[i], geometry_[kept] = geometry_[i], old_[kept] = old_[i],
+        next_[kept] = next_[i], result_[kept] = result_[i];
       ++kept;
     }
-    cells_.resize(kept), joined_.resize(kept), geometry_.resize(kept), old_.resize(kept), next_.resize(kept), result_.resize(kept);
+    cells_.resize(kept), joined_.resize(kept), geometry_.resize(kept), old_.resize(kept), next_.resize(kept),
+        result_.resize(kept);
   }
 
  private:
@@ -246,7 +286,9 @@ class FieldOf final : public DamageField {
     const double* v;
     bool found = false;
     alignas(64) double rate[6][8];
-    RatesOf(const FieldOf& f, const LawGeometry& geometry, const PointStrains& strains, const double* velocities) : field(f), g(geometry), at(strains), v(velocities) {}
+    RatesOf(const FieldOf& f, const LawGeometry& geometry, const PointStrains& strains,
+            const double* velocities)
+        : field(f), g(geometry), at(strains), v(velocities) {}
     const double* at_points() override {
       if (!found) field.points_.rates(g, at, v, field.finite_, rate);
       found = true;
@@ -254,16 +296,19 @@ class FieldOf final : public DamageField {
     }
   };
 
-  LawResult evaluate(const LawGeometry& g, const Motion& motion, const Cell& old, Cell& next, Evaluation& e) const {
+  LawResult evaluate(const LawGeometry& g, const Motion& motion, const Cell& old, Cell& next,
+                     Evaluation& e) const {
     points_.strains(g, motion.u, finite_, e.at);
     RatesOf rates_there(*this, g, e.at, motion.v);
     material::StrainRates* const rates = motion.v && motion.rate_effect ? &rates_there : nullptr;
     Answer& a = e.answer;
     LawResult result;
-    result.grew = law_.stress8(&e.at.strain[0][0], rates, g.frame, H::in(old), H::in(next), &a.stress[0][0], a.energy, a.dissipation);
+    result.grew = law_.stress8(&e.at.strain[0][0], rates, g.frame, H::in(old), H::in(next), &a.stress[0][0],
+                               a.energy, a.dissipation);
     result.largest_strain = e.at.largest;
     find_volume(e.at, result);
-    if (result.grew && motion.v && motion.step > 0 && points_.largest_way(g, motion.v, motion.step) > path_increment * peak_strain_) {
+    if (result.grew && motion.v && motion.step > 0 &&
+        points_.largest_way(g, motion.v, motion.step) > path_increment * peak_strain_) {
       alignas(64) double before[6][8], way[6][8];
       points_.before(g, e.at, motion.v, motion.step, finite_, before, way);
       if (path_share(before, way) < 1) follow(g, before, way, rates, old, next, a);
@@ -294,15 +339,20 @@ class FieldOf final : public DamageField {
     for (int q = 0; q < 8; ++q) geometry_[i].assumed.lateral[q] = 1 - H::tension(old_[i], q);
   }
 
-  double path_share(const PointTensors& strain, const PointTensors& way) const { return points_.path_share(strain, way, peak_strain_, path_increment); }
+  double path_share(const PointTensors& strain, const PointTensors& way) const {
+    return points_.path_share(strain, way, peak_strain_, path_increment);
+  }
 
-  /// The law along the straight path `way` from the strain before; the stress as in damage_field.hpp, the dissipation of the whole path.
-  void follow(const LawGeometry& g, const PointTensors& before, const PointTensors& way, material::StrainRates* rates, const Cell& old, Cell& next, Answer& out) const {
+  /// The law along the straight path `way` from the strain before; the stress as in damage_field.hpp, the
+  /// dissipation of the whole path.
+  void follow(const LawGeometry& g, const PointTensors& before, const PointTensors& way,
+              material::StrainRates* rates, const Cell& old, Cell& next, Answer& out) const {
     alignas(64) double strain[6][8], missed[6][8], lost[8] = {};
     std::memcpy(strain, before, sizeof strain);
     Cell state = old;
     Answer last;
-    law_.stress8(&strain[0][0], rates, g.frame, H::in(old), H::in(state), &last.stress[0][0], last.energy, last.dissipation);
+    law_.stress8(&strain[0][0], rates, g.frame, H::in(old), H::in(state), &last.stress[0][0], last.energy,
+                 last.dissipation);
     for (int k = 0; k < 6; ++k)
       for (int q = 0; q < 8; ++q) missed[k][q] = -0.5 * last.stress[k][q];
     for (double gone = 0; gone < 1;) {
@@ -310,7 +360,8 @@ class FieldOf final : public DamageField {
       gone = wanted < 1 - gone ? gone + share : 1;
       for (int k = 0; k < 6; ++k)
         for (int q = 0; q < 8; ++q) strain[k][q] = before[k][q] + gone * way[k][q];
-      law_.stress8(&strain[0][0], rates, g.frame, H::in(state), H::in(state), &out.stress[0][0], out.energy, out.dissipation);
+      law_.stress8(&strain[0][0], rates, g.frame, H::in(state), H::in(state), &out.stress[0][0], out.energy,
+                   out.dissipation);
       for (int q = 0; q < 8; ++q) {
         lost[q] += out.dissipation[q];
         add_mean_stress(last, out, way, q, share, missed);
@@ -339,8 +390,9 @@ class FieldOf final : public DamageField {
 };
 
 template <class Law>
-std::unique_ptr<DamageField> field_of(const HexMesh& mesh, const material::Concrete& concrete, bool rate_effect, bool finite, const material::CellSize& largest_cell, const char* formula,
-                                      const std::string& key) {
+std::unique_ptr<DamageField> field_of(const HexMesh& mesh, const material::Concrete& concrete,
+                                      bool rate_effect, bool finite, const material::CellSize& largest_cell,
+                                      const char* formula, const std::string& key) {
   typename Law::Parameters p;
   p.concrete = concrete;
   p.rate_effect = rate_effect;
@@ -379,7 +431,8 @@ void DamageField::save_here(std::vector<double>& state) const {
 std::size_t DamageField::restore_here(std::span<const double> state) {
   const std::size_t count = static_cast<std::size_t>(state[0]), length = 2 + width();
   clear();
-  for (std::size_t at = 2; at < 2 + count * length; at += length) append(here(static_cast<int>(state[at + 1])), static_cast<long>(state[at]), &state[at + 2]);
+  for (std::size_t at = 2; at < 2 + count * length; at += length)
+    append(here(static_cast<int>(state[at + 1])), static_cast<long>(state[at]), &state[at + 2]);
   evaluation_ = accepted_ = static_cast<long>(state[1]);
   return 2 + count * length;
 }
@@ -393,7 +446,9 @@ std::vector<double> DamageField::state_of(std::span<const double> records) const
   });
   std::vector<double> state{static_cast<double>(count)};
   state.reserve(1 + count * (length - 1));
-  for (std::size_t at : order) state.insert(state.end(), records.begin() + static_cast<std::ptrdiff_t>(at + 1), records.begin() + static_cast<std::ptrdiff_t>(at + length));
+  for (std::size_t at : order)
+    state.insert(state.end(), records.begin() + static_cast<std::ptrdiff_t>(at + 1),
+                 records.begin() + static_cast<std::ptrdiff_t>(at + length));
   return state;
 }
 
@@ -416,9 +471,12 @@ double DamageField::largest() const {
   return most;
 }
 
-std::unique_ptr<DamageField> make_damage_field(const std::string& law, const HexMesh& mesh, const material::Concrete& concrete, bool rate_effect, bool finite,
-                                               const material::CellSize& largest_cell, const std::string& key) {
-  if (law == "concrete-cdpm2") return field_of<Cdpm2>(mesh, concrete, rate_effect, finite, largest_cell, "E G_F / f_t^2", key);
+std::unique_ptr<DamageField> make_damage_field(const std::string& law, const HexMesh& mesh,
+                                               const material::Concrete& concrete, bool rate_effect,
+                                               bool finite, const material::CellSize& largest_cell,
+                                               const std::string& key) {
+  if (law == "concrete-cdpm2")
+    return field_of<Cdpm2>(mesh, concrete, rate_effect, finite, largest_cell, "E G_F / f_t^2", key);
   return field_of<ConcreteDamage>(mesh, concrete, rate_effect, finite, largest_cell, "2 E G_F / f_t^2", key);
 }
 

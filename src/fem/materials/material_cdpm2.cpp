@@ -20,24 +20,33 @@ Cdpm2::Cdpm2(const Parameters& p) : p_(p) {
   const Concrete& c = p.concrete;
   Requirements needs;
   needs.require(c.young > 0, "material.young", c.young, "must be positive", "derive it from f_cm");
-  needs.require(c.poisson >= 0 && c.poisson < 0.5, "material.poisson", c.poisson, "must be in [0, 0.5)", "concrete has about 0.2");
-  needs.require(c.f_t > 0 && c.f_t < c.f_cm, "material.tensile_strength", c.f_t, "must be positive and below f_cm", "derive it from f_cm");
-  needs.require(c.fracture_energy > 0, "material.fracture_energy", c.fracture_energy, "must be positive", "derive it from f_cm");
-  needs.require(p.initial_hardening > 0 && p.initial_hardening < 1, "material.initial_hardening", p.initial_hardening, "must be in (0, 1)", "0.3");
-  needs.require(p.hardening >= 0 && p.hardening < 1, "material.hardening", p.hardening, "must be in [0, 1)", "0.01");
-  needs.require(p.a_h > p.b_h && p.b_h > p.d_h && p.d_h > 0 && p.c_h > 0, "material.a_h", p.a_h, "needs a_h > b_h > d_h > 0 and c_h > 0", "0.08, 0.003, 2, 1e-6");
-  needs.require(p.dilation > 0.5 && p.dilation < 1.5, "material.dilation", p.dilation, "must be in (0.5, 1.5)", "0.85");
+  needs.require(c.poisson >= 0 && c.poisson < 0.5, "material.poisson", c.poisson, "must be in [0, 0.5)",
+                "concrete has about 0.2");
+  needs.require(c.f_t > 0 && c.f_t < c.f_cm, "material.tensile_strength", c.f_t,
+                "must be positive and below f_cm", "derive it from f_cm");
+  needs.require(c.fracture_energy > 0, "material.fracture_energy", c.fracture_energy, "must be positive",
+                "derive it from f_cm");
+  needs.require(p.initial_hardening > 0 && p.initial_hardening < 1, "material.initial_hardening",
+                p.initial_hardening, "must be in (0, 1)", "0.3");
+  needs.require(p.hardening >= 0 && p.hardening < 1, "material.hardening", p.hardening, "must be in [0, 1)",
+                "0.01");
+  needs.require(p.a_h > p.b_h && p.b_h > p.d_h && p.d_h > 0 && p.c_h > 0, "material.a_h", p.a_h,
+                "needs a_h > b_h > d_h > 0 and c_h > 0", "0.08, 0.003, 2, 1e-6");
+  needs.require(p.dilation > 0.5 && p.dilation < 1.5, "material.dilation", p.dilation,
+                "must be in (0.5, 1.5)", "0.85");
   needs.require(p.a_s >= 1, "material.a_s", p.a_s, "must be at least 1", "15");
   needs.require(p.eps_fc > 0 && p.eps_fc < 0.1, "material.eps_fc", p.eps_fc, "must be in (0, 0.1)", "1e-4");
   needs.require(p.cap > 0.9 && p.cap < 1, "material.damage_cap", p.cap, "must be in (0.9, 1)", "1 - 1e-5");
-  needs.require(p.rate_cap_compression >= 1, "material.rate_cap_compression", p.rate_cap_compression, "must be at least 1", "1.25");
+  needs.require(p.rate_cap_compression >= 1, "material.rate_cap_compression", p.rate_cap_compression,
+                "must be at least 1", "1.25");
   e_ = p.eccentricity;
   if (e_ == 0 && c.f_cm > 0 && c.f_t > 0) {
     const double b = c.biaxial_ratio * c.f_cm;
     const double epsilon = c.f_t / b * (b * b - c.f_cm * c.f_cm) / (c.f_cm * c.f_cm - c.f_t * c.f_t);
     e_ = (1 + epsilon) / (2 - epsilon);
   }
-  needs.require(e_ >= 0.5 && e_ <= 1, "material.eccentricity", e_, "must be in [0.5, 1]", "leave it out: it follows from the biaxial strength");
+  needs.require(e_ >= 0.5 && e_ <= 1, "material.eccentricity", e_, "must be in [0.5, 1]",
+                "leave it out: it follows from the biaxial strength");
   needs.done();
 
   m0_ = 3 * (c.f_cm * c.f_cm - c.f_t * c.f_t) / (c.f_cm * c.f_t) * e_ / (e_ + 1);
@@ -55,7 +64,9 @@ Cdpm2::Cdpm2(const Parameters& p) : p_(p) {
       const double a = 3.14159265358979 * i / fan, b = 3.14159265358979 * j / fan;
       const Sym d{std::sin(a) * std::cos(b), std::sin(a) * std::sin(b), std::cos(a), 0, 0, 0};
       double low = 0, high = 20 * c.f_cm;
-      const auto at = [&](double x) { return yield({x * d[0], x * d[1], x * d[2], 0, 0, 0}, p.initial_hardening, 1); };
+      const auto at = [&](double x) {
+        return yield({x * d[0], x * d[1], x * d[2], 0, 0, 0}, p.initial_hardening, 1);
+      };
       if (at(high) < 0) continue;
       for (int it = 0; it < 40; ++it) {
         const double mid = 0.5 * (low + high);
@@ -67,11 +78,14 @@ Cdpm2::Cdpm2(const Parameters& p) : p_(p) {
   elastic_bound_ = 0.95 * least;
 }
 
-double Cdpm2::largest_cell() const { return 0.5 * snapback_limit(p_.concrete.young, p_.concrete.f_t, p_.concrete.fracture_energy); }
+double Cdpm2::largest_cell() const {
+  return 0.5 * snapback_limit(p_.concrete.young, p_.concrete.f_t, p_.concrete.fracture_energy);
+}
 
 double Cdpm2::shape(double c) const {
   const double e = e_, a = 1 - e * e, b = 2 * e - 1;
-  return (4 * a * c * c + b * b) / (2 * a * c + b * std::sqrt(std::max(0.0, 4 * a * c * c + 5 * e * e - 4 * e)));
+  return (4 * a * c * c + b * b) /
+         (2 * a * c + b * std::sqrt(std::max(0.0, 4 * a * c * c + 5 * e * e - 4 * e)));
 }
 
 double Cdpm2::yield_at(double v, double r, double shape, double q1, double q2) const {
@@ -83,7 +97,8 @@ Cdpm2::Haigh Cdpm2::haigh(const Sym& s, double f_c) {
   const double m = (s[0] + s[1] + s[2]) / 3;
   const double a = s[0] - m, b = s[1] - m, c = s[2] - m;
   const double j2 = 0.5 * (a * a + b * b + c * c) + s[3] * s[3] + s[4] * s[4] + s[5] * s[5];
-  const double j3 = a * (b * c - s[3] * s[3]) - s[5] * (s[5] * c - s[3] * s[4]) + s[4] * (s[5] * s[3] - b * s[4]);
+  const double j3 =
+      a * (b * c - s[3] * s[3]) - s[5] * (s[5] * c - s[3] * s[4]) + s[4] * (s[5] * s[3] - b * s[4]);
   Haigh h;
   h.v = m / f_c;
   h.r = std::sqrt(2 * j2) / f_c;
@@ -123,41 +138,52 @@ double Cdpm2::ductility_slope(double v) const {
 double Cdpm2::flow_width(double q2) const {
   if (q2 == 1) return b_g_;
   const double ratio = p_.concrete.f_t / p_.concrete.f_cm, d = p_.dilation;
-  return q2 / 3 * (1 + ratio) / std::log((3 * ratio * q2 + 0.5 * m0_) * (d + 1) / ((2 * d - 1) * (3 * q2 + 0.5 * m0_)));
+  return q2 / 3 * (1 + ratio) /
+         std::log((3 * ratio * q2 + 0.5 * m0_) * (d + 1) / ((2 * d - 1) * (3 * q2 + 0.5 * m0_)));
 }
 
 Cdpm2::Gradient Cdpm2::flow(double v, double r, double q1, double q2) const {
-  const double ratio = p_.concrete.f_t / p_.concrete.f_cm, a_g = 3 * ratio * q2 + 0.5 * m0_, b_g = flow_width(q2);
+  const double ratio = p_.concrete.f_t / p_.concrete.f_cm, a_g = 3 * ratio * q2 + 0.5 * m0_,
+               b_g = flow_width(q2);
   const double b = r / root6 + v, a = (1 - q1) * b * b + root15 * r;
   // The exponent is limited: far outside the surface Newton only needs the direction.
   const double m_g = a_g * std::exp(std::min(40.0, (v - q2 * ratio / 3) / b_g));
-  return {4 * a * (1 - q1) * b + q1 * q1 * m_g, 2 * a * (2 * (1 - q1) * b / root6 + root15) + q1 * q1 * m0_ / root6};
+  return {4 * a * (1 - q1) * b + q1 * q1 * m_g,
+          2 * a * (2 * (1 - q1) * b / root6 + root15) + q1 * q1 * m0_ / root6};
 }
 
-bool Cdpm2::regular(const Haigh& trial, double f_c, double kappa_n, double& v, double& r, double& kappa) const {
+bool Cdpm2::regular(const Haigh& trial, double f_c, double kappa_n, double& v, double& r,
+                    double& kappa) const {
   using V = Eigen::Vector4d;
-  const double young = p_.concrete.young, lode = 4 * trial.cos_theta * trial.cos_theta, rho = shape(trial.cos_theta);
+  const double young = p_.concrete.young, lode = 4 * trial.cos_theta * trial.cos_theta,
+               rho = shape(trial.cos_theta);
   const double push_v = bulk_ / young, push_r = 2 * mu_ / young, push_k = f_c / young * lode;
   const auto residual = [&](const V& x) {
     const double a = q1(x[2]), b = q2(x[2]);
     const Gradient m = flow(x[0], x[1], a, b);
     const double norm = std::sqrt(m.v * m.v / 3 + m.r * m.r);
-    return V(x[0] - trial.v + push_v * x[3] * m.v, x[1] - trial.r + push_r * x[3] * m.r, x[2] - kappa_n - x[3] * push_k * norm / ductility(x[0]), yield_at(x[0], x[1], rho, a, b));
+    return V(x[0] - trial.v + push_v * x[3] * m.v, x[1] - trial.r + push_r * x[3] * m.r,
+             x[2] - kappa_n - x[3] * push_k * norm / ductility(x[0]), yield_at(x[0], x[1], rho, a, b));
   };
   // Columns of v, r and dlambda in closed form, that of kappa by a difference.
   const auto jacobian = [&](const V& x, const V& f) {
-    const double a = q1(x[2]), b = q2(x[2]), soft = 1 - a, base = x[1] / root6 + x[0], big = soft * base * base + root15 * x[1];
+    const double a = q1(x[2]), b = q2(x[2]), soft = 1 - a, base = x[1] / root6 + x[0],
+                 big = soft * base * base + root15 * x[1];
     const double big_v = 2 * soft * base, big_r = big_v / root6 + root15;
     const Gradient m = flow(x[0], x[1], a, b);
-    const double grow = m.v - 4 * big * soft * base;   // q1^2 m_g
-    const double vv = 4 * soft * (big_v * base + big) + grow / flow_width(b), vr = 4 * soft * (big_r * base + big / root6);
-    const double rv = 2 * (big_v * big_r + 2 * big * soft / root6), rr = 2 * (big_r * big_r + 2 * big * soft / 6);
+    const double grow = m.v - 4 * big * soft * base;  // q1^2 m_g
+    const double vv = 4 * soft * (big_v * base + big) + grow / flow_width(b),
+                 vr = 4 * soft * (big_r * base + big / root6);
+    const double rv = 2 * (big_v * big_r + 2 * big * soft / root6),
+                 rr = 2 * (big_r * big_r + 2 * big * soft / 6);
     const double norm = std::max(1e-300, std::sqrt(m.v * m.v / 3 + m.r * m.r)), ductile = ductility(x[0]);
     const double nv = (m.v * vv / 3 + m.r * rv) / norm, nr = (m.v * vr / 3 + m.r * rr) / norm;
     const double surface = m0_ * a * a * b;
     Eigen::Matrix4d j;
-    j.col(0) << 1 + push_v * x[3] * vv, push_r * x[3] * rv, -x[3] * push_k * (nv - norm * ductility_slope(x[0]) / ductile) / ductile, 2 * big * big_v + surface;
-    j.col(1) << push_v * x[3] * vr, 1 + push_r * x[3] * rr, -x[3] * push_k * nr / ductile, 2 * big * big_r + surface * rho / root6;
+    j.col(0) << 1 + push_v * x[3] * vv, push_r * x[3] * rv,
+        -x[3] * push_k * (nv - norm * ductility_slope(x[0]) / ductile) / ductile, 2 * big * big_v + surface;
+    j.col(1) << push_v * x[3] * vr, 1 + push_r * x[3] * rr, -x[3] * push_k * nr / ductile,
+        2 * big * big_r + surface * rho / root6;
     V moved = x;
     moved[2] += 1e-8 * std::max(1e-2, std::abs(x[2]));
     j.col(2) = (residual(moved) - f) / (moved[2] - x[2]);
@@ -225,7 +251,8 @@ bool Cdpm2::apex(const Haigh& trial, double f_c, double kappa_n, double& v, doub
   return volume * m.v > 0 && shear * std::abs(m.v) <= m.r * std::abs(volume);
 }
 
-/// Return to the surface of fixed q1, q2: to the apex if it admits the direction, else Newton on (v, r, dlambda).
+/// Return to the surface of fixed q1, q2: to the apex if it admits the direction, else Newton on (v, r,
+/// dlambda).
 bool Cdpm2::fixed(const Haigh& trial, double q1, double q2, double& v, double& r) const {
   const double young = p_.concrete.young, rho = shape(trial.cos_theta);
   v = trial.v;
@@ -248,7 +275,8 @@ bool Cdpm2::fixed(const Haigh& trial, double q1, double q2, double& v, double& r
   using V = Eigen::Vector3d;
   const auto residual = [&](const V& x) {
     const Gradient m = flow(x[0], x[1], q1, q2);
-    return V(x[0] - trial.v + bulk_ / young * x[2] * m.v, x[1] - trial.r + 2 * mu_ / young * x[2] * m.r, yield_at(x[0], x[1], rho, q1, q2));
+    return V(x[0] - trial.v + bulk_ / young * x[2] * m.v, x[1] - trial.r + 2 * mu_ / young * x[2] * m.r,
+             yield_at(x[0], x[1], rho, q1, q2));
   };
   V x(trial.v, trial.r, 0);
   V f = residual(x);
@@ -283,9 +311,10 @@ bool Cdpm2::fixed(const Haigh& trial, double q1, double q2, double& v, double& r
   return f.cwiseAbs().maxCoeff() < 1e-9 && r >= 0;
 }
 
-/// kappa such that the plastic strain of the return to its own surface produces it: the excess grows with kappa, since a larger
-/// surface leaves less plastic strain.
-bool Cdpm2::nested(const Haigh& trial, double f_c, double kappa_n, double& v, double& r, double& kappa) const {
+/// kappa such that the plastic strain of the return to its own surface produces it: the excess grows with
+/// kappa, since a larger surface leaves less plastic strain.
+bool Cdpm2::nested(const Haigh& trial, double f_c, double kappa_n, double& v, double& r,
+                   double& kappa) const {
   const double lode = 4 * trial.cos_theta * trial.cos_theta;
   const auto excess = [&](double k, double& value) {
     if (!fixed(trial, q1(k), q2(k), v, r)) return false;

@@ -19,9 +19,11 @@ Principal<double> values_of(const Sym& s) {
   return principal_values(raw);
 }
 
-/// (1 - w) E k = f exp(-(k1 + w k2)/eps_f): within the cell-size limit the excess of the left side is concave and falls with w. Newton's first step
-/// lands at the root or beyond it, and from there on comes back without passing it.
-double solve_damage(double young, double f, double k, double k1, double k2, double eps_f, double old, double cap) {
+/// (1 - w) E k = f exp(-(k1 + w k2)/eps_f): within the cell-size limit the excess of the left side is concave
+/// and falls with w. Newton's first step lands at the root or beyond it, and from there on comes back without
+/// passing it.
+double solve_damage(double young, double f, double k, double k1, double k2, double eps_f, double old,
+                    double cap) {
   double w = old;
   for (int i = 0; i < 40; ++i) {
     const double right = f * std::exp(-(k1 + w * k2) / eps_f), excess = (1 - w) * young * k - right;
@@ -34,16 +36,21 @@ double solve_damage(double young, double f, double k, double k1, double k2, doub
   return std::clamp(w, old, std::max(old, cap));
 }
 
-struct Nominal { Sym stress; double energy; };
+struct Nominal {
+  Sym stress;
+  double energy;
+};
 
 /// What damage leaves of an effective stress, and the energy stored at an elastic strain.
-Nominal nominal(const Sym& effective, const Principal<double>& values, const Sym& elastic, const Cdpm2::State& s) {
+Nominal nominal(const Sym& effective, const Principal<double>& values, const Sym& elastic,
+                const Cdpm2::State& s) {
   if (s.w_t == 0 && s.w_c == 0) return {effective, 0.5 * contract(effective, elastic)};
   const double raw[6] = {effective[0], effective[1], effective[2], effective[3], effective[4], effective[5]};
   double plus[6];
   positive_part(raw, values, plus);
   Nominal out;
-  for (std::size_t i = 0; i < 6; ++i) out.stress[i] = (1 - s.w_t) * plus[i] + (1 - s.w_c) * (raw[i] - plus[i]);
+  for (std::size_t i = 0; i < 6; ++i)
+    out.stress[i] = (1 - s.w_t) * plus[i] + (1 - s.w_c) * (raw[i] - plus[i]);
   out.energy = 0.5 * contract(out.stress, elastic);
   return out;
 }
@@ -74,11 +81,13 @@ double Cdpm2::rate_factor(const Sym& effective, const Sym& rate, const CellFrame
   for (const auto& e : cell.edge) diagonal += e[0] * e[0] + e[1] * e[1] + e[2] * e[2];
   const double room = std::sqrt(std::max(1.0, 0.9 * largest_cell() / std::max(std::sqrt(diagonal), 1e-9)));
   const double t = std::clamp(rate_factor_tension(std::max(0.0, extremes[0])), 1.0, room);
-  const double c = std::clamp(rate_factor_compression(std::max(0.0, -extremes[1])), 1.0, p_.rate_cap_compression);
+  const double c =
+      std::clamp(rate_factor_compression(std::max(0.0, -extremes[1])), 1.0, p_.rate_cap_compression);
   return (1 - share) * t + share * c;
 }
 
-void Cdpm2::damage_step(const Sym& effective, const Principal<double>& values, const Sym& plastic_before, const CellFrame& cell, double factor, State& s) const {
+void Cdpm2::damage_step(const Sym& effective, const Principal<double>& values, const Sym& plastic_before,
+                        const CellFrame& cell, double factor, State& s) const {
   const Concrete& c = p_.concrete;
   const double f_t = factor * c.f_t, f_c = factor * c.f_cm, onset = f_t / c.young;
   const Haigh h = haigh(effective, f_c);
@@ -98,7 +107,8 @@ void Cdpm2::damage_step(const Sym& effective, const Principal<double>& values, c
   bool moved_t = false, moved_c = false;
   if (s.size == 0 && (equivalent > onset || s.equivalent_c > onset)) {
     const double limit = 0.98 * largest_cell() / (factor * factor);
-    s.size = std::min(cell.extent(principal_direction(effective, values.first > 0 ? values.first : values.third)), limit);
+    s.size = std::min(
+        cell.extent(principal_direction(effective, values.first > 0 ? values.first : values.third)), limit);
     s.factor = factor;
     moved_t = moved_c = true;
   }
@@ -111,18 +121,21 @@ void Cdpm2::damage_step(const Sym& effective, const Principal<double>& values, c
   if (s.equivalent_c > s.c) {
     moved_c = true;
     if (s.equivalent_c > onset) {
-      const double beta = f_t * q2(s.kappa) * root23 / (std::max(h.r, 1e-9) * f_c * std::sqrt(1 + 2 * p_.dilation * p_.dilation));
+      const double beta = f_t * q2(s.kappa) * root23 /
+                          (std::max(h.r, 1e-9) * f_c * std::sqrt(1 + 2 * p_.dilation * p_.dilation));
       s.c1 += share * std::min(beta, 1.0) * flowed / softening;
     }
     s.c2 += (s.equivalent_c - s.c) / softening;
     s.c = s.equivalent_c;
   }
   if (!p_.damage || s.size == 0) return;
-  if (moved_t && s.t > onset) s.w_t = solve_damage(c.young, f_t, s.t, s.t1, s.t2, c.fracture_energy / (f_t * s.size), s.w_t, p_.cap);
+  if (moved_t && s.t > onset)
+    s.w_t = solve_damage(c.young, f_t, s.t, s.t1, s.t2, c.fracture_energy / (f_t * s.size), s.w_t, p_.cap);
   if (moved_c && s.c > onset) s.w_c = solve_damage(c.young, f_t, s.c, s.c1, s.c2, p_.eps_fc, s.w_c, p_.cap);
 }
 
-Response Cdpm2::respond(const Sym& strain, const Sym& rate, const CellFrame& cell, const State& before, State& next) const {
+Response Cdpm2::respond(const Sym& strain, const Sym& rate, const CellFrame& cell, const State& before,
+                        State& next) const {
   const State old = before;  // next may be the same object
   Sym effective = hooke(lambda_, mu_, elastic_strain(strain.data(), old));
   const double factor = old.factor > 0 ? old.factor : rate_factor(effective, rate, cell);
@@ -149,16 +162,21 @@ Response Cdpm2::respond(const Sym& strain, const Sym& rate, const CellFrame& cel
   }
   std::copy(strain.begin(), strain.end(), s.strain);
 
-  // What forces do between the ends of the step is the mean of both stresses; what of it is not stored is lost, if anything flowed or cracked. The stress of cracked
-  // concrete, parted by signs, has no potential: it may return other work than it took.
-  const Sym elastic_before = elastic_strain(old.strain, old), stress_before = hooke(lambda_, mu_, elastic_before);
+  // What forces do between the ends of the step is the mean of both stresses; what of it is not stored is
+  // lost, if anything flowed or cracked. The stress of cracked concrete, parted by signs, has no potential:
+  // it may return other work than it took.
+  const Sym elastic_before = elastic_strain(old.strain, old),
+            stress_before = hooke(lambda_, mu_, elastic_before);
   const bool damaged = old.w_t > 0 || old.w_c > 0;
   const Nominal here = nominal(effective, values, elastic_strain(strain.data(), s), s);
-  const Nominal there = nominal(stress_before, damaged ? values_of(stress_before) : Principal<double>{}, elastic_before, old);
+  const Nominal there =
+      nominal(stress_before, damaged ? values_of(stress_before) : Principal<double>{}, elastic_before, old);
   Response out{here.stress, here.energy};
   double work = 0;
-  for (std::size_t i = 0; i < 6; ++i) work += 0.5 * (here.stress[i] + there.stress[i]) * (strain[i] - old.strain[i]);
-  const bool changed = s.w_t > old.w_t || s.w_c > old.w_c || !std::equal(s.plastic, s.plastic + 6, old.plastic);
+  for (std::size_t i = 0; i < 6; ++i)
+    work += 0.5 * (here.stress[i] + there.stress[i]) * (strain[i] - old.strain[i]);
+  const bool changed =
+      s.w_t > old.w_t || s.w_c > old.w_c || !std::equal(s.plastic, s.plastic + 6, old.plastic);
   const double taken = work - (here.energy - there.energy);
   if (changed) out.dissipation = std::max(0.0, taken);
   if (changed || damaged) out.returned = out.dissipation - taken;
@@ -167,11 +185,15 @@ Response Cdpm2::respond(const Sym& strain, const Sym& rate, const CellFrame& cel
 }
 
 namespace {
-/// As if never evaluated beyond the elastic bound: where there is no history yet, nothing below it makes one, whichever cell the point is in.
-bool untouched(const Cdpm2::State& s) { return s.kappa == 0 && s.equivalent == 0 && s.t == 0 && s.c == 0 && s.equivalent_c == 0; }
+/// As if never evaluated beyond the elastic bound: where there is no history yet, nothing below it makes one,
+/// whichever cell the point is in.
+bool untouched(const Cdpm2::State& s) {
+  return s.kappa == 0 && s.equivalent == 0 && s.t == 0 && s.c == 0 && s.equivalent_c == 0;
+}
 }  // namespace
 
-bool Cdpm2::stress8(const double* strain, StrainRates* rates, const CellFrame& cell, const State* old, State* next, double* stress, double* energy, double* dissipation) const {
+bool Cdpm2::stress8(const double* strain, StrainRates* rates, const CellFrame& cell, const State* old,
+                    State* next, double* stress, double* energy, double* dissipation) const {
   bool grew = false;
   const double* rate = rates ? rates->at_points() : nullptr;
   for (int i = 0; i < 8; ++i) {

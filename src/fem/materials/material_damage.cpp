@@ -11,7 +11,7 @@
 namespace talus::material {
 
 CellFrame CellFrame::of(const Mat3& edges) {
-  constexpr double cosine = 0.05;   // 3 degrees
+  constexpr double cosine = 0.05;  // 3 degrees
   CellFrame frame{};
   const Mat3 duals = edges.inverse().transpose(), unit = edges.colwise().normalized();
   for (int k = 0; k < 3; ++k) {
@@ -39,16 +39,26 @@ ConcreteDamage::ConcreteDamage(const Parameters& p) : p_(p) {
   const Concrete& c = p.concrete;
   Requirements needs;
   needs.require(c.young > 0, "material.young", c.young, "must be positive", "derive it from f_cm");
-  needs.require(c.poisson >= 0 && c.poisson < 0.5, "material.poisson", c.poisson, "must be in [0, 0.5)", "concrete has about 0.2");
-  needs.require(c.f_t > 0 && c.f_t < c.f_cm, "material.tensile_strength", c.f_t, "must be positive and below f_cm", "derive it from f_cm");
-  needs.require(c.fracture_energy > 0, "material.fracture_energy", c.fracture_energy, "must be positive", "derive it from f_cm");
-  needs.require(c.crushing_energy > 0, "material.crushing_energy", c.crushing_energy, "must be positive", "derive it from f_cm");
-  needs.require(c.young * c.eps_c1 > c.f_cm, "material.eps_c1", c.eps_c1, "must be above f_cm / E", "derive it from f_cm");
-  needs.require(c.biaxial_ratio > 1, "material.biaxial_ratio", c.biaxial_ratio, "must be above 1", "1.16 after Kupfer");
-  needs.require(p.elastic_limit > 0 && p.elastic_limit <= 0.6, "material.elastic_limit", p.elastic_limit, "must be in (0, 0.6]", "0.2 follows the Model Code curve within 5 %");
-  needs.require(p.cap > 0.9 && p.cap < 1, "material.damage_cap", p.cap, "must be in (0.9, 1)", "1 - 1e-5 keeps G_F");
-  needs.require(p.rate_cap_compression >= 1, "material.rate_cap_compression", p.rate_cap_compression, "must be at least 1", "1.25");
-  needs.require(p.aggregate >= 0 && p.aggregate < 0.2, "material.aggregate", p.aggregate, "must be in [0, 0.2) m", "0.016");
+  needs.require(c.poisson >= 0 && c.poisson < 0.5, "material.poisson", c.poisson, "must be in [0, 0.5)",
+                "concrete has about 0.2");
+  needs.require(c.f_t > 0 && c.f_t < c.f_cm, "material.tensile_strength", c.f_t,
+                "must be positive and below f_cm", "derive it from f_cm");
+  needs.require(c.fracture_energy > 0, "material.fracture_energy", c.fracture_energy, "must be positive",
+                "derive it from f_cm");
+  needs.require(c.crushing_energy > 0, "material.crushing_energy", c.crushing_energy, "must be positive",
+                "derive it from f_cm");
+  needs.require(c.young * c.eps_c1 > c.f_cm, "material.eps_c1", c.eps_c1, "must be above f_cm / E",
+                "derive it from f_cm");
+  needs.require(c.biaxial_ratio > 1, "material.biaxial_ratio", c.biaxial_ratio, "must be above 1",
+                "1.16 after Kupfer");
+  needs.require(p.elastic_limit > 0 && p.elastic_limit <= 0.6, "material.elastic_limit", p.elastic_limit,
+                "must be in (0, 0.6]", "0.2 follows the Model Code curve within 5 %");
+  needs.require(p.cap > 0.9 && p.cap < 1, "material.damage_cap", p.cap, "must be in (0.9, 1)",
+                "1 - 1e-5 keeps G_F");
+  needs.require(p.rate_cap_compression >= 1, "material.rate_cap_compression", p.rate_cap_compression,
+                "must be at least 1", "1.25");
+  needs.require(p.aggregate >= 0 && p.aggregate < 0.2, "material.aggregate", p.aggregate,
+                "must be in [0, 0.2) m", "0.016");
   needs.done();
 
   young_ = c.young;
@@ -70,12 +80,15 @@ ConcreteDamage::ConcreteDamage(const Parameters& p) : p_(p) {
   tau_scale_ = 3 / (root2 - k_oct_);
   k_curve_ = (stress_peak_ - f_c0_) / (f_c_ - f_c0_);
   inverse_span_ = 1 / (stress_peak_ - f_c0_);
-  // tau_t^2 <= E eps:C:eps for nu >= 0. tau_c <= tau_scale t_oct, t_oct^2 <= |s|^2/3, |s|^2 <= E eps:C:eps / (1 - 2 nu).
+  // tau_t^2 <= E eps:C:eps for nu >= 0. tau_c <= tau_scale t_oct, t_oct^2 <= |s|^2/3, |s|^2 <= E eps:C:eps /
+  // (1 - 2 nu).
   const double reach = tau_scale_ * tau_scale_ / (3 * (1 - 2 * poisson_));
   elastic_bound_ = std::min(f_t_ * f_t_, f_c0_ * f_c0_ / reach) / young_;
 }
 
-double ConcreteDamage::largest_cell() const { return snapback_limit(young_, f_t_, p_.concrete.fracture_energy); }
+double ConcreteDamage::largest_cell() const {
+  return snapback_limit(young_, f_t_, p_.concrete.fracture_energy);
+}
 
 double ConcreteDamage::crack_length(double f_t, double b_t) const {
   if (!(f_t > 0) || !(b_t > 0)) return 0;
@@ -86,7 +99,8 @@ double ConcreteDamage::crack_opening(double f_t, double b_t, double d_t, double 
   return crack_length(f_t, b_t) * d_t * std::max(0.0, largest_strain);
 }
 
-void ConcreteDamage::start_tension(const Sym& stress, double tau, double largest, const Sym* rate, const CellFrame& cell, State& s) const {
+void ConcreteDamage::start_tension(const Sym& stress, double tau, double largest, const Sym* rate,
+                                   const CellFrame& cell, State& s) const {
   const double g_f = p_.concrete.fracture_energy;
   const double limit = largest_cell();
   const std::array<double, 3> normal = principal_direction(stress, largest);
@@ -104,10 +118,12 @@ void ConcreteDamage::start_tension(const Sym& stress, double tau, double largest
   s.normal = normal;
 }
 
-void ConcreteDamage::start_compression(const Sym& stress, double tau, double least, const Sym* rate, const CellFrame& cell, State& s) const {
+void ConcreteDamage::start_compression(const Sym& stress, double tau, double least, const Sym* rate,
+                                       const CellFrame& cell, State& s) const {
   double factor = 1;
   if (rate && p_.rate_effect)
-    factor = std::clamp(rate_factor_compression(std::max(0.0, -extreme_rates(*rate)[1])), 1.0, p_.rate_cap_compression);
+    factor = std::clamp(rate_factor_compression(std::max(0.0, -extreme_rates(*rate)[1])), 1.0,
+                        p_.rate_cap_compression);
   if (tau <= factor * f_c0_) return;
   const double l = cell.extent(principal_direction(stress, least));
   s.dif_c = factor;
@@ -116,21 +132,51 @@ void ConcreteDamage::start_compression(const Sym& stress, double tau, double lea
 }
 
 Response ConcreteDamage::operator()(const Sym& strain, const Sym& rate, const State& old, State& next) const {
-  Lanes<double> s{old.r_t, old.f_t, old.b_t, old.d_t, old.r_c, old.dif_c, old.b_c, old.d_c,
-                  {old.normal[0], old.normal[1], old.normal[2]}, {old.slip[0], old.slip[1], old.slip[2]}, old.compaction, old.pressure,
+  Lanes<double> s{old.r_t,
+                  old.f_t,
+                  old.b_t,
+                  old.d_t,
+                  old.r_c,
+                  old.dif_c,
+                  old.b_c,
+                  old.d_c,
+                  {old.normal[0], old.normal[1], old.normal[2]},
+                  {old.slip[0], old.slip[1], old.slip[2]},
+                  old.compaction,
+                  old.pressure,
                   {old.flow[0], old.flow[1], old.flow[2], old.flow[3], old.flow[4], old.flow[5]}};
   const double e[6] = {strain[0], strain[1], strain[2], strain[3], strain[4], strain[5]};
   double stress[6];
   Response out;
-  point(e, s, p_.cell, [&](int, Sym& speed) { speed = rate; return true; }, stress, out.energy, out.dissipation);
+  point(
+      e, s, p_.cell,
+      [&](int, Sym& speed) {
+        speed = rate;
+        return true;
+      },
+      stress, out.energy, out.dissipation);
   std::copy(stress, stress + 6, out.stress.begin());
-  next = {s.r_t, s.f_t, s.b_t, s.d_t, s.r_c, s.dif_c, s.b_c, s.d_c, {s.normal[0], s.normal[1], s.normal[2]}, {s.slip[0], s.slip[1], s.slip[2]}, s.compaction, s.pressure, {s.flow[0], s.flow[1], s.flow[2], s.flow[3], s.flow[4], s.flow[5]}};
+  next = {s.r_t,
+          s.f_t,
+          s.b_t,
+          s.d_t,
+          s.r_c,
+          s.dif_c,
+          s.b_c,
+          s.d_c,
+          {s.normal[0], s.normal[1], s.normal[2]},
+          {s.slip[0], s.slip[1], s.slip[2]},
+          s.compaction,
+          s.pressure,
+          {s.flow[0], s.flow[1], s.flow[2], s.flow[3], s.flow[4], s.flow[5]}};
   return out;
 }
 
-bool ConcreteDamage::stress8(const double* strain, StrainRates* rates, const CellFrame& cell, const DamageCell& old, DamageCell& next, double* stress, double* energy,
+bool ConcreteDamage::stress8(const double* strain, StrainRates* rates, const CellFrame& cell,
+                             const DamageCell& old, DamageCell& next, double* stress, double* energy,
                              double* dissipation, InstructionSet with) const {
-  if (with == InstructionSet::avx512) return stress8_avx512(strain, rates, cell, old, next, stress, energy, dissipation);
+  if (with == InstructionSet::avx512)
+    return stress8_avx512(strain, rates, cell, old, next, stress, energy, dissipation);
   return stress_by<V4>(strain, rates, cell, old, next, stress, energy, dissipation);
 }
 

@@ -1,5 +1,6 @@
-/// The damage law of material_damage.hpp in one point, or in several at once: R is a double, V4 or V8. Included by the files that make it for one of them, each
-/// with its own instruction set, and by nothing else: nothing here may exist for the same R in two of them.
+/// The damage law of material_damage.hpp in one point, or in several at once: R is a double, V4 or V8.
+/// Included by the files that make it for one of them, each with its own instruction set, and by nothing
+/// else: nothing here may exist for the same R in two of them.
 #pragma once
 #include "fem/materials/material_damage.hpp"
 #include "fem/materials/material_eigen.hpp"
@@ -7,10 +8,13 @@
 namespace talus::material {
 
 namespace {
-constexpr double fixing_opening = 5;   // opening over G_F / f_t at which a crack's plane is fixed and its faces begin to hold: the softening stress is 0.7 % of f_t
-constexpr double least_gap = 1e-2;      // between the two largest principal stresses over the largest, from which on the plane follows their direction: nearer, rounding turns it
-constexpr double sliding_ratio = 3;    // slip over opening at which faces slide: they hold 0.9 of what they tend to
-}
+constexpr double fixing_opening = 5;  // opening over G_F / f_t at which a crack's plane is fixed and its
+                                      // faces begin to hold: the softening stress is 0.7 % of f_t
+constexpr double least_gap = 1e-2;  // between the two largest principal stresses over the largest, from which
+                                    // on the plane follows their direction: nearer, rounding turns it
+constexpr double sliding_ratio =
+    3;  // slip over opening at which faces slide: they hold 0.9 of what they tend to
+}  // namespace
 
 template <class R>
 struct ConcreteDamage::Lanes {
@@ -36,7 +40,7 @@ inline R ConcreteDamage::damage_compression(R r, R dif, R b_c) const {
 
 template <class R>
 inline void ConcreteDamage::effective_stress(const R (&strain)[6], R poisson, R (&stress)[6]) const {
-  const R share = young_ / ((1.0 + poisson) * (1.0 - 2.0 * poisson));   // divisions are what takes the time
+  const R share = young_ / ((1.0 + poisson) * (1.0 - 2.0 * poisson));  // divisions are what takes the time
   const R mu = (0.5 - poisson) * share;
   const R volumetric = poisson * share * (strain[0] + strain[1] + strain[2]);
   for (int i = 0; i < 3; ++i) stress[i] = volumetric + 2.0 * mu * strain[i];
@@ -49,13 +53,15 @@ template <class R, class Values>
 inline R twice_energy(const R (&strain)[6], const R (&effective)[6], const Values& v, R d_t, R d_c) {
   R plus[6], sum = effective[0] * 0.0;
   positive_part(effective, v, plus);
-  for (int i = 0; i < 6; ++i) sum = sum + (effective[i] - d_t * plus[i] - d_c * (effective[i] - plus[i])) * strain[i];
+  for (int i = 0; i < 6; ++i)
+    sum = sum + (effective[i] - d_t * plus[i] - d_c * (effective[i] - plus[i])) * strain[i];
   return sum;
 }
 }  // namespace
 
 namespace {
-/// The part of a symmetric tensor's product with n that lies in the plane normal to n; `normal_part` the rest.
+/// The part of a symmetric tensor's product with n that lies in the plane normal to n; `normal_part` the
+/// rest.
 template <class R>
 inline void in_plane(const R (&s)[6], const R (&n)[3], double shear, R (&t)[3], R& normal_part) {
   t[0] = s[0] * n[0] + shear * (s[5] * n[1] + s[4] * n[2]);
@@ -65,16 +71,21 @@ inline void in_plane(const R (&s)[6], const R (&n)[3], double shear, R (&t)[3], 
   for (int i = 0; i < 3; ++i) t[i] = t[i] - normal_part * n[i];
 }
 template <class R>
-inline R dot(const R (&a)[3], const R (&b)[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+inline R dot(const R (&a)[3], const R (&b)[3]) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
 }  // namespace
 
 namespace {
-/// Unit vector of the principal value `value` where it is single; elsewhere `n` as it was. The largest row of the adjugate of s - value I, which is its multiple.
+/// Unit vector of the principal value `value` where it is single; elsewhere `n` as it was. The largest row of
+/// the adjugate of s - value I, which is its multiple.
 template <class R, class Mask>
 inline void turn_to_principal(const R (&s)[6], R value, Mask where, R (&n)[3]) {
   const R a = s[0] - value, b = s[1] - value, c = s[2] - value;
-  const R xy = s[3] * s[4] - s[5] * c, xz = s[5] * s[3] - s[4] * b, yz = s[4] * s[5] - a * s[3];   // of the adjugate, which is symmetric
-  const R cross[3][3] = {{b * c - s[3] * s[3], xy, xz}, {xy, a * c - s[4] * s[4], yz}, {xz, yz, a * b - s[5] * s[5]}};
+  const R xy = s[3] * s[4] - s[5] * c, xz = s[5] * s[3] - s[4] * b,
+          yz = s[4] * s[5] - a * s[3];  // of the adjugate, which is symmetric
+  const R cross[3][3] = {
+      {b * c - s[3] * s[3], xy, xz}, {xy, a * c - s[4] * s[4], yz}, {xz, yz, a * b - s[5] * s[5]}};
   R best[3], most = dot(cross[0], cross[0]);
   for (int i = 0; i < 3; ++i) best[i] = cross[0][i];
   for (int k = 1; k < 3; ++k) {
@@ -91,15 +102,18 @@ inline void turn_to_principal(const R (&s)[6], R value, Mask where, R (&n)[3]) {
 }  // namespace
 
 template <class R, class Mask>
-inline void ConcreteDamage::interlock(const R (&strain)[6], const R (&effective)[6], R largest, Mask grows, Lanes<R>& s, R (&stress)[6], R& energy, R& dissipation) const {
+inline void ConcreteDamage::interlock(const R (&strain)[6], const R (&effective)[6], R largest, Mask grows,
+                                      Lanes<R>& s, R (&stress)[6], R& energy, R& dissipation) const {
   const R zero = spread(0.0, s.d_t), one = spread(1.0, s.d_t);
   const auto cracked = s.d_t > 0.0;
   const R f_t = select(cracked, s.f_t, one), b_t = select(cracked, s.b_t, one);
   const R band = 2.0 * p_.concrete.fracture_energy * young_ * b_t / (f_t * (2.0 + f_t * b_t));
   const R opened = dot(s.slip, s.normal);
   const auto fixed = cracked & (band * opened * f_t >= fixing_opening * p_.concrete.fracture_energy);
-  R (&n)[3] = s.normal;
-  if (any(grows)) turn_to_principal(effective, largest, grows & (band * opened * f_t < fixing_opening * p_.concrete.fracture_energy), n);
+  R(&n)[3] = s.normal;
+  if (any(grows))
+    turn_to_principal(effective, largest,
+                      grows & (band * opened * f_t < fixing_opening * p_.concrete.fracture_energy), n);
   R pull[3], opening, law[3], across;
   in_plane(strain, n, 0.5, pull, opening);
   const R widest = maximum(opened, opening);
@@ -108,26 +122,31 @@ inline void ConcreteDamage::interlock(const R (&strain)[6], const R (&effective)
     return;
   }
   in_plane(stress, n, 1.0, law, across);
-  const auto limit_of = [&](const R& w) { return interlock_ * maximum(1.0 - w * part_, zero) / (1.0 + widen_ * maximum(w, zero)); };
+  const auto limit_of = [&](const R& w) {
+    return interlock_ * maximum(1.0 - w * part_, zero) / (1.0 + widen_ * maximum(w, zero));
+  };
   const R before = limit_of(band * opened), limit = limit_of(band * widest);
   R held[3], t[3];
   for (int i = 0; i < 3; ++i) held[i] = 2.0 * pull[i] - (s.slip[i] - opened * n[i]);
   const R length = square_root(dot(held, held));
   const R inverse = 1.0 / maximum(length, spread(1e-30, zero));
   for (int i = 0; i < 3; ++i) t[i] = held[i] * inverse;
-  const R apart = maximum(opening, zero), width = square_root(apart * apart + closed_ * closed_), per_width = 1.0 / width;
+  const R apart = maximum(opening, zero), width = square_root(apart * apart + closed_ * closed_),
+          per_width = 1.0 / width;
   // Together with what the damage law carries along the same direction, at most the limit.
   constexpr double share = sliding_ratio * sliding_ratio / (1 + sliding_ratio * sliding_ratio);
-  const R room = maximum(minimum(1.0 - maximum(dot(law, t), zero) / maximum(limit, one), spread(share, zero)), zero);
+  const R room =
+      maximum(minimum(1.0 - maximum(dot(law, t), zero) / maximum(limit, one), spread(share, zero)), zero);
   const R trial = length * per_width, psi = minimum(trial, square_root(room / (1.0 - room)));
   const R square = psi * psi, shape = square / (1.0 + square), angle = arctangent(psi);
   const R slid = maximum(length - psi * width, zero), tau = select(fixed, limit * shape, zero);
-  const R stored = width * (psi - angle);   // over the limit
+  const R stored = width * (psi - angle);  // over the limit
   const R press = select(fixed, limit * (angle - psi / (1.0 + square)) * apart * per_width, zero);
   energy = energy + select(fixed, limit * stored, zero);
   dissipation = dissipation + select(fixed, tau * slid + (before - limit) * stored, zero);
   for (int i = 0; i < 3; ++i) {
-    s.slip[i] = select(fixed, s.slip[i] + slid * t[i] + (widest - opened) * n[i], select(cracked, 2.0 * pull[i] + widest * n[i], zero));
+    s.slip[i] = select(fixed, s.slip[i] + slid * t[i] + (widest - opened) * n[i],
+                       select(cracked, 2.0 * pull[i] + widest * n[i], zero));
     stress[i] = stress[i] + 2.0 * tau * n[i] * t[i] - press * n[i] * n[i];
   }
   stress[3] = stress[3] + tau * (n[1] * t[2] + n[2] * t[1]) - press * n[1] * n[2];
@@ -135,36 +154,48 @@ inline void ConcreteDamage::interlock(const R (&strain)[6], const R (&effective)
   stress[5] = stress[5] + tau * (n[0] * t[1] + n[1] * t[0]) - press * n[0] * n[1];
 }
 
-/// What the crushed part carries; `largest`: the largest principal value of the effective stress, with Poisson's ratio `poisson`.
+/// What the crushed part carries; `largest`: the largest principal value of the effective stress, with
+/// Poisson's ratio `poisson`.
 template <class R>
-inline void ConcreteDamage::crushed(const R (&strain)[6], R largest, R poisson, R old_d_c, Lanes<R>& s, R (&stress)[6], R& energy, R& dissipation) const {
+inline void ConcreteDamage::crushed(const R (&strain)[6], R largest, R poisson, R old_d_c, Lanes<R>& s,
+                                    R (&stress)[6], R& energy, R& dissipation) const {
   const R zero = spread(0.0, s.d_c), volume = strain[0] + strain[1] + strain[2];
   const auto broken = s.d_c > 0.0;
   const R mu = 0.5 * young_ / (1.0 + poisson);
-  const R widest = (largest - 2.0 * mu * poisson / (1.0 - 2.0 * poisson) * volume) / (2.0 * mu);   // principal strain
+  const R widest =
+      (largest - 2.0 * mu * poisson / (1.0 - 2.0 * poisson) * volume) / (2.0 * mu);  // principal strain
   const R confinement = maximum(zero - ((bulk_ - 2 * shear_ / 3) * volume + 2 * shear_ * widest), zero);
   const R trial = bulk_ * (zero - volume - s.compaction);
   const R p = select(broken, maximum(minimum(trial, confinement), zero), zero);
   const R theta = select(broken & (trial > confinement), zero - volume - confinement / bulk_, s.compaction);
   // Friction: radial return of the deviator.
   R shear[6], norm = zero;
-  for (int i = 0; i < 3; ++i) shear[i] = 2 * shear_ * (strain[i] - volume / 3.0 - s.flow[i]), norm = norm + shear[i] * shear[i];
-  for (int i = 3; i < 6; ++i) shear[i] = shear_ * (strain[i] - s.flow[i]), norm = norm + 2.0 * shear[i] * shear[i];
+  for (int i = 0; i < 3; ++i)
+    shear[i] = 2 * shear_ * (strain[i] - volume / 3.0 - s.flow[i]), norm = norm + shear[i] * shear[i];
+  for (int i = 3; i < 6; ++i)
+    shear[i] = shear_ * (strain[i] - s.flow[i]), norm = norm + 2.0 * shear[i] * shear[i];
   norm = square_root(norm);
   const R limit = friction_ * p;
   const auto slides = norm > limit;
   const R keep = select(slides, limit / select(slides, norm, spread(1.0, zero)), spread(1.0, zero));
   const R held = keep * norm;
-  // Slip grows with the fall of the limit from where it began: from the limit before, or, where that was not reached, from the deviator that it then meets.
+  // Slip grows with the fall of the limit from where it began: from the limit before, or, where that was not
+  // reached, from the deviator that it then meets.
   const R rubbed = 0.25 / shear_ * (1.0 - keep) * norm * (minimum(friction_ * s.pressure, norm) + held);
   const R compacted = 0.5 * (s.pressure + p) * (theta - s.compaction);
   const R mean_d = 0.5 * (old_d_c + s.d_c), grown = s.d_c - old_d_c;
-  dissipation = dissipation + select(broken, mean_d * (compacted + rubbed) - grown * (0.25 / bulk_ * (s.pressure * s.pressure + p * p) + 0.25 / shear_ * held * held), zero);
+  dissipation =
+      dissipation +
+      select(broken,
+             mean_d * (compacted + rubbed) -
+                 grown * (0.25 / bulk_ * (s.pressure * s.pressure + p * p) + 0.25 / shear_ * held * held),
+             zero);
   energy = energy + select(broken, s.d_c * (0.5 / bulk_ * p * p + 0.25 / shear_ * held * held), zero);
   for (int i = 0; i < 6; ++i) {
     const R t = keep * shear[i];
     stress[i] = stress[i] + select(broken, s.d_c * (i < 3 ? t - p : t), zero);
-    s.flow[i] = select(broken, s.flow[i] + (1.0 - keep) * shear[i] * (i < 3 ? 0.5 / shear_ : 1 / shear_), s.flow[i]);
+    s.flow[i] =
+        select(broken, s.flow[i] + (1.0 - keep) * shear[i] * (i < 3 ? 0.5 / shear_ : 1 / shear_), s.flow[i]);
   }
   s.compaction = theta;
   s.pressure = p;
@@ -172,13 +203,17 @@ inline void ConcreteDamage::crushed(const R (&strain)[6], R largest, R poisson, 
 
 /// Rare, and one point after the other: strength and the cell's extent are frozen where damage starts.
 template <class R, class Rate>
-__attribute__((noinline)) void ConcreteDamage::start_points(const R (&effective)[6], const R& largest, const R& least, const R& tau_t, const R& tau_c, const CellFrame& cell,
-                                                            const Rate& rate, Lanes<R>& s) const {
+__attribute__((noinline)) void ConcreteDamage::start_points(const R (&effective)[6], const R& largest,
+                                                            const R& least, const R& tau_t, const R& tau_c,
+                                                            const CellFrame& cell, const Rate& rate,
+                                                            Lanes<R>& s) const {
   constexpr int n = width<R>;
-  double stress[6][n], first[n], third[n], t[n], c[n], r_t[n], f_t[n], b_t[n], r_c[n], dif_c[n], b_c[n], normal[3][n];
+  double stress[6][n], first[n], third[n], t[n], c[n], r_t[n], f_t[n], b_t[n], r_c[n], dif_c[n], b_c[n],
+      normal[3][n];
   for (int k = 0; k < 6; ++k) store(stress[k], effective[k]);
   store(first, largest), store(third, least), store(t, tau_t), store(c, tau_c);
-  store(r_t, s.r_t), store(f_t, s.f_t), store(b_t, s.b_t), store(r_c, s.r_c), store(dif_c, s.dif_c), store(b_c, s.b_c);
+  store(r_t, s.r_t), store(f_t, s.f_t), store(b_t, s.b_t), store(r_c, s.r_c), store(dif_c, s.dif_c),
+      store(b_c, s.b_c);
   for (int k = 0; k < 3; ++k) store(normal[k], s.normal[k]);
   for (int i = 0; i < n; ++i) {
     const bool tension = r_t[i] == 0 && t[i] > f_t_, compression = r_c[i] == 0 && c[i] > f_c0_;
@@ -197,13 +232,16 @@ __attribute__((noinline)) void ConcreteDamage::start_points(const R (&effective)
       r_c[i] = one.r_c, dif_c[i] = one.dif_c, b_c[i] = one.b_c;
     }
   }
-  s.r_t = load<R>(r_t), s.f_t = load<R>(f_t), s.b_t = load<R>(b_t), s.r_c = load<R>(r_c), s.dif_c = load<R>(dif_c), s.b_c = load<R>(b_c);
+  s.r_t = load<R>(r_t), s.f_t = load<R>(f_t), s.b_t = load<R>(b_t), s.r_c = load<R>(r_c),
+  s.dif_c = load<R>(dif_c), s.b_c = load<R>(b_c);
   for (int k = 0; k < 3; ++k) s.normal[k] = load<R>(normal[k]);
 }
 
 template <class R, class Rate>
-inline __attribute__((always_inline)) bool ConcreteDamage::point(const R (&strain)[6], Lanes<R>& s, const CellFrame& cell, const Rate& rate,
-                                                                  R (&stress)[6], R& energy, R& dissipation) const {
+inline __attribute__((always_inline)) bool ConcreteDamage::point(const R (&strain)[6], Lanes<R>& s,
+                                                                 const CellFrame& cell, const Rate& rate,
+                                                                 R (&stress)[6], R& energy,
+                                                                 R& dissipation) const {
   R effective[6];
   R poisson = poisson_ * (1.0 - s.d_t);
   effective_stress(strain, poisson, effective);
@@ -212,7 +250,8 @@ inline __attribute__((always_inline)) bool ConcreteDamage::point(const R (&strai
   const R p1 = maximum(v.first, zero), p2 = maximum(v.second, zero), p3 = maximum(v.third, zero);
   const R n1 = minimum(v.first, zero), n2 = minimum(v.second, zero), n3 = minimum(v.third, zero);
   const R sum = p1 + p2 + p3;
-  const R tau_t = square_root(maximum((1.0 + poisson) * (p1 * p1 + p2 * p2 + p3 * p3) - poisson * (sum * sum), zero));
+  const R tau_t =
+      square_root(maximum((1.0 + poisson) * (p1 * p1 + p2 * p2 + p3 * p3) - poisson * (sum * sum), zero));
   const R octahedral = square_root((n1 - n2) * (n1 - n2) + (n2 - n3) * (n2 - n3) + (n3 - n1) * (n3 - n1));
   const R tau_c = maximum((tau_scale_ / 3) * (k_oct_ * (n1 + n2 + n3) + octahedral), zero);
 
@@ -221,20 +260,30 @@ inline __attribute__((always_inline)) bool ConcreteDamage::point(const R (&strai
   if (any(fresh_t | fresh_c)) start_points(effective, v.first, v.third, tau_t, tau_c, cell, rate, s);
   const auto grow_t = (s.r_t > 0.0) & (tau_t > s.r_t);
   const auto grow_c = (s.r_c > 0.0) & (tau_c > s.r_c);
-  R weight_t = zero, before = zero, loss_c = zero;  // mean of r^2/tau^2 over the step; twice the energy with the old damage; growth times mean
+  R weight_t = zero, before = zero,
+    loss_c =
+        zero;  // mean of r^2/tau^2 over the step; twice the energy with the old damage; growth times mean
   const R old_d_t = s.d_t, old_d_c = s.d_c;
   const bool grows_t = any(grow_t), grows_c = any(grow_c);
   if (grows_t) {
     const R one = spread(1.0, zero);
     const R r = select(grow_t, tau_t, one);
     const R inverse_r = 1.0 / r;
-    const R d = select(grow_t, maximum(damage_tension(r, inverse_r, select(grow_t, s.f_t, one), select(grow_t, s.b_t, one)), s.d_t), s.d_t);
-    // The mean of r^2 over the growth, exact: r^2 d d_t = s (1 + b r) dr with the softening stress s = f_t exp(-b (r - f_t)).
+    const R d = select(
+        grow_t,
+        maximum(damage_tension(r, inverse_r, select(grow_t, s.f_t, one), select(grow_t, s.b_t, one)), s.d_t),
+        s.d_t);
+    // The mean of r^2 over the growth, exact: r^2 d d_t = s (1 + b r) dr with the softening stress s = f_t
+    // exp(-b (r - f_t)).
     const R b = select(grow_t, s.b_t, one), from = select(grow_t, s.r_t, one), grown = d - s.d_t;
     const R s_0 = (1.0 - s.d_t) * from, s_1 = minimum((1.0 - d) * r, s_0 * exponential(b * (from - r)));
     const R fall = 2.0 / b, inverse_sq = inverse_r * inverse_r;
-    const R exact = (s_0 * (fall + from) - s_1 * (fall + r)) * inverse_sq / maximum(grown, spread(1e-12, zero));
-    weight_t = select(grow_t, select(grown > 1e-10, minimum(maximum(exact, zero), one), 0.5 + 0.5 * (from * from) * inverse_sq), zero);
+    const R exact =
+        (s_0 * (fall + from) - s_1 * (fall + r)) * inverse_sq / maximum(grown, spread(1e-12, zero));
+    weight_t = select(
+        grow_t,
+        select(grown > 1e-10, minimum(maximum(exact, zero), one), 0.5 + 0.5 * (from * from) * inverse_sq),
+        zero);
     before = twice_energy(strain, effective, v, old_d_t, old_d_c);
     s.d_t = d;
     s.r_t = select(grow_t, tau_t, s.r_t);
@@ -245,11 +294,15 @@ inline __attribute__((always_inline)) bool ConcreteDamage::point(const R (&strai
   if (grows_c) {
     const R one = spread(1.0, zero);
     const R r = select(grow_c, tau_c, spread(f_c0_, zero));
-    const R d = select(grow_c, maximum(damage_compression(r, select(grow_c, s.dif_c, one), select(grow_c, s.b_c, one)), s.d_c), s.d_c);
+    const R d = select(
+        grow_c,
+        maximum(damage_compression(r, select(grow_c, s.dif_c, one), select(grow_c, s.b_c, one)), s.d_c),
+        s.d_c);
     // The integral of r^2 over the growth; beyond the peak, where the stress falls as in tension, exact.
     const R from = select(grow_c, s.r_c, r), s_0 = (1.0 - s.d_c) * from, s_1 = (1.0 - d) * r;
     const R fall = 2.0 * s.dif_c / select(grow_c, s.b_c, one);
-    const R exact = maximum(s_0 * (fall + from) - s_1 * (fall + r), zero), rising = (d - s.d_c) * 0.5 * (r * r + from * from);
+    const R exact = maximum(s_0 * (fall + from) - s_1 * (fall + r), zero),
+            rising = (d - s.d_c) * 0.5 * (r * r + from * from);
     loss_c = select(from > stress_peak_ * s.dif_c, exact, rising) / (r * r);
     s.d_c = d;
     s.r_c = select(grow_c, tau_c, s.r_c);
@@ -266,9 +319,11 @@ inline __attribute__((always_inline)) bool ConcreteDamage::point(const R (&strai
   }
   energy = 0.5 * work;
   const R with_new_cracks = stored - s.d_t * stored_plus - old_d_c * (stored - stored_plus);
-  dissipation = 0.5 * (maximum(before - with_new_cracks, zero) * weight_t + maximum(stored - stored_plus, zero) * loss_c);
+  dissipation = 0.5 * (maximum(before - with_new_cracks, zero) * weight_t +
+                       maximum(stored - stored_plus, zero) * loss_c);
   if (any(s.d_c > 0.0)) crushed(strain, v.first, poisson, old_d_c, s, stress, energy, dissipation);
-  if (interlock_ > 0 && any(s.d_t > 0.0)) interlock(strain, effective, v.first, grow_t, s, stress, energy, dissipation);
+  if (interlock_ > 0 && any(s.d_t > 0.0))
+    interlock(strain, effective, v.first, grow_t, s, stress, energy, dissipation);
   return grows_t || grows_c;
 }
 
@@ -280,7 +335,7 @@ struct ConcreteDamage::Row {
   /// eps' of the head of material_damage.hpp.
   void see_crack(R (&e)[6]) const {
     R v[3], normal;
-    in_plane(e, m, 0.5, v, normal);   // e m = v + normal m
+    in_plane(e, m, 0.5, v, normal);  // e m = v + normal m
     R jump[3];
     for (int i = 0; i < 3; ++i) jump[i] = 2.0 * v[i] + normal * m[i];
     R turned[3];
@@ -314,7 +369,8 @@ inline auto ConcreteDamage::row_of(const CellFrame& cell, const Lanes<R>& s) con
   R most = spread(-1.0, zero);
   for (const auto& g : cell.dual) {
     const double size = std::sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]);
-    const R along = g[0] * s.normal[0] + g[1] * s.normal[1] + g[2] * s.normal[2], way = maximum(along, zero - along);
+    const R along = g[0] * s.normal[0] + g[1] * s.normal[1] + g[2] * s.normal[2],
+            way = maximum(along, zero - along);
     const auto better = way > most;
     const R sign = select(along < 0.0, spread(-1 / size, zero), spread(1 / size, zero));
     for (int i = 0; i < 3; ++i) row.m[i] = select(better, g[i] * sign, row.m[i]);
@@ -326,18 +382,28 @@ inline auto ConcreteDamage::row_of(const CellFrame& cell, const Lanes<R>& s) con
 
 /// The points of a cell, as many at once as R holds. Arrays as in stress8.
 template <class R>
-inline bool ConcreteDamage::stress_by(const double* strain, StrainRates* rates, const CellFrame& cell, const DamageCell& old, DamageCell& next, double* stress, double* energy,
+inline bool ConcreteDamage::stress_by(const double* strain, StrainRates* rates, const CellFrame& cell,
+                                      const DamageCell& old, DamageCell& next, double* stress, double* energy,
                                       double* dissipation) const {
   bool grew = false;
   for (int first = 0; first < 8; first += width<R>) {
     const auto read = [first](const double* p) { return load<R>(p + first); };
     R e[6], out[6], stored, lost;
     for (int k = 0; k < 6; ++k) e[k] = read(strain + 8 * k);
-    Lanes<R> s{read(old.r_t), read(old.f_t), read(old.b_t), read(old.d_t), read(old.r_c), read(old.dif_c), read(old.b_c), read(old.d_c),
+    Lanes<R> s{read(old.r_t),
+               read(old.f_t),
+               read(old.b_t),
+               read(old.d_t),
+               read(old.r_c),
+               read(old.dif_c),
+               read(old.b_c),
+               read(old.d_c),
                {read(old.normal[0]), read(old.normal[1]), read(old.normal[2])},
                {read(old.slip[0]), read(old.slip[1]), read(old.slip[2])},
-               read(old.compaction), read(old.pressure),
-               {read(old.flow[0]), read(old.flow[1]), read(old.flow[2]), read(old.flow[3]), read(old.flow[4]), read(old.flow[5])}};
+               read(old.compaction),
+               read(old.pressure),
+               {read(old.flow[0]), read(old.flow[1]), read(old.flow[2]), read(old.flow[3]), read(old.flow[4]),
+                read(old.flow[5])}};
     const auto rate_at = [rates, first](int i, Sym& rate) {
       if (!rates) return false;
       const double* all = rates->at_points();

@@ -8,9 +8,10 @@
 namespace talus::material {
 
 std::array<double, 3> principal_direction(const Sym& s, double value) {
-  // Rows of s - value I span the plane normal to the direction: their largest cross product gives it; if all vanish the value is
-  // repeated and a vector normal to the largest row, or any vector, is one.
-  const double rows[3][3] = {{s[0] - value, s[5], s[4]}, {s[5], s[1] - value, s[3]}, {s[4], s[3], s[2] - value}};
+  // Rows of s - value I span the plane normal to the direction: their largest cross product gives it; if all
+  // vanish the value is repeated and a vector normal to the largest row, or any vector, is one.
+  const double rows[3][3] = {
+      {s[0] - value, s[5], s[4]}, {s[5], s[1] - value, s[3]}, {s[4], s[3], s[2] - value}};
   double scale = 0;
   for (const auto& r : rows)
     for (const double x : r) scale = std::max(scale, std::abs(x));
@@ -18,7 +19,8 @@ std::array<double, 3> principal_direction(const Sym& s, double value) {
   std::array<double, 3> best{};
   double largest = 0;
   const auto offer = [&](const double* a, const double* b) {
-    const std::array<double, 3> c{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+    const std::array<double, 3> c{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2],
+                                  a[0] * b[1] - a[1] * b[0]};
     const double sq = c[0] * c[0] + c[1] * c[1] + c[2] * c[2];
     if (sq > largest) {
       largest = sq;

@@ -1,13 +1,15 @@
 /// Principal values of a symmetric 3 x 3 tensor and its split into tension and compression, without branches.
 ///
-///   s = m I + p B,  m = tr s / 3,  p = sqrt(J2 / 3),  x^3 - 3 x - 2 r = 0 for the eigenvalues x of B,  r = det B / 2 in [-1, 1]
+///   s = m I + p B,  m = tr s / 3,  p = sqrt(J2 / 3),  x^3 - 3 x - 2 r = 0 for the eigenvalues x of B,  r =
+///   det B / 2 in [-1, 1]
 ///
-/// The root of largest magnitude, 2 cos(acos(|r|) / 3) in [sqrt 3, 2], is smooth in |r| over [0, 1]: a polynomial of degree 7
-/// (error 2.2e-8) and one Newton step give it to round-off without trigonometric functions. The other two follow as
-/// -x/2 +- sqrt(3 - 3 x^2 / 4). Where those two nearly coincide their difference is good to sqrt(round-off), about 1e-8 p.
+/// The root of largest magnitude, 2 cos(acos(|r|) / 3) in [sqrt 3, 2], is smooth in |r| over [0, 1]: a
+/// polynomial of degree 7 (error 2.2e-8) and one Newton step give it to round-off without trigonometric
+/// functions. The other two follow as -x/2 +- sqrt(3 - 3 x^2 / 4). Where those two nearly coincide their
+/// difference is good to sqrt(round-off), about 1e-8 p.
 ///
-/// The split needs no eigenvectors. With one eigenvalue e whose sign differs from the other two (a, b), its part of the tensor is,
-/// by Cayley-Hamilton,
+/// The split needs no eigenvectors. With one eigenvalue e whose sign differs from the other two (a, b), its
+/// part of the tensor is, by Cayley-Hamilton,
 ///
 ///   e n (x) n = e (s - a I)(s - b I) / ((e - a)(e - b)),
 ///
@@ -63,7 +65,8 @@ inline Principal<R> principal_values(const R (&s)[6]) {
   const R gap = square_root(maximum(3.0 - 0.75 * x * x, zero));
   const R near_high = -0.5 * x + gap, near_low = -0.5 * x - gap;
   const auto flip = r < zero;  // the mirrored spectrum
-  return {m + p * select(flip, -near_low, x), m + p * select(flip, -near_high, near_high), m + p * select(flip, -x, near_low)};
+  return {m + p * select(flip, -near_low, x), m + p * select(flip, -near_high, near_high),
+          m + p * select(flip, -x, near_low)};
 }
 
 /// The part of s that belongs to its positive principal values.
@@ -72,7 +75,8 @@ inline void positive_part(const R (&s)[6], const Principal<R>& v, R (&plus)[6]) 
   const R zero = spread(0.0, s[0]), one = spread(1.0, s[0]);
   const auto all = v.third >= zero;
   const auto none = v.first <= zero;
-  const auto single = v.second <= zero;  // one positive value at most: it is the odd one, otherwise the third is
+  const auto single =
+      v.second <= zero;  // one positive value at most: it is the odd one, otherwise the third is
   const R odd = select(single, v.first, v.third);
   const R a = v.second, b = select(single, v.third, v.first);
   const R denominator = (odd - a) * (odd - b);
@@ -90,8 +94,8 @@ inline void positive_part(const R (&s)[6], const Principal<R>& v, R (&plus)[6]) 
   }
 }
 
-/// Unit eigenvector to the given principal value (scalar; used where a crack forms, not in the hot loop). For a repeated value
-/// any vector of its space is returned, the same one for the same input.
+/// Unit eigenvector to the given principal value (scalar; used where a crack forms, not in the hot loop). For
+/// a repeated value any vector of its space is returned, the same one for the same input.
 std::array<double, 3> principal_direction(const Sym& s, double value);
 
 }  // namespace talus::material

@@ -19,9 +19,11 @@ class Elastic {
 
   explicit Elastic(const Parameters& p) : p_(p) {
     if (!(p.young > 0) || !std::isfinite(p.young))
-      reject("material.young", fmt::format("{:g} Pa", p.young), "must be positive", "concrete has about 30 GPa");
+      reject("material.young", fmt::format("{:g} Pa", p.young), "must be positive",
+             "concrete has about 30 GPa");
     if (!(p.poisson > -1 && p.poisson < 0.5))
-      reject("material.poisson", fmt::format("{:g}", p.poisson), "must be above -1 and below 0.5", "concrete has about 0.2, rock 0.25");
+      reject("material.poisson", fmt::format("{:g}", p.poisson), "must be above -1 and below 0.5",
+             "concrete has about 0.2, rock 0.25");
     lambda_ = p.young * p.poisson / ((1 + p.poisson) * (1 - 2 * p.poisson));
     mu_ = p.young / (2 * (1 + p.poisson));
   }

@@ -1,5 +1,5 @@
-/// Four doubles at once with the vector extension of the compiler, and the same operations for one double, so that a kernel is
-/// written once. No alignment is assumed in memory: load and store go through memcpy.
+/// Four doubles at once with the vector extension of the compiler, and the same operations for one double, so
+/// that a kernel is written once. No alignment is assumed in memory: load and store go through memcpy.
 #pragma once
 #include <bit>
 #include <cmath>
@@ -11,12 +11,21 @@ namespace talus::material {
 typedef double V4 __attribute__((vector_size(32)));
 typedef std::int64_t M4 __attribute__((vector_size(32)));
 
-template <class R> inline R load(const double* p) { R v; std::memcpy(&v, p, sizeof v); return v; }
-template <class R> inline void store(double* p, const R& v) { std::memcpy(p, &v, sizeof v); }
+template <class R>
+inline R load(const double* p) {
+  R v;
+  std::memcpy(&v, p, sizeof v);
+  return v;
+}
+template <class R>
+inline void store(double* p, const R& v) {
+  std::memcpy(p, &v, sizeof v);
+}
 inline V4 load4(const double* p) { return load<V4>(p); }
 inline void store4(double* p, V4 v) { store(p, v); }
 /// How many doubles an R holds.
-template <class R> constexpr int width = static_cast<int>(sizeof(R) / sizeof(double));
+template <class R>
+constexpr int width = static_cast<int>(sizeof(R) / sizeof(double));
 
 inline V4 spread(double a, V4) { return V4{a, a, a, a}; }
 inline double spread(double a, double) { return a; }
@@ -48,7 +57,8 @@ inline V4 scale_by_power(V4 shifted, V4 y) {
   return y * (V4)(bits << 52);
 }
 
-/// exp(x) for x in [-700, 0] (clamped to it), relative error below 4e-16: x = n ln 2 + r, Taylor series of degree 13 in r.
+/// exp(x) for x in [-700, 0] (clamped to it), relative error below 4e-16: x = n ln 2 + r, Taylor series of
+/// degree 13 in r.
 template <class R>
 inline R exponential(R x) {
   x = maximum(minimum(x, spread(0.0, x)), spread(-700.0, x));
@@ -73,19 +83,29 @@ inline R exponential(R x) {
   return scale_by_power(shifted, p);
 }
 
-/// atan(x) for x >= 0, relative error below 4e-16: reduced at tan(3 pi/8) and 0.66, then the rational function of the Cephes library.
+/// atan(x) for x >= 0, relative error below 4e-16: reduced at tan(3 pi/8) and 0.66, then the rational
+/// function of the Cephes library.
 template <class R>
 inline R arctangent(R x) {
   const R one = spread(1.0, x), zero = spread(0.0, x);
   const auto far = x > 2.414213562373095, middle = x > 0.66;
-  const R y = select(far, zero - one, select(middle, x - 1.0, x)) / select(far, x, select(middle, x + 1.0, one));
+  const R y =
+      select(far, zero - one, select(middle, x - 1.0, x)) / select(far, x, select(middle, x + 1.0, one));
   const R z = y * y;
-  const R p = (((-0.8750608600031904 * z - 16.157537187333652) * z - 75.00855792314705) * z - 122.88666844901361) * z - 64.85021904942025;
-  const R q = ((((z + 24.858464901423062) * z + 165.02700983169885) * z + 432.88106049129027) * z + 485.3903996359137) * z + 194.5506571482614;
-  return select(far, spread(1.5707963267948966, x), select(middle, spread(0.7853981633974483, x), zero)) + (y + y * z * p / q);
+  const R p =
+      (((-0.8750608600031904 * z - 16.157537187333652) * z - 75.00855792314705) * z - 122.88666844901361) *
+          z -
+      64.85021904942025;
+  const R q = ((((z + 24.858464901423062) * z + 165.02700983169885) * z + 432.88106049129027) * z +
+               485.3903996359137) *
+                  z +
+              194.5506571482614;
+  return select(far, spread(1.5707963267948966, x), select(middle, spread(0.7853981633974483, x), zero)) +
+         (y + y * z * p / q);
 }
 
-/// Eight doubles as two vectors of four: what V8 (material_simd8.hpp) is without AVX-512, as far as strains and forces need it.
+/// Eight doubles as two vectors of four: what V8 (material_simd8.hpp) is without AVX-512, as far as strains
+/// and forces need it.
 struct V44 {
   V4 low, high;
   V44() = default;
@@ -100,8 +120,14 @@ inline V44 maximum(V44 a, V44 b) { return {maximum(a.low, b.low), maximum(a.high
 inline V44 minimum(V44 a, V44 b) { return {minimum(a.low, b.low), minimum(a.high, b.high)}; }
 inline V44 square_root(V44 a) { return {square_root(a.low), square_root(a.high)}; }
 
-template <> inline V44 load<V44>(const double* p) { return {load<V4>(p), load<V4>(p + 4)}; }
-template <> inline void store<V44>(double* p, const V44& v) { store(p, v.low), store(p + 4, v.high); }
+template <>
+inline V44 load<V44>(const double* p) {
+  return {load<V4>(p), load<V4>(p + 4)};
+}
+template <>
+inline void store<V44>(double* p, const V44& v) {
+  store(p, v.low), store(p + 4, v.high);
+}
 
 /// The doubles whose numbers differ in the bit `stride` (1, 2 or 4) change places.
 template <int stride>

@@ -1,5 +1,5 @@
-/// Eight doubles in one vector of the processor (AVX-512), with the operations of material_simd.hpp. Only for files that are compiled for such
-/// processors and called on no others.
+/// Eight doubles in one vector of the processor (AVX-512), with the operations of material_simd.hpp. Only for
+/// files that are compiled for such processors and called on no others.
 #pragma once
 #include <immintrin.h>
 
@@ -30,7 +30,7 @@ struct V8 {
   friend M8 operator==(V8 a, V8 b) { return {_mm512_cmp_pd_mask(a.v, b.v, _CMP_EQ_OQ)}; }
 };
 
-constexpr __mmask8 all_eight = 0xff;   // the forms without a mask warn of uninitialised values in GCC 12
+constexpr __mmask8 all_eight = 0xff;  // the forms without a mask warn of uninitialised values in GCC 12
 
 inline V8 spread(double a, V8) { return V8(a); }
 inline V8 select(M8 mask, V8 a, V8 b) { return _mm512_mask_blend_pd(mask.bits, b.v, a.v); }
@@ -46,9 +46,12 @@ inline V8 scale_by_power(V8 shifted, V8 y) {
 
 template <int stride>
 inline V8 exchanged(V8 a) {
-  if constexpr (stride == 4) return __builtin_shufflevector(a.v, a.v, 4, 5, 6, 7, 0, 1, 2, 3);
-  else if constexpr (stride == 2) return __builtin_shufflevector(a.v, a.v, 2, 3, 0, 1, 6, 7, 4, 5);
-  else return __builtin_shufflevector(a.v, a.v, 1, 0, 3, 2, 5, 4, 7, 6);
+  if constexpr (stride == 4)
+    return __builtin_shufflevector(a.v, a.v, 4, 5, 6, 7, 0, 1, 2, 3);
+  else if constexpr (stride == 2)
+    return __builtin_shufflevector(a.v, a.v, 2, 3, 0, 1, 6, 7, 4, 5);
+  else
+    return __builtin_shufflevector(a.v, a.v, 1, 0, 3, 2, 5, 4, 7, 6);
 }
 inline V4 first_four(V8 a) { return __builtin_shufflevector(a.v, a.v, 0, 1, 2, 3); }
 inline V4 last_four(V8 a) { return __builtin_shufflevector(a.v, a.v, 4, 5, 6, 7); }

@@ -11,16 +11,23 @@
 #include "core/reject.hpp"
 
 namespace talus::material {
-double steel_yield_at_rate(double yield, double rate) { return yield + 6e6 * std::log(std::max(1.0, std::abs(rate) / 5e-5)); }
+double steel_yield_at_rate(double yield, double rate) {
+  return yield + 6e6 * std::log(std::max(1.0, std::abs(rate) / 5e-5));
+}
 
 Steel::Steel(const Parameters& p) : p_(p) {
   Requirements c;
   c.require(p.young > 0 && std::isfinite(p.young), "steel.young", p.young, "must be positive", "200 GPa");
-  c.require(p.yield > 0 && p.yield < p.young * 0.02, "steel.yield", p.yield, "must be positive and below 2 % of E", "500 MPa for B500");
-  c.require(p.ultimate >= p.yield, "steel.ultimate", p.ultimate, "must be at least the yield stress", "1.08 f_y for B500B");
-  c.require(p.fracture_strain > p.yield / p.young && p.fracture_strain < 1, "steel.fracture_strain", p.fracture_strain, "must lie between the yield strain and 1", "0.05 for B500B");
-  c.require(p.kinematic_share >= 0 && p.kinematic_share <= 1, "steel.kinematic_share", p.kinematic_share, "must be in [0, 1]", "1");
-  c.require(p.prestress >= 0 && p.prestress < p.yield, "steel.prestress", p.prestress, "must be in [0, f_y)", "at most 0.75 f_y after losses");
+  c.require(p.yield > 0 && p.yield < p.young * 0.02, "steel.yield", p.yield,
+            "must be positive and below 2 % of E", "500 MPa for B500");
+  c.require(p.ultimate >= p.yield, "steel.ultimate", p.ultimate, "must be at least the yield stress",
+            "1.08 f_y for B500B");
+  c.require(p.fracture_strain > p.yield / p.young && p.fracture_strain < 1, "steel.fracture_strain",
+            p.fracture_strain, "must lie between the yield strain and 1", "0.05 for B500B");
+  c.require(p.kinematic_share >= 0 && p.kinematic_share <= 1, "steel.kinematic_share", p.kinematic_share,
+            "must be in [0, 1]", "1");
+  c.require(p.prestress >= 0 && p.prestress < p.yield, "steel.prestress", p.prestress, "must be in [0, f_y)",
+            "at most 0.75 f_y after losses");
   c.done();
   const double tangent = (p.ultimate - p.yield) / (p.fracture_strain - p.yield / p.young);
   hardening_ = tangent / (1 - tangent / p.young);  // with respect to plastic strain
@@ -38,8 +45,9 @@ Steel::Result Steel::operator()(double strain, double rate, const State& before,
   const double relative = trial - old.back_stress;
   double yield = old.yield;
   if (yield == 0) {
-    yield = p_.yield;   // a rate only raises it: the logarithm is asked for where it decides
-    if (p_.rate_effect && std::abs(relative) > yield + isotropic_ * old.accumulated) yield = steel_yield_at_rate(yield, rate);
+    yield = p_.yield;  // a rate only raises it: the logarithm is asked for where it decides
+    if (p_.rate_effect && std::abs(relative) > yield + isotropic_ * old.accumulated)
+      yield = steel_yield_at_rate(yield, rate);
   }
   const double excess = std::abs(relative) - (yield + isotropic_ * old.accumulated);
   if (excess <= 0) {
@@ -53,7 +61,8 @@ Steel::Result Steel::operator()(double strain, double rate, const State& before,
     next.back_stress += sign * kinematic_ * growth;
     r.stress = trial - e * sign * growth;
     r.tangent = e * hardening_ / (e + hardening_);
-    const double mean = yield + isotropic_ * (old.accumulated + 0.5 * growth);  // of |sigma - X| over the step
+    const double mean =
+        yield + isotropic_ * (old.accumulated + 0.5 * growth);  // of |sigma - X| over the step
     r.dissipation = mean * growth;
   }
   r.energy = stored(r.stress, next.back_stress);
@@ -70,18 +79,25 @@ namespace {
 std::string wrong_in(double f_y, double f_u, double eps_u) {
   if (!(f_y >= 100 && f_y <= 3000)) return "f_y must be between 100 and 3000 MPa";
   if (!(f_u >= f_y && f_u <= 4000)) return "f_u must be at least f_y, and at most 4000 MPa";
-  if (!(eps_u > f_y / 200e3 && eps_u < 1)) return fmt::format("eps_u must be between the yield strain, {:.3g}, and 1", f_y / 200e3);
+  if (!(eps_u > f_y / 200e3 && eps_u < 1))
+    return fmt::format("eps_u must be between the yield strain, {:.3g}, and 1", f_y / 200e3);
   return {};
 }
 }  // namespace
 
-Steel::Parameters steel_grade(const std::string& grade, const std::string& key, const std::string& file, int line) {
-  struct Row { double f_y, f_u, eps_u, e; };
+Steel::Parameters steel_grade(const std::string& grade, const std::string& key, const std::string& file,
+                              int line) {
+  struct Row {
+    double f_y, f_u, eps_u, e;
+  };
   // EN 1992-1-1 annex C (A, B, C: eps_uk 2.5, 5, 7.5 %), EN 10138 for strands, EN 10025 for sections.
   static const std::map<std::string, Row> known{
-      {"B400", {400, 432, 0.05, 200e9}},    {"B400C", {400, 460, 0.075, 200e9}}, {"B450", {450, 520, 0.075, 200e9}}, {"B450C", {450, 520, 0.075, 200e9}},
-      {"B500", {500, 540, 0.05, 200e9}},    {"B500A", {500, 525, 0.025, 200e9}}, {"B500B", {500, 540, 0.05, 200e9}}, {"B500C", {500, 575, 0.075, 200e9}},
-      {"S235", {235, 360, 0.15, 210e9}},    {"S355", {355, 490, 0.15, 210e9}},   {"Y1770", {1560, 1770, 0.035, 195e9}}, {"Y1860", {1640, 1860, 0.035, 195e9}}};
+      {"B400", {400, 432, 0.05, 200e9}},     {"B400C", {400, 460, 0.075, 200e9}},
+      {"B450", {450, 520, 0.075, 200e9}},    {"B450C", {450, 520, 0.075, 200e9}},
+      {"B500", {500, 540, 0.05, 200e9}},     {"B500A", {500, 525, 0.025, 200e9}},
+      {"B500B", {500, 540, 0.05, 200e9}},    {"B500C", {500, 575, 0.075, 200e9}},
+      {"S235", {235, 360, 0.15, 210e9}},     {"S355", {355, 490, 0.15, 210e9}},
+      {"Y1770", {1560, 1770, 0.035, 195e9}}, {"Y1860", {1640, 1860, 0.035, 195e9}}};
   Steel::Parameters p;
   if (const auto found = known.find(grade); found != known.end()) {
     p.young = found->second.e;
@@ -92,7 +108,8 @@ Steel::Parameters steel_grade(const std::string& grade, const std::string& key, 
   }
   double f_y = 0, f_u = 0, eps_u = 0;
   int used = 0;
-  const bool own = std::sscanf(grade.c_str(), "%lf/%lf/%lf%n", &f_y, &f_u, &eps_u, &used) == 3 && used == static_cast<int>(grade.size());
+  const bool own = std::sscanf(grade.c_str(), "%lf/%lf/%lf%n", &f_y, &f_u, &eps_u, &used) == 3 &&
+                   used == static_cast<int>(grade.size());
   const std::string wrong = own ? wrong_in(f_y, f_u, eps_u) : "not a known steel grade";
   if (wrong.empty()) {
     p.yield = f_y * 1e6;
@@ -114,11 +131,13 @@ Steel::Parameters steel_grade(const std::string& grade, const std::string& key, 
 
 BondSlip::BondSlip(const Parameters& p) : p_(p) {
   Requirements c;
-  c.require(p.f_cm >= 8e6 && p.f_cm <= 130e6, "bond.f_cm", p.f_cm, "must be between 8 and 130 MPa", "give it in Pa or with its unit");
+  c.require(p.f_cm >= 8e6 && p.f_cm <= 130e6, "bond.f_cm", p.f_cm, "must be between 8 and 130 MPa",
+            "give it in Pa or with its unit");
   s1_ = p.good_conditions ? 1.0e-3 : 1.8e-3;
   s2_ = p.good_conditions ? 2.0e-3 : 3.6e-3;
   s3_ = p.rib_spacing;
-  c.require(p.rib_spacing > s2_ && p.rib_spacing < 0.1, "bond.rib_spacing", p.rib_spacing, "must be above s_2 (2 mm, 3.6 mm for other bond conditions) and below 0.1 m", "10 mm");
+  c.require(p.rib_spacing > s2_ && p.rib_spacing < 0.1, "bond.rib_spacing", p.rib_spacing,
+            "must be above s_2 (2 mm, 3.6 mm for other bond conditions) and below 0.1 m", "10 mm");
   c.done();
   tau_max_ = (p.good_conditions ? 2.5 : 1.25) * std::sqrt(p.f_cm / 1e6) * 1e6;
   unloading_ = 200e9;
@@ -134,8 +153,9 @@ double BondSlip::envelope(double slip) const {
 
 namespace {
 
-/// Greatest |tau| [Pa]: away from the origin (also on reloading) that of the envelope, on the way back friction, a quarter of it. Through the origin it rises from one to the other by the
-/// unloading stiffness: with a jump there slips came to lie at 0 where no force balances the bar's.
+/// Greatest |tau| [Pa]: away from the origin (also on reloading) that of the envelope, on the way back
+/// friction, a quarter of it. Through the origin it rises from one to the other by the unloading stiffness:
+/// with a jump there slips came to lie at 0 where no force balances the bar's.
 double bond_bound(double envelope, double stiffness, double slip, double trial) {
   const double friction = 0.25 * envelope;
   return trial * slip >= 0 ? std::min(envelope, friction + stiffness * std::abs(slip)) : friction;
@@ -144,7 +164,8 @@ double bond_bound(double envelope, double stiffness, double slip, double trial) 
 }  // namespace
 
 double BondSlip::tangent(double slip, const State& old) const {
-  const double largest = std::max(old.largest, std::abs(slip)), trial = unloading_ * (slip - old.plastic), full = envelope(largest);
+  const double largest = std::max(old.largest, std::abs(slip)), trial = unloading_ * (slip - old.plastic),
+               full = envelope(largest);
   const double bound = bond_bound(full, unloading_, slip, trial);
   if (std::abs(trial) < bound || (trial * slip > 0 && bound < full)) return unloading_;
   if (std::abs(slip) < largest || largest >= s1_ || largest == 0) return 0;
@@ -167,34 +188,44 @@ BondSlip::Result BondSlip::operator()(double slip, const State& before, State& n
 
 Bearing::Bearing(const Parameters& p) : p_(p) {
   Requirements c;
-  c.require(p.normal_stiffness > 0, "bearing.normal_stiffness", p.normal_stiffness, "must be positive", "1e9 N/m");
-  c.require(p.shear_stiffness > 0, "bearing.shear_stiffness", p.shear_stiffness, "must be positive", "1e7 N/m");
-  c.require(p.friction >= 0 && std::isfinite(p.friction), "bearing.friction", p.friction, "must not be negative", "0.05 for PTFE, 0.3 to 0.5 for elastomer on concrete");
-  c.require(p.seat_along[0] < 0 && p.seat_along[1] > 0, "bearing.seat_along", p.seat_along[0], "must hold 0", "what rests on the cap beam");
-  c.require(p.seat_across[0] <= 0 && p.seat_across[1] >= 0, "bearing.seat_across", p.seat_across[0], "must hold 0", "from the deck's place to the ends of the cap beam");
+  c.require(p.normal_stiffness > 0, "bearing.normal_stiffness", p.normal_stiffness, "must be positive",
+            "1e9 N/m");
+  c.require(p.shear_stiffness > 0, "bearing.shear_stiffness", p.shear_stiffness, "must be positive",
+            "1e7 N/m");
+  c.require(p.friction >= 0 && std::isfinite(p.friction), "bearing.friction", p.friction,
+            "must not be negative", "0.05 for PTFE, 0.3 to 0.5 for elastomer on concrete");
+  c.require(p.seat_along[0] < 0 && p.seat_along[1] > 0, "bearing.seat_along", p.seat_along[0], "must hold 0",
+            "what rests on the cap beam");
+  c.require(p.seat_across[0] <= 0 && p.seat_across[1] >= 0, "bearing.seat_across", p.seat_across[0],
+            "must hold 0", "from the deck's place to the ends of the cap beam");
   c.done();
 }
 
-Bearing::Result Bearing::operator()(double closing, const std::array<double, 2>& u, const State& before, State& next, const std::array<double, 2>& slope) const {
+Bearing::Result Bearing::operator()(double closing, const std::array<double, 2>& u, const State& before,
+                                    State& next, const std::array<double, 2>& slope) const {
   const State old = before;  // next may be the same object
   next = old;
   Result r;
   if (old.lost > 0) return r;
-  if (u[0] < p_.seat_along[0] || u[0] > p_.seat_along[1] || u[1] < p_.seat_across[0] || u[1] > p_.seat_across[1]) {
+  if (u[0] < p_.seat_along[0] || u[0] > p_.seat_along[1] || u[1] < p_.seat_across[0] ||
+      u[1] > p_.seat_across[1]) {
     next.lost = 1;
     return r;
   }
-  const std::array<double, 2> stretched{p_.shear_stiffness * (u[0] - old.slip[0]), p_.shear_stiffness * (u[1] - old.slip[1])};
+  const std::array<double, 2> stretched{p_.shear_stiffness * (u[0] - old.slip[0]),
+                                        p_.shear_stiffness * (u[1] - old.slip[1])};
   const Slide slide = slides(closing, stretched, slope);
   r.normal = slide.normal;
-  const std::array<double, 2> t{stretched[0] - p_.shear_stiffness * slide.way[0], stretched[1] - p_.shear_stiffness * slide.way[1]};
+  const std::array<double, 2> t{stretched[0] - p_.shear_stiffness * slide.way[0],
+                                stretched[1] - p_.shear_stiffness * slide.way[1]};
   for (std::size_t i = 0; i < 2; ++i) {
     next.slip[i] += slide.way[i];
     r.dissipation += (t[i] - r.normal * slope[i]) * slide.way[i];
   }
   r.shear = {-t[0], -t[1]};
   r.energy = stored(r.normal / p_.normal_stiffness, t);
-  if (r.normal == 0 && closing > 0) r.dissipation = stored(closing, stretched);   // the foot slid away from below
+  if (r.normal == 0 && closing > 0)
+    r.dissipation = stored(closing, stretched);  // the foot slid away from below
   return r;
 }
 
@@ -202,16 +233,25 @@ double Bearing::stored(double depth, const std::array<double, 2>& t) const {
   return 0.5 * p_.normal_stiffness * depth * depth + 0.5 * (t[0] * t[0] + t[1] * t[1]) / p_.shear_stiffness;
 }
 
-Bearing::Slide Bearing::slides(double closing, const std::array<double, 2>& t, const std::array<double, 2>& slope) const {
-  const auto dot = [](const std::array<double, 2>& a, const std::array<double, 2>& b) { return a[0] * b[0] + a[1] * b[1]; };
-  // For a normal force N the friction has the direction of w = t - N s, and the foot slides by as much as leaves mu N of it.
+Bearing::Slide Bearing::slides(double closing, const std::array<double, 2>& t,
+                               const std::array<double, 2>& slope) const {
+  const auto dot = [](const std::array<double, 2>& a, const std::array<double, 2>& b) {
+    return a[0] * b[0] + a[1] * b[1];
+  };
+  // For a normal force N the friction has the direction of w = t - N s, and the foot slides by as much as
+  // leaves mu N of it.
   const auto at = [&](double normal) {
     const std::array<double, 2> w{t[0] - normal * slope[0], t[1] - normal * slope[1]};
-    const double size = std::sqrt(dot(w, w)), way = size > p_.friction * normal ? (size - p_.friction * normal) / (p_.shear_stiffness * size) : 0.0;
+    const double size = std::sqrt(dot(w, w)),
+                 way = size > p_.friction * normal
+                           ? (size - p_.friction * normal) / (p_.shear_stiffness * size)
+                           : 0.0;
     return Slide{normal, {way * w[0], way * w[1]}};
   };
   // What N lacks of the force at the depth that is left where the foot has come to.
-  const auto excess = [&](const Slide& s) { return s.normal - p_.normal_stiffness * (closing + dot(slope, s.way)); };
+  const auto excess = [&](const Slide& s) {
+    return s.normal - p_.normal_stiffness * (closing + dot(slope, s.way));
+  };
   const double stuck = p_.normal_stiffness * std::max(0.0, closing);
   const Slide first = at(stuck);
   if (stuck == 0 || dot(slope, first.way) == 0) return first;

@@ -11,14 +11,15 @@
 /// energy    sigma^2 / (2 E) + X^2 / (2 H_k)                                          J/m^3
 ///
 /// Bond (slip s of the bar against the concrete) [mc2010, 6.1.1, pull-out failure]:
-///   tau = tau_max (s/s_1)^0.4, s <= s_1;  tau_max, s <= s_2;  falling to tau_f = 0.4 tau_max at s_3; tau_f beyond
-///   good conditions: tau_max = 2.5 sqrt(f_cm / MPa) MPa, s_1 = 1 mm, s_2 = 2 mm; others 1.25, 1.8 mm, 3.6 mm; s_3 = rib spacing
-///   unloading with 200 MPa/mm, friction in reverse 0.25 of the envelope
+///   tau = tau_max (s/s_1)^0.4, s <= s_1;  tau_max, s <= s_2;  falling to tau_f = 0.4 tau_max at s_3; tau_f
+///   beyond good conditions: tau_max = 2.5 sqrt(f_cm / MPa) MPa, s_1 = 1 mm, s_2 = 2 mm; others 1.25, 1.8
+///   mm, 3.6 mm; s_3 = rib spacing unloading with 200 MPa/mm, friction in reverse 0.25 of the envelope
 ///
-/// Bearing: N = k_n max(0, delta); horizontal t = k_t (u - u_p) with |t - N s| <= mu N, s the slope of what it stands on: where the foot rises by s du_p as it slides,
-/// N takes its part of the work. Friction dissipates (t - N s) du_p; delta follows with the foot, N = k_n max(0, delta + s du_p), within the step: with N of before, a foot on a
-/// steep seat slid away from below by many times its depth. Once u leaves the seat, along or across, the deck
-/// has lost its support there and the bearing carries nothing any more.
+/// Bearing: N = k_n max(0, delta); horizontal t = k_t (u - u_p) with |t - N s| <= mu N, s the slope of what
+/// it stands on: where the foot rises by s du_p as it slides, N takes its part of the work. Friction
+/// dissipates (t - N s) du_p; delta follows with the foot, N = k_n max(0, delta + s du_p), within the step:
+/// with N of before, a foot on a steep seat slid away from below by many times its depth. Once u leaves the
+/// seat, along or across, the deck has lost its support there and the bearing carries nothing any more.
 #pragma once
 #include <array>
 #include <cmath>
@@ -29,18 +30,18 @@ namespace talus::material {
 class Steel {
  public:
   struct Parameters {
-    double young = 200e9;             ///< [Pa]
-    double yield = 500e6;             ///< f_y [Pa]
-    double ultimate = 540e6;          ///< stress at the fracture strain [Pa]
-    double fracture_strain = 0.05;    ///< eps_u
-    double kinematic_share = 1;       ///< of the hardening, in [0, 1]; 1 gives a Bauschinger effect
-    double prestress = 0;             ///< sigma_0 [Pa]
+    double young = 200e9;           ///< [Pa]
+    double yield = 500e6;           ///< f_y [Pa]
+    double ultimate = 540e6;        ///< stress at the fracture strain [Pa]
+    double fracture_strain = 0.05;  ///< eps_u
+    double kinematic_share = 1;     ///< of the hardening, in [0, 1]; 1 gives a Bauschinger effect
+    double prestress = 0;           ///< sigma_0 [Pa]
     bool rate_effect = true;
   };
   struct State {
     double plastic = 0, accumulated = 0, back_stress = 0;
-    double yield = 0;                 ///< frozen with its rate factor when yielding starts; 0 before
-    double broken = 0;                ///< 1 once broken
+    double yield = 0;   ///< frozen with its rate factor when yielding starts; 0 before
+    double broken = 0;  ///< 1 once broken
   };
   struct Result {
     double stress = 0;       ///< [Pa]
@@ -52,16 +53,22 @@ class Steel {
   const Parameters& parameters() const { return p_; }
   /// strain: since the bar was placed (without the initial one); rate: its magnitude matters [1/s].
   Result operator()(double strain, double rate, const State& old, State& next) const;
-  /// True if it stays elastic at this strain, whatever the rate (which only raises f_y): stress and stored energy are then these, and its state stays.
+  /// True if it stays elastic at this strain, whatever the rate (which only raises f_y): stress and stored
+  /// energy are then these, and its state stays.
   bool elastic(double strain, const State& old, double& stress, double& energy) const {
     const double e = p_.young;
     stress = p_.prestress + e * (strain - old.plastic);
     energy = stored(stress, old.back_stress);
-    return old.broken == 0 && std::abs(stress - old.back_stress) <= (old.yield == 0 ? p_.yield : old.yield) + isotropic_ * old.accumulated && strain + p_.prestress / e <= p_.fracture_strain;
+    return old.broken == 0 &&
+           std::abs(stress - old.back_stress) <=
+               (old.yield == 0 ? p_.yield : old.yield) + isotropic_ * old.accumulated &&
+           strain + p_.prestress / e <= p_.fracture_strain;
   }
 
  private:
-  double stored(double stress, double back) const { return 0.5 * stress * stress / p_.young + (kinematic_ > 0 ? 0.5 * back * back / kinematic_ : 0.0); }
+  double stored(double stress, double back) const {
+    return 0.5 * stress * stress / p_.young + (kinematic_ > 0 ? 0.5 * back * back / kinematic_ : 0.0);
+  }
   Parameters p_;
   double hardening_ = 0, kinematic_ = 0, isotropic_ = 0;
 };
@@ -69,13 +76,15 @@ class Steel {
 /// CEB: f_y + 6 MPa ln(rate / 5e-5), at least f_y [Pa].
 double steel_yield_at_rate(double yield, double rate);
 
-/// "B500A/B/C", "B400", "B450", "S235", "S355", "Y1770", "Y1860", or "f_y/f_u/eps_u" in MPa, MPa, 1 ("464/630/0.1"). Throws InputError.
-Steel::Parameters steel_grade(const std::string& grade, const std::string& key = "grade", const std::string& file = {}, int line = 0);
+/// "B500A/B/C", "B400", "B450", "S235", "S355", "Y1770", "Y1860", or "f_y/f_u/eps_u" in MPa, MPa, 1
+/// ("464/630/0.1"). Throws InputError.
+Steel::Parameters steel_grade(const std::string& grade, const std::string& key = "grade",
+                              const std::string& file = {}, int line = 0);
 
 class BondSlip {
  public:
   struct Parameters {
-    double f_cm = 38e6;         ///< [Pa]
+    double f_cm = 38e6;  ///< [Pa]
     bool good_conditions = true;
     double rib_spacing = 0.01;  ///< s_3 [m]
   };
@@ -101,10 +110,12 @@ class BondSlip {
 class Bearing {
  public:
   struct Parameters {
-    double normal_stiffness = 1e9;      ///< [N/m]
-    double shear_stiffness = 1e7;       ///< [N/m]
+    double normal_stiffness = 1e9;  ///< [N/m]
+    double shear_stiffness = 1e7;   ///< [N/m]
     double friction = 0.3;
-    std::array<double, 2> seat_along{-0.5, 0.5};             ///< travel along the first axis within which the deck's end has the cap beam below it [m]
+    std::array<double, 2> seat_along{
+        -0.5,
+        0.5};  ///< travel along the first axis within which the deck's end has the cap beam below it [m]
     std::array<double, 2> seat_across{-INFINITY, INFINITY};  ///< the same across [m]
   };
   struct State {
@@ -112,21 +123,26 @@ class Bearing {
     double lost = 0;               ///< 1 once off its seat
   };
   struct Result {
-    double normal = 0;               ///< compression [N]
-    std::array<double, 2> shear{};   ///< on the deck, along and across [N]
+    double normal = 0;                   ///< compression [N]
+    std::array<double, 2> shear{};       ///< on the deck, along and across [N]
     double energy = 0, dissipation = 0;  ///< [J]
   };
   explicit Bearing(const Parameters& p);
   const Parameters& parameters() const { return p_; }
-  /// closing > 0 compresses; u: horizontal displacement of the deck against the pier since it was placed, slope: rise of the seat, along and across [m, -].
-  Result operator()(double closing, const std::array<double, 2>& u, const State& old, State& next, const std::array<double, 2>& slope = {}) const;
+  /// closing > 0 compresses; u: horizontal displacement of the deck against the pier since it was placed,
+  /// slope: rise of the seat, along and across [m, -].
+  Result operator()(double closing, const std::array<double, 2>& u, const State& old, State& next,
+                    const std::array<double, 2>& slope = {}) const;
 
  private:
   /// Normal force [N] and way of the foot [m] of a step.
-  struct Slide { double normal = 0; std::array<double, 2> way{}; };
+  struct Slide {
+    double normal = 0;
+    std::array<double, 2> way{};
+  };
   /// From a closing [m] and spring forces [N] with the foot where it was.
   Slide slides(double closing, const std::array<double, 2>& t, const std::array<double, 2>& slope) const;
-  double stored(double depth, const std::array<double, 2>& t) const;   // [J]
+  double stored(double depth, const std::array<double, 2>& t) const;  // [J]
 
   Parameters p_;
 };

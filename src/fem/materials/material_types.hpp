@@ -12,7 +12,8 @@
 ///              work = energy gained + dissipation - returned
 ///
 /// The old state is never changed: a rejected step leaves no trace. `next` may alias `old`.
-/// Laws are plain values without virtual functions, so that an element loop written for one of them is inlined.
+/// Laws are plain values without virtual functions, so that an element loop written for one of them is
+/// inlined.
 #pragma once
 #include <array>
 #include <concepts>
@@ -28,7 +29,8 @@ struct Response {
   double returned = 0;
 };
 
-/// The strain rates at the eight points of a cell, for a law that asks for them: one that needs them only where damage starts does not pay for them elsewhere.
+/// The strain rates at the eight points of a cell, for a law that asks for them: one that needs them only
+/// where damage starts does not pay for them elsewhere.
 class StrainRates {
  public:
   /// [6][8], component by component [1/s].
@@ -39,7 +41,8 @@ class StrainRates {
 };
 
 template <class L>
-concept Law = requires(const L& law, const Sym& strain, const Sym& rate, const typename L::State& old, typename L::State& next) {
+concept Law = requires(const L& law, const Sym& strain, const Sym& rate, const typename L::State& old,
+                       typename L::State& next) {
   typename L::Parameters;
   { law(strain, rate, old, next) } -> std::same_as<Response>;
   { law.parameters() } -> std::convertible_to<const typename L::Parameters&>;

@@ -13,7 +13,8 @@ constexpr std::size_t per_station = 5;
 std::vector<double> section_forces(std::span<const MemberState> states) {
   std::vector<double> f;
   for (const MemberState& s : states)
-    for (std::size_t k = 0; k < s.axial.size(); ++k) f.insert(f.end(), {s.axial[k], s.shear[k][0], s.shear[k][1], s.moment[k][0], s.moment[k][1]});
+    for (std::size_t k = 0; k < s.axial.size(); ++k)
+      f.insert(f.end(), {s.axial[k], s.shear[k][0], s.shear[k][1], s.moment[k][0], s.moment[k][1]});
   return f;
 }
 
@@ -25,7 +26,8 @@ void keep(LoadPeak& peak, double value, double time, double station = 0) {
 void each_number(auto& peaks, auto&& f) {
   const auto three = [&](auto& p) { f(p.value), f(p.time), f(p.station); };
   three(peaks.force), three(peaks.shear), three(peaks.moment);
-  for (auto* p : {&peaks.tension, &peaks.compression}) f(p->value), f(p->time), f(p->strength), f(p->share), f(p->at.x()), f(p->at.y()), f(p->at.z());
+  for (auto* p : {&peaks.tension, &peaks.compression})
+    f(p->value), f(p->time), f(p->strength), f(p->share), f(p->at.x()), f(p->at.y()), f(p->at.z());
   for (auto& m : peaks.members) {
     three(m.shear), three(m.moment), three(m.use_design), three(m.use_mean);
     f(m.axial_least), f(m.axial_largest), f(m.drift), f(m.crack_width);
@@ -48,7 +50,8 @@ void LoadTrack::strain(const StressPeak& tension, const StressPeak& compression)
   take(peaks_.tension, tension), take(peaks_.compression, compression);
 }
 
-void LoadTrack::begin(std::span<const double> reaction, std::span<const Member> members, std::span<const MemberState> states) {
+void LoadTrack::begin(std::span<const double> reaction, std::span<const Member> members,
+                      std::span<const MemberState> states) {
   clear();
   at_start_.assign(reaction.begin(), reaction.end());
   reactions_.begin(reaction);
@@ -72,13 +75,14 @@ void LoadTrack::shift(std::span<const double> reaction, std::span<const std::arr
     for (std::size_t axis = 0; axis < 2; ++axis) first_drift_[k][axis] += drift[k][axis];
 }
 
-void LoadTrack::begin_again(std::span<const double> reaction, std::span<const Member> members, std::span<const MemberState> states) {
+void LoadTrack::begin_again(std::span<const double> reaction, std::span<const Member> members,
+                            std::span<const MemberState> states) {
   const std::vector<double> permanent = at_start_;
-  const RunningMean so_far = reactions_;   // a reaction of the moment is no mean
+  const RunningMean so_far = reactions_;  // a reaction of the moment is no mean
   begin(reaction, members, states);
   if (permanent.size() == at_start_.size()) at_start_ = permanent;
   if (so_far.begun()) reactions_ = so_far;
-  count(0);   // what rests takes no step that would tell
+  count(0);  // what rests takes no step that would tell
 }
 
 void LoadTrack::react(double t, double duration, std::span<const double> reaction) {
@@ -90,7 +94,10 @@ void LoadTrack::react(double t, double duration, std::span<const double> reactio
 
 void LoadTrack::count(double when) {
   const std::span<const double> mean = reactions_.mean();
-  const auto added = [&](std::size_t first) { return Vec3(mean[first] - at_start_[first], mean[first + 1] - at_start_[first + 1], mean[first + 2] - at_start_[first + 2]); };
+  const auto added = [&](std::size_t first) {
+    return Vec3(mean[first] - at_start_[first], mean[first + 1] - at_start_[first + 1],
+                mean[first + 2] - at_start_[first + 2]);
+  };
   keep(peaks_.force, added(0).norm(), when);
   keep(peaks_.shear, added(0).head<2>().norm(), when);
   for (std::size_t foot = 0; 6 + 3 * foot + 2 < mean.size(); ++foot) {
@@ -101,14 +108,16 @@ void LoadTrack::count(double when) {
   }
 }
 
-void LoadTrack::sample(double t, double duration, std::span<const Member> members, std::span<const MemberState> states) {
+void LoadTrack::sample(double t, double duration, std::span<const Member> members,
+                       std::span<const MemberState> states) {
   const std::vector<double> now = section_forces(states);
   const bool moved = forces_.add(since_ + duration, now);
   since_ = 0;
   std::size_t at = 0;
   for (std::size_t k = 0; k < states.size(); ++k) {
     MemberPeaks& p = peaks_.members[k];
-    p.drift = std::max(p.drift, std::hypot(states[k].drift[0] - first_drift_[k][0], states[k].drift[1] - first_drift_[k][1]));
+    p.drift = std::max(p.drift, std::hypot(states[k].drift[0] - first_drift_[k][0],
+                                           states[k].drift[1] - first_drift_[k][1]));
     p.crack_width = std::max(p.crack_width, states[k].crack_width);
     const std::size_t width = per_station * states[k].axial.size();
     if (moved) judge(std::max(0.0, t - 0.5 * load_window), k, members[k], forces_.mean().subspan(at, width));
@@ -125,7 +134,9 @@ void LoadTrack::judge(double t, std::size_t member, const Member& shape, std::sp
     p.axial_least = std::min(p.axial_least, f[0]), p.axial_largest = std::max(p.axial_largest, f[0]);
     keep(p.shear, std::hypot(f[1], f[2]), t, station);
     keep(p.moment, std::hypot(f[3], f[4]), t, station);
-    const auto use = [&](const std::array<double, 2>& r) { return r[0] > 0 && r[1] > 0 ? std::hypot(f[1] / r[0], f[2] / r[1]) : 0.0; };
+    const auto use = [&](const std::array<double, 2>& r) {
+      return r[0] > 0 && r[1] > 0 ? std::hypot(f[1] / r[0], f[2] / r[1]) : 0.0;
+    };
     keep(p.use_design, use(shape.shear_design), t, station);
     keep(p.use_mean, use(shape.shear_mean), t, station);
   }
@@ -141,7 +152,8 @@ void LoadTrack::clear() {
 void LoadTrack::save(std::vector<double>& state) const {
   state.push_back(static_cast<double>(at_start_.size()));
   state.insert(state.end(), at_start_.begin(), at_start_.end());
-  state.insert(state.end(), {since_, unheard_, static_cast<double>(peaks_.moment_member), peaks_.moment_at.x(), peaks_.moment_at.y(), peaks_.moment_at.z()});
+  state.insert(state.end(), {since_, unheard_, static_cast<double>(peaks_.moment_member),
+                             peaks_.moment_at.x(), peaks_.moment_at.y(), peaks_.moment_at.z()});
   state.push_back(static_cast<double>(first_drift_.size()));
   for (const auto& d : first_drift_) state.insert(state.end(), d.begin(), d.end());
   each_number(peaks_, [&](double v) { state.push_back(v); });
@@ -158,7 +170,8 @@ std::size_t LoadTrack::restore(std::span<const double> state) {
   clear();
   const auto count_of = [&] {
     const double n = next();
-    if (!(n >= 0 && n <= static_cast<double>(state.size()))) throw NumericalFailure("a saved state has counts that it cannot hold");
+    if (!(n >= 0 && n <= static_cast<double>(state.size())))
+      throw NumericalFailure("a saved state has counts that it cannot hold");
     return static_cast<std::size_t>(n);
   };
   at_start_.resize(count_of());

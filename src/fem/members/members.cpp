@@ -39,21 +39,26 @@ void keep_unique(std::vector<int>& list) {
   list.erase(std::unique(list.begin(), list.end()), list.end());
 }
 
-/// Steel of ties along a direction of the section, per length of the member: each tie over its share of the length, which ends midway
-/// to its neighbours.
+/// Steel of ties along a direction of the section, per length of the member: each tie over its share of the
+/// length, which ends midway to its neighbours.
 class Ties {
  public:
-  struct Mean { double area = 0, yield = 0; };  // [m^2/m], [Pa]
+  struct Mean {
+    double area = 0, yield = 0;
+  };  // [m^2/m], [Pa]
 
   /// `e`: the direction; `height`: of the section along it.
-  Ties(const Pier& pier, const std::vector<rebar::Bar>& bars, const Vec3& e, double height) : clear_(pier.clear) {
+  Ties(const Pier& pier, const std::vector<rebar::Bar>& bars, const Vec3& e, double height)
+      : clear_(pier.clear) {
     std::vector<Level> legs;
     for (const rebar::Bar& bar : bars) add_legs(pier, bar, e, height, legs);
     std::sort(legs.begin(), legs.end(), [](const Level& a, const Level& b) { return a.at < b.at; });
     double from = 0;  // of the level that grows
     for (const Level& leg : legs)
-      if (levels_.empty() || leg.at - from > leg.reach) levels_.push_back(leg), from = leg.at;
-      else levels_.back().join(leg);
+      if (levels_.empty() || leg.at - from > leg.reach)
+        levels_.push_back(leg), from = leg.at;
+      else
+        levels_.back().join(leg);
   }
 
   /// Mean over `window` about the section `at`, as much of it as the member has.
@@ -63,9 +68,12 @@ class Ties {
     for (std::size_t i = 0; i < levels_.size(); ++i) {
       const Level& tie = levels_[i];
       const double below = gap(i), above = gap(i + 1), share = (below + above) / 2;
-      // The outermost ties stand for the length of a spacing beyond them: rules begin with half of one to a whole one.
-      const double from = tie.at - (i == 0 ? below : below / 2), to = tie.at + (i + 1 == levels_.size() ? above : above / 2);
-      const double steel = tie.steel / share * std::max(0.0, std::min(high, to) - std::max(low, from)) / (high - low);
+      // The outermost ties stand for the length of a spacing beyond them: rules begin with half of one to a
+      // whole one.
+      const double from = tie.at - (i == 0 ? below : below / 2),
+                   to = tie.at + (i + 1 == levels_.size() ? above : above / 2);
+      const double steel =
+          tie.steel / share * std::max(0.0, std::min(high, to) - std::max(low, from)) / (high - low);
       mean.area += steel, mean.yield += steel * tie.yield;
     }
     if (mean.area > 0) mean.yield /= mean.area;
@@ -85,7 +93,8 @@ class Ties {
   };
 
   /// Those of a bar that runs around the section or across it; turns of a spiral lie at levels of their own.
-  static void add_legs(const Pier& pier, const rebar::Bar& bar, const Vec3& e, double height, std::vector<Level>& legs) {
+  static void add_legs(const Pier& pier, const rebar::Bar& bar, const Vec3& e, double height,
+                       std::vector<Level>& legs) {
     const rebar::Member& m = pier.shape;
     const Vec3 z = pier.axis();
     double from = 1e300, to = -1e300;
@@ -96,9 +105,11 @@ class Ties {
     }
     if (!(to - from > 0.3 * height)) return;
     for (std::size_t i = 1; i < bar.points.size(); ++i) {
-      const Vec3 leg = bar.points[i] - bar.points[i - 1], middle = (bar.points[i] + bar.points[i - 1]) / 2 - m.base;
+      const Vec3 leg = bar.points[i] - bar.points[i - 1],
+                 middle = (bar.points[i] + bar.points[i - 1]) / 2 - m.base;
       const double steel = bar.area() * std::abs(leg.dot(e)) / (to - from);
-      if (steel > 0 && std::abs(leg.dot(z)) < 0.3 * leg.norm()) legs.push_back({middle.dot(z), steel, bar.steel.yield, bar.diameter});
+      if (steel > 0 && std::abs(leg.dot(z)) < 0.3 * leg.norm())
+        legs.push_back({middle.dot(z), steel, bar.steel.yield, bar.diameter});
     }
   }
 
@@ -121,7 +132,9 @@ std::vector<Pier> find_piers(const StructureSpec& spec) {
   return {};
 }
 
-std::vector<Pier> find_spans(const StructureSpec& spec) { return spec.kind == "viaduct" ? viaduct_plan(spec).spans : std::vector<Pier>{}; }
+std::vector<Pier> find_spans(const StructureSpec& spec) {
+  return spec.kind == "viaduct" ? viaduct_plan(spec).spans : std::vector<Pier>{};
+}
 
 PierPlace place_of(const Pier& pier, const HexMesh& mesh, int cuts) {
   PierPlace place;
@@ -168,7 +181,8 @@ PierPlace place_of(const Pier& pier, const HexMesh& mesh, int cuts) {
   return place;
 }
 
-rebar::ShearInput shear_input(const Pier& pier, const std::vector<rebar::Bar>& bars, double at, int axis, double axial) {
+rebar::ShearInput shear_input(const Pier& pier, const std::vector<rebar::Bar>& bars, double at, int axis,
+                              double axial) {
   const rebar::Member& m = pier.shape;
   const Vec3 e = axis == 0 ? m.axis_x : m.axis_y, z = pier.axis();
   const bool round = m.section == rebar::Member::Section::round;
@@ -179,7 +193,8 @@ rebar::ShearInput shear_input(const Pier& pier, const std::vector<rebar::Bar>& b
   if (pier.wall > 0) in.gross_area -= (m.width - 2 * pier.wall) * (m.depth - 2 * pier.wall);
   if (pier.area > 0) in.gross_area = pier.area;
 
-  // Bars along the axis that cross the section: those on the tension side (half the section) and where they lie.
+  // Bars along the axis that cross the section: those on the tension side (half the section) and where they
+  // lie.
   const double tensile = pier.span && axis == 1 ? -1 : 1;
   double area = 0, lever = 0, ring = 0, all = 0;
   for (const rebar::Bar& bar : bars)
@@ -189,7 +204,8 @@ rebar::ShearInput shear_input(const Pier& pier, const std::vector<rebar::Bar>& b
       if (!((a <= 0 && b > 0) || (b <= 0 && a > 0)) || std::abs(b - a) < 0.7 * (q - p).norm()) continue;
       const Vec3 here = p + (q - p) * (a / (a - b));
       const double side = tensile * here.dot(e);
-      if (std::abs(here.dot(m.axis_x)) > m.width / 2 || std::abs(here.dot(m.axis_y)) > m.depth / 2) continue;  // of another pier
+      if (std::abs(here.dot(m.axis_x)) > m.width / 2 || std::abs(here.dot(m.axis_y)) > m.depth / 2)
+        continue;  // of another pier
       ring += bar.area() * (here - here.dot(z) * z).norm(), all += bar.area();
       in.axial += bar.steel.prestress * bar.area() * std::abs(b - a) / (q - p).norm();
       if (side <= 1e-9 * height) continue;
@@ -199,17 +215,20 @@ rebar::ShearInput shear_input(const Pier& pier, const std::vector<rebar::Bar>& b
   const double r = height / 2;
   if (round) {
     const double r_s = all > 0 ? ring / all : 0.9 * r;
-    const double d = r + 2 * r_s / pi;                       // to the centroid of the tension bars
-    const double c = std::clamp((d - r) / r, -1.0, 1.0);     // the segment of the circle above that depth
+    const double d = r + 2 * r_s / pi;                    // to the centroid of the tension bars
+    const double c = std::clamp((d - r) / r, -1.0, 1.0);  // the segment of the circle above that depth
     in.effective_depth = d;
     in.width = r * r * (pi - std::acos(c) + c * std::sqrt(1 - c * c)) / d;
   } else {
     in.effective_depth = area > 0 ? r + lever / area : 0.9 * height;
-    in.width = pier.web[static_cast<std::size_t>(axis)] > 0 ? pier.web[static_cast<std::size_t>(axis)] : pier.wall > 0 ? 2 * pier.wall : width;
+    in.width = pier.web[static_cast<std::size_t>(axis)] > 0 ? pier.web[static_cast<std::size_t>(axis)]
+               : pier.wall > 0                              ? 2 * pier.wall
+                                                            : width;
   }
 
   const Ties::Mean ties = Ties(pier, bars, e, height).about(at, std::max(height, 0.5));
-  in.stirrup_area_per_length = ties.area * (round ? pi / 4 : 1);  // the mean share of a hoop's tension along e
+  in.stirrup_area_per_length =
+      ties.area * (round ? pi / 4 : 1);  // the mean share of a hoop's tension along e
   if (ties.area > 0) in.stirrup_yield = ties.yield;
   return in;
 }

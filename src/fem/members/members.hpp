@@ -1,7 +1,9 @@
-/// Piers, columns, boxes and spans of decks as the members an engineer sees: axis, section, cuts at several heights.
+/// Piers, columns, boxes and spans of decks as the members an engineer sees: axis, section, cuts at several
+/// heights.
 ///
-/// A cut is the layer of cells that the section plane crosses. What the part above hands down through it is the sum of the internal
-/// forces of these cells on their nodes above the plane (nodal equilibrium, exact up to the inertia and weight of that one layer):
+/// A cut is the layer of cells that the section plane crosses. What the part above hands down through it is
+/// the sum of the internal forces of these cells on their nodes above the plane (nodal equilibrium, exact up
+/// to the inertia and weight of that one layer):
 ///
 ///   N = -F . e_z,  V = (F . e_x, F . e_y),  M = (M . e_x, M . e_y),   F = sum f_a,   M = sum (x_a - c) x f_a
 ///
@@ -21,12 +23,13 @@ namespace talus::fem {
 
 struct Pier {
   std::string name;
-  rebar::Member shape;      // its length holds the bars: for a pier the cap beam above it, too
-  double wall = 0;          // hollow [m]
-  double clear = 0;         // length from base to cap beam, or the whole [m]
-  bool span = false;        // of a deck: axis_x across, axis_y up
-  double area = 0;          // of a section that is no full rectangle; 0: as shape and wall say [m^2]
-  std::array<double, 2> web{};   // what shears along axis_x, axis_y if it is not the whole section; 0: as shape and wall say [m]
+  rebar::Member shape;  // its length holds the bars: for a pier the cap beam above it, too
+  double wall = 0;      // hollow [m]
+  double clear = 0;     // length from base to cap beam, or the whole [m]
+  bool span = false;    // of a deck: axis_x across, axis_y up
+  double area = 0;      // of a section that is no full rectangle; 0: as shape and wall say [m^2]
+  std::array<double, 2>
+      web{};  // what shears along axis_x, axis_y if it is not the whole section; 0: as shape and wall say [m]
   Vec3 axis() const { return shape.axis_x.cross(shape.axis_y); }
 };
 
@@ -36,25 +39,28 @@ std::vector<Pier> find_piers(const StructureSpec& spec);
 std::vector<Pier> find_spans(const StructureSpec& spec);
 
 struct Cut {
-  double at = 0;                // distance from the base [m]
-  std::vector<int> cells;       // the layer
-  std::vector<int> above;       // its nodes above the plane
-  std::vector<int> nodes;       // all its nodes
+  double at = 0;           // distance from the base [m]
+  std::vector<int> cells;  // the layer
+  std::vector<int> above;  // its nodes above the plane
+  std::vector<int> nodes;  // all its nodes
 };
 
 /// Where one pier lies in a mesh.
 struct PierPlace {
   std::vector<int> cells;
-  std::vector<int> foot, top;   // nodes of the end sections
+  std::vector<int> foot, top;  // nodes of the end sections
   std::vector<Cut> cuts;
 };
 
 /// Cuts at equal distances from base to top (n >= 2). Empty cells if the pier is not in the mesh.
 PierPlace place_of(const Pier& pier, const HexMesh& mesh, int cuts);
 
-/// Shear resistance of a section by EN 1992-1-1, 6.2, for a force along axis_x (0) or axis_y (1); bars as laid, axial force N with
-/// compression positive, to which the prestress of bars adds. The tension side of a span is its lower one, of a pier either. Each tie counts over the length between the midpoints to its neighbours, so that regular ones give A_sw / s.
-/// Circular sections by the effective width and depth of their segment [clarke1993].
-rebar::ShearInput shear_input(const Pier& pier, const std::vector<rebar::Bar>& bars, double at, int axis, double axial);
+/// Shear resistance of a section by EN 1992-1-1, 6.2, for a force along axis_x (0) or axis_y (1); bars as
+/// laid, axial force N with compression positive, to which the prestress of bars adds. The tension side of a
+/// span is its lower one, of a pier either. Each tie counts over the length between the midpoints to its
+/// neighbours, so that regular ones give A_sw / s. Circular sections by the effective width and depth of
+/// their segment [clarke1993].
+rebar::ShearInput shear_input(const Pier& pier, const std::vector<rebar::Bar>& bars, double at, int axis,
+                              double axial);
 
 }  // namespace talus::fem

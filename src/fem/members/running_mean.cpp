@@ -22,7 +22,9 @@ void RunningMean::clear() {
   mean_.clear();
 }
 
-std::size_t RunningMean::most_bins() const { return static_cast<std::size_t>(std::ceil(window_ / bin_ * (1 - 1e-9))) + 1; }
+std::size_t RunningMean::most_bins() const {
+  return static_cast<std::size_t>(std::ceil(window_ / bin_ * (1 - 1e-9))) + 1;
+}
 
 bool RunningMean::add(double duration, std::span<const double> values) {
   for (std::size_t k = 0; k < values.size(); ++k) open_.integral[k] += duration * values[k];
@@ -32,7 +34,8 @@ bool RunningMean::add(double duration, std::span<const double> values) {
   open_ = {0, std::vector<double>(values.size(), 0.0)};
   double reach = 0;
   for (const Bin& bin : bins_) reach += bin.duration;
-  for (; bins_.size() > 1 && reach - bins_.front().duration >= window_; bins_.pop_front()) reach -= bins_.front().duration;
+  for (; bins_.size() > 1 && reach - bins_.front().duration >= window_; bins_.pop_front())
+    reach -= bins_.front().duration;
   set_mean();
   return true;
 }
@@ -41,7 +44,7 @@ void RunningMean::set_mean() {
   std::fill(mean_.begin(), mean_.end(), 0.0);
   double left = window_;
   for (auto b = bins_.rbegin(); b != bins_.rend() && left > 0; ++b) {
-    const double part = std::min(b->duration, left);   // of the oldest bin only its end counts
+    const double part = std::min(b->duration, left);  // of the oldest bin only its end counts
     for (std::size_t k = 0; k < mean_.size(); ++k) mean_[k] += b->integral[k] * (part / b->duration);
     left -= part;
   }
@@ -71,7 +74,8 @@ std::size_t RunningMean::restore(std::span<const double> state) {
   clear();
   const double bins = next(), channels = next();
   const auto most = static_cast<double>(state.size());
-  if (!(bins >= 0 && bins <= most && channels >= 0 && channels <= most)) throw NumericalFailure("a saved state has counts that it cannot hold");
+  if (!(bins >= 0 && bins <= most && channels >= 0 && channels <= most))
+    throw NumericalFailure("a saved state has counts that it cannot hold");
   if (bins == 0) return at;
   const auto take = [&] {
     Bin bin;

@@ -1,8 +1,10 @@
-/// Means of several values over a window that moves along, from values that are held over steps of any length.
+/// Means of several values over a window that moves along, from values that are held over steps of any
+/// length.
 ///
 ///   mean(t) = 1/T int_{t-T}^{t} f dt
 ///
-/// A low-pass without overshoot: a step of f arrives as a ramp of length T. Steps shorter than a bin are summed in it; a bin longer than T stands alone.
+/// A low-pass without overshoot: a step of f arrives as a ramp of length T. Steps shorter than a bin are
+/// summed in it; a bin longer than T stands alone.
 ///
 /// symbol   meaning                 unit        shape
 /// T        window                  s
@@ -32,12 +34,15 @@ class RunningMean {
   std::size_t restore(std::span<const double> state);
 
  private:
-  struct Bin { double duration = 0; std::vector<double> integral; };
+  struct Bin {
+    double duration = 0;
+    std::vector<double> integral;
+  };
   void set_mean();
-  std::size_t most_bins() const;   // full ones that the window can reach
+  std::size_t most_bins() const;  // full ones that the window can reach
 
   double window_, bin_;
-  std::deque<Bin> bins_;        // full ones, oldest first, as many as the window reaches back
+  std::deque<Bin> bins_;  // full ones, oldest first, as many as the window reaches back
   Bin open_;
   std::vector<double> mean_;
 };

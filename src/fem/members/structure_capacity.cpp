@@ -1,20 +1,23 @@
 // Axial capacity of a member by push-down between rigid plates, from the present state.
 //
-//   N = (R_top + R_foot) / 2 - W / 2       the plates' reactions; half the sum cancels what inertia and damping carry to first order
+//   N = (R_top + R_foot) / 2 - W / 2       the plates' reactions; half the sum cancels what inertia and
+//   damping carry to first order
 //
-// The member is cut out of a copy of the structure: only its cells and nodes are computed, its end sections are held where they are, and after the
-// motion has settled the upper one is moved down the axis at a constant speed. Time is counted in
+// The member is cut out of a copy of the structure: only its cells and nodes are computed, its end sections
+// are held where they are, and after the motion has settled the upper one is moved down the axis at a
+// constant speed. Time is counted in
 //
-//   T = max(2 L / c, T_b / 2),   T_b = 2 pi L^2 / (4.730^2 r c)     axial mode; lowest bending mode between plates [timoshenko1974]
+//   T = max(2 L / c, T_b / 2),   T_b = 2 pi L^2 / (4.730^2 r c)     axial mode; lowest bending mode between
+//   plates [timoshenko1974]
 //
-// Damping 2 pi / T is half of the critical one of the axial mode, and at most the critical one of bending: a slender member can follow its
-// bow, which more damping would hold. The law's rate effect is off.
+// Damping 2 pi / T is half of the critical one of the axial mode, and at most the critical one of bending: a
+// slender member can follow its bow, which more damping would hold. The law's rate effect is off.
 //
 // symbol  meaning                                                            unit
 // c       sqrt(E / rho)                                                      m/s
 // r       least radius of gyration of the section, as built                  m
-#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
+#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <cmath>
@@ -25,17 +28,22 @@
 namespace talus::fem {
 
 namespace {
-constexpr double settle_periods = 12, periods_to_strain = 80;   // of T; to reach press_strain
+constexpr double settle_periods = 12, periods_to_strain = 80;  // of T; to reach press_strain
 constexpr double press_strain = 2e-3, last_strain = 2e-2;
-constexpr double fallen = 0.6;                                   // of the greatest load: the test is over
-constexpr int curve_samples = 100;                                     // of the curve, until press_strain
+constexpr double fallen = 0.6;      // of the greatest load: the test is over
+constexpr int curve_samples = 100;  // of the curve, until press_strain
 
 /// The curve of a test at one speed: means of its force over equal intervals, and the greatest of them.
 class MeanCurve {
  public:
   MeanCurve(PushDown& out, double begin, double interval, double speed, std::string test)
-      : out_(&out), next_(begin + interval), interval_(interval), half_way_(0.5 * speed * interval), test_(std::move(test)) {}
-  /// The force of a step that ends at t, `way` behind [N, s, m]. True at the end of an interval whose mean has fallen well below the greatest.
+      : out_(&out),
+        next_(begin + interval),
+        interval_(interval),
+        half_way_(0.5 * speed * interval),
+        test_(std::move(test)) {}
+  /// The force of a step that ends at t, `way` behind [N, s, m]. True at the end of an interval whose mean
+  /// has fallen well below the greatest.
   bool add(double force, double t, double way) {
     sum_ += force, ++steps_;
     if (t < next_) return false;
@@ -54,8 +62,10 @@ class MeanCurve {
   std::string test_;
 };
 
-/// Least radius of gyration of the cells about the middle of their section [m]: by Simpson's rule over each cell, exact for bricks.
-double least_gyration(const HexMesh& mesh, const std::vector<int>& cells, const std::vector<double>& mass, const Member& member) {
+/// Least radius of gyration of the cells about the middle of their section [m]: by Simpson's rule over each
+/// cell, exact for bricks.
+double least_gyration(const HexMesh& mesh, const std::vector<int>& cells, const std::vector<double>& mass,
+                      const Member& member) {
   double total = 0;
   Eigen::Vector2d first = Eigen::Vector2d::Zero();
   Eigen::Matrix2d second = Eigen::Matrix2d::Zero();
@@ -73,12 +83,14 @@ double least_gyration(const HexMesh& mesh, const std::vector<int>& cells, const 
   }
   first /= total;
   const Eigen::Matrix2d central = second / total - first * first.transpose();
-  return std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(central, Eigen::EigenvaluesOnly).eigenvalues()[0]);
+  return std::sqrt(
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(central, Eigen::EigenvaluesOnly).eigenvalues()[0]);
 }
 }  // namespace
 
 std::size_t FemStructure::pier_count() const {
-  return static_cast<std::size_t>(std::count_if(members_.begin(), members_.end(), [](const Member& m) { return !m.span; }));
+  return static_cast<std::size_t>(
+      std::count_if(members_.begin(), members_.end(), [](const Member& m) { return !m.span; }));
 }
 
 void FemStructure::needs_piers() const {
@@ -113,17 +125,20 @@ std::vector<PushDown> FemStructure::push_down() const {
     }
     report_(fmt::format("push-down of {} {}, {} of {}", spec_.name, members_[k].name, k + 1, piers));
     all.push_back(push_down(k));
-    report_(fmt::format("push-down of {} {}: {:.1f} kN at {:.3g} mm", spec_.name, members_[k].name, all.back().capacity / 1e3, 1e3 * all.back().at));
+    report_(fmt::format("push-down of {} {}: {:.1f} kN at {:.3g} mm", spec_.name, members_[k].name,
+                        all.back().capacity / 1e3, 1e3 * all.back().at));
     if (whole) known = all.back();
   }
   return all;
 }
 
 bool FemStructure::unharmed(const PierPlace& place) const {
-  return std::all_of(place.cells.begin(), place.cells.end(), [this](int cell) { return live_[cell] && !damage_->has(cell); });
+  return std::all_of(place.cells.begin(), place.cells.end(),
+                     [this](int cell) { return live_[cell] && !damage_->has(cell); });
 }
 
-/// A copy of this structure in which only the member is left, at rest between its plates, or on the lower one alone.
+/// A copy of this structure in which only the member is left, at rest between its plates, or on the lower one
+/// alone.
 std::unique_ptr<FemStructure> FemStructure::cut_out(const PierPlace& place, bool top_held) const {
   StructureSpec spec = spec_;
   spec.gravity_preload = false;
@@ -131,11 +146,12 @@ std::unique_ptr<FemStructure> FemStructure::cut_out(const PierPlace& place, bool
   spec.damping_ratio = 0;
   spec.loads.clear();
   spec.probes.clear();
-  auto copy = std::make_unique<FemStructure>(spec, gravity_, [](const std::string&) {}, struck_zones_, this);
+  auto copy = std::make_unique<FemStructure>(
+      spec, gravity_, [](const std::string&) {}, struck_zones_, this);
   std::vector<double> state;
   save(state);
   copy->restore(state);
-  copy->load_track_.clear();   // nobody asks what it carries on the way
+  copy->load_track_.clear();  // nobody asks what it carries on the way
   std::vector<char> inside(mesh_.hexes.size(), 0);
   for (int cell : place.cells) inside[cell] = 1;
   std::vector<int> outside;
@@ -182,7 +198,8 @@ PushDown FemStructure::push_down(std::size_t k) const {
   const Member& member = members_[k];
   const Vec3 z = member.axis_x.cross(member.axis_y);
   const std::unique_ptr<FemStructure> test = cut_out(place, true);
-  const double c = std::sqrt(spec_.young / spec_.density), gyration = least_gyration(mesh_, place.cells, cell_mass_, member);
+  const double c = std::sqrt(spec_.young / spec_.density),
+               gyration = least_gyration(mesh_, place.cells, cell_mass_, member);
   const double bending = 2 * M_PI * member.length * member.length / (4.730 * 4.730 * gyration * c);
   const double period = std::max(2 * member.length / c, 0.5 * bending);
   test->alpha_ = 2 * M_PI / period;
@@ -196,7 +213,8 @@ PushDown FemStructure::push_down(std::size_t k) const {
   const double h = test->critical_step_, settled = settle_periods * period;
   const double interval = periods_to_strain * period / curve_samples;
   double t = 0, drop = 0;
-  MeanCurve means(out, settled, interval, speed, fmt::format("structure {}: the push-down of {}", spec_.name, member.name));
+  MeanCurve means(out, settled, interval, speed,
+                  fmt::format("structure {}: the push-down of {}", spec_.name, member.name));
   for (; drop < last_strain * member.length; t += h) {
     test->predict(t, h);
     const bool pressing = t >= settled;
@@ -212,22 +230,27 @@ PushDown FemStructure::push_down(std::size_t k) const {
     test->correct(t, h, {});
     if (!pressing) continue;
     drop += down * h;
-    if (means.add(0.5 * plates - 0.5 * weight, t + h, drop) && drop > 0.5 * press_strain * member.length) break;
+    if (means.add(0.5 * plates - 0.5 * weight, t + h, drop) && drop > 0.5 * press_strain * member.length)
+      break;
   }
   return out;
 }
 
-// Lateral capacity: the foot is held, the nodes of the top section move along an axis of the section at one speed, free along the two others, and carry the permanent load.
+// Lateral capacity: the foot is held, the nodes of the top section move along an axis of the section at one
+// speed, free along the two others, and carry the permanent load.
 //
-//   H = (R_top - R_foot) / 2        T_1 = 2 pi L^2 / (1.875^2 r c)     lowest bending mode of a cantilever; a fifth of the critical damping there: what it carries is some 3 % of the load
+//   H = (R_top - R_foot) / 2        T_1 = 2 pi L^2 / (1.875^2 r c)     lowest bending mode of a cantilever; a
+//   fifth of the critical damping there: what it carries is some 3 % of the load
 PushDown FemStructure::push_over(std::size_t k, int axis) const {
-  constexpr double settle = 4, periods_to_drift = 20, drift_step = 0.01, last_drift = 0.03;   // of T_1; in these periods the drift grows by drift_step of the length
-  constexpr int points = 50;                                                                  // of the curve, a drift_step
+  constexpr double settle = 4, periods_to_drift = 20, drift_step = 0.01,
+                   last_drift = 0.03;  // of T_1; in these periods the drift grows by drift_step of the length
+  constexpr int points = 50;           // of the curve, a drift_step
   const PierPlace& place = member_places_[k].place;
   const Member& member = members_[k];
   const Vec3 z = member.axis_x.cross(member.axis_y), e = axis == 0 ? member.axis_x : member.axis_y;
   const std::unique_ptr<FemStructure> test = cut_out(place, false);
-  const double c = std::sqrt(spec_.young / spec_.density), gyration = least_gyration(mesh_, place.cells, cell_mass_, member);
+  const double c = std::sqrt(spec_.young / spec_.density),
+               gyration = least_gyration(mesh_, place.cells, cell_mass_, member);
   const double period = 2 * M_PI * member.length * member.length / (1.875 * 1.875 * gyration * c);
   test->alpha_ = 0.2 * 4 * M_PI / period;
   const double speed = drift_step * member.length / (periods_to_drift * period);
@@ -235,14 +258,16 @@ PushDown FemStructure::push_over(std::size_t k, int axis) const {
   for (int cell : place.cells)
     if (live_[cell]) weight -= cell_mass_[cell] * gravity_.dot(z);
   for (int n : place.top) top_mass += test->mass_[n];
-  const double load = member.axial_preload - weight;   // what the pier carries on its top
+  const double load = member.axial_preload - weight;  // what the pier carries on its top
 
   PushDown out;
   out.member = member.name;
   out.axis = axis;
-  const double h = test->critical_step_, settled = settle * period, interval = periods_to_drift * period / points;
+  const double h = test->critical_step_, settled = settle * period,
+               interval = periods_to_drift * period / points;
   double t = 0, drift = 0;
-  MeanCurve means(out, settled, interval, speed, fmt::format("structure {}: the lateral test of {}", spec_.name, member.name));
+  MeanCurve means(out, settled, interval, speed,
+                  fmt::format("structure {}: the lateral test of {}", spec_.name, member.name));
   for (; drift < last_drift * member.length; t += h) {
     test->predict(t, h);
     const bool pushing = t >= settled;
@@ -256,10 +281,13 @@ PushDown FemStructure::push_over(std::size_t k, int axis) const {
         test->v_hat_[i] -= h * load / top_mass * z[d];
         along += test->v_hat_[i] * e[d];
       }
-      for (int d = 0; d < 3; ++d) test->v_hat_[4 * static_cast<std::size_t>(n) + static_cast<std::size_t>(d)] += ((pushing ? speed : 0.0) - along) * e[d];
+      for (int d = 0; d < 3; ++d)
+        test->v_hat_[4 * static_cast<std::size_t>(n) + static_cast<std::size_t>(d)] +=
+            ((pushing ? speed : 0.0) - along) * e[d];
     }
     for (int n : place.foot)
-      for (int d = 0; d < 3; ++d) held -= test->f_int_[4 * static_cast<std::size_t>(n) + static_cast<std::size_t>(d)] * e[d];
+      for (int d = 0; d < 3; ++d)
+        held -= test->f_int_[4 * static_cast<std::size_t>(n) + static_cast<std::size_t>(d)] * e[d];
     test->correct(t, h, {});
     if (!pushing) continue;
     drift += speed * h;
@@ -273,41 +301,46 @@ std::vector<PushDown> FemStructure::push_over() const {
   std::vector<PushDown> all;
   for (std::size_t k = 0; k < pier_count(); ++k)
     for (int axis = 0; axis < 2; ++axis) {
-      report_(fmt::format("push-over of {} {} along its {} axis", spec_.name, members_[k].name, axis == 0 ? "x" : "y"));
+      report_(fmt::format("push-over of {} {} along its {} axis", spec_.name, members_[k].name,
+                          axis == 0 ? "x" : "y"));
       all.push_back(push_over(k, axis));
-      report_(fmt::format("push-over of {} {}: {:.1f} kN at {:.3g} mm", spec_.name, members_[k].name, all.back().capacity / 1e3, 1e3 * all.back().at));
+      report_(fmt::format("push-over of {} {}: {:.1f} kN at {:.3g} mm", spec_.name, members_[k].name,
+                          all.back().capacity / 1e3, 1e3 * all.back().at));
     }
   return all;
 }
 
 std::vector<SectionResistance> FemStructure::section_resistances() const {
-  constexpr double above_the_foot = 0.02;   // of the length, where the bars of the foot are all there
+  constexpr double above_the_foot = 0.02;  // of the length, where the bars of the foot are all there
   std::vector<SectionResistance> all;
   if (!concrete_) return all;
   for (std::size_t k = 0; k < pier_count(); ++k) {
     const Member& member = members_[k];
     const Pier& pier = member_places_[k].pier;
-    std::vector<rebar::Bar> own;   // bars that lie in it
+    std::vector<rebar::Bar> own;  // bars that lie in it
     for (const rebar::Bar& bar : bars_ ? bars_->list() : std::vector<rebar::Bar>{})
       if (std::all_of(bar.points.begin(), bar.points.end(), [&](const Vec3& p) {
             const Vec3 from = p - member.base;
-            return std::abs(from.dot(member.axis_x)) <= 0.5 * member.section[0] && std::abs(from.dot(member.axis_y)) <= 0.5 * member.section[1];
+            return std::abs(from.dot(member.axis_x)) <= 0.5 * member.section[0] &&
+                   std::abs(from.dot(member.axis_y)) <= 0.5 * member.section[1];
           }))
         own.push_back(bar);
     SectionResistance r;
     r.member = member.name;
     r.axial = member.axial_preload;
     for (const bool design : {true, false}) {
-      const rebar::Strengths strengths = design ? rebar::Strengths{concrete_->f_ck, 1.2, 1.0, 1.0} : rebar::Strengths{concrete_->f_cm, 1.0, 1.0, 1.0};
+      const rebar::Strengths strengths = design ? rebar::Strengths{concrete_->f_ck, 1.2, 1.0, 1.0}
+                                                : rebar::Strengths{concrete_->f_cm, 1.0, 1.0, 1.0};
       const rebar::Section section(pier.shape, pier.wall, own, above_the_foot * member.length, strengths);
       SectionResistance::Values& values = design ? r.design : r.mean;
       values.compression = section.axial_compression(), values.tension = section.axial_tension();
       for (std::size_t axis = 0; axis < 2; ++axis) {
-        const double angle = axis == 0 ? 0 : M_PI / 2;   // the side towards which it is pushed is pressed
+        const double angle = axis == 0 ? 0 : M_PI / 2;  // the side towards which it is pushed is pressed
         values.moment[axis] = section.moment(r.axial, angle);
         values.shear[axis] = (design ? member.shear_design : member.shear_mean)[axis];
         if (design)
-          for (const rebar::Section::Point& p : section.interaction(angle)) r.interaction[axis].push_back({p.axial, p.moment});
+          for (const rebar::Section::Point& p : section.interaction(angle))
+            r.interaction[axis].push_back({p.axial, p.moment});
       }
     }
     all.push_back(std::move(r));

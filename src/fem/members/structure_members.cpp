@@ -12,8 +12,10 @@ namespace {
 constexpr int stations = 9;  // from base to top
 
 /// Of sums as by sums_over().
-Vec3 mean_displacement(const double* sums) { return sums[3] > 0 ? Vec3(Vec3(sums) / sums[3]) : Vec3(Vec3::Zero()); }
-bool gone(const double* sums) { return sums[4] == 0; }   // no cell holds any of them
+Vec3 mean_displacement(const double* sums) {
+  return sums[3] > 0 ? Vec3(Vec3(sums) / sums[3]) : Vec3(Vec3::Zero());
+}
+bool gone(const double* sums) { return sums[4] == 0; }  // no cell holds any of them
 
 }  // namespace
 
@@ -29,7 +31,8 @@ void FemStructure::find_places(const HexMesh& whole) {
     Member info;
     info.name = pier.name;
     info.span = pier.span;
-    info.section = {pier.shape.width, pier.shape.section == rebar::Member::Section::round ? pier.shape.width : pier.shape.depth};
+    info.section = {pier.shape.width, pier.shape.section == rebar::Member::Section::round ? pier.shape.width
+                                                                                          : pier.shape.depth};
     info.base = pier.shape.base;
     info.axis_x = pier.shape.axis_x;
     info.axis_y = pier.shape.axis_y;
@@ -52,7 +55,8 @@ void FemStructure::set_members() {
       m.segments = bars_->segments_in(m.place.cells);
       for (const Cut& cut : m.place.cuts) m.cut_segments.push_back(bars_->segments_in(cut.cells));
     }
-    for (int cell : m.place.cells) members_[k].volume += own_cell(cell) ? cell_mass_[cell] / spec_.density : 0.0;
+    for (int cell : m.place.cells)
+      members_[k].volume += own_cell(cell) ? cell_mass_[cell] / spec_.density : 0.0;
     sum({&members_[k].volume, 1});
   }
   const std::vector<MemberState> start = member_states();
@@ -62,8 +66,10 @@ void FemStructure::set_members() {
     if (!concrete_) continue;
     const std::vector<rebar::Bar> none;
     for (int axis = 0; axis < 2; ++axis) {
-      const rebar::ShearInput in = shear_input(member_places_[k].pier, bars_ ? bars_->list() : none, members_[k].length / 2, axis, members_[k].axial_preload);
-      members_[k].shear_design[axis] = rebar::shear_resistance(in, {concrete_->f_ck, 1.2, 1.0, 1.0}).governing;
+      const rebar::ShearInput in = shear_input(member_places_[k].pier, bars_ ? bars_->list() : none,
+                                               members_[k].length / 2, axis, members_[k].axial_preload);
+      members_[k].shear_design[axis] =
+          rebar::shear_resistance(in, {concrete_->f_ck, 1.2, 1.0, 1.0}).governing;
       members_[k].shear_mean[axis] = rebar::shear_resistance(in, {concrete_->f_cm, 1.0, 1.0, 1.0}).governing;
     }
   }
@@ -87,27 +93,32 @@ std::vector<MemberState> FemStructure::find_member_states(bool widths) const {
 /// Feet: supported nodes that cells join, each with the pier that stands on it.
 void FemStructure::find_feet(const HexMesh& whole) {
   std::vector<int> place(whole.nodes.size(), -1);
-  for (std::size_t i = 0; i < supports_.nodes.size(); ++i) place[static_cast<std::size_t>(supports_.nodes[i])] = static_cast<int>(i);
+  for (std::size_t i = 0; i < supports_.nodes.size(); ++i)
+    place[static_cast<std::size_t>(supports_.nodes[i])] = static_cast<int>(i);
   DisjointSets joined(static_cast<int>(supports_.nodes.size()));
   for (const auto& hex : whole.hexes) {
     int first = -1;
     for (const int n : hex)
-      if (const int i = place[static_cast<std::size_t>(n)]; i >= 0) first < 0 ? void(first = i) : void(joined.join(first, i));
+      if (const int i = place[static_cast<std::size_t>(n)]; i >= 0)
+        first < 0 ? void(first = i) : void(joined.join(first, i));
   }
   std::vector<int> number(supports_.nodes.size(), -1), count;
   foot_of_.clear(), foot_centroid_.clear();
   for (std::size_t i = 0; i < supports_.nodes.size(); ++i) {
     int& foot = number[static_cast<std::size_t>(joined.root(static_cast<int>(i)))];
-    if (foot < 0) foot = static_cast<int>(count.size()), count.push_back(0), foot_centroid_.push_back(Vec3::Zero());
+    if (foot < 0)
+      foot = static_cast<int>(count.size()), count.push_back(0), foot_centroid_.push_back(Vec3::Zero());
     foot_of_.push_back(foot);
     ++count[static_cast<std::size_t>(foot)];
-    foot_centroid_[static_cast<std::size_t>(foot)] += whole.nodes[static_cast<std::size_t>(supports_.nodes[i])];
+    foot_centroid_[static_cast<std::size_t>(foot)] +=
+        whole.nodes[static_cast<std::size_t>(supports_.nodes[i])];
   }
   for (std::size_t k = 0; k < count.size(); ++k) foot_centroid_[k] /= count[k];
   std::vector<int> member(count.size(), -1);
   for (std::size_t m = 0; m < members_.size(); ++m)
     for (const int n : members_[m].span ? std::vector<int>{} : member_places_[m].place.foot)
-      if (const int i = place[static_cast<std::size_t>(n)]; i >= 0) member[static_cast<std::size_t>(foot_of_[static_cast<std::size_t>(i)])] = static_cast<int>(m);
+      if (const int i = place[static_cast<std::size_t>(n)]; i >= 0)
+        member[static_cast<std::size_t>(foot_of_[static_cast<std::size_t>(i)])] = static_cast<int>(m);
   load_track_.name_feet(foot_centroid_, member);
 }
 
@@ -124,12 +135,16 @@ void FemStructure::watch_loads(double t, double h) {
   if (!load_track_.begun()) return;
   load_track_.react(t, h, foot_reactions(h));
   if (load_track_.due(h) && load_track_.widths_due(t, h)) watch_stress(t);
-  if (!load_track_.due(h)) load_track_.pass(h);
-  else if (load_track_.widths_due(t, h)) load_track_.sample(t, h, members_, member_states());
-  else load_track_.sample(t, h, members_, find_member_states(false));
+  if (!load_track_.due(h))
+    load_track_.pass(h);
+  else if (load_track_.widths_due(t, h))
+    load_track_.sample(t, h, members_, member_states());
+  else
+    load_track_.sample(t, h, members_, find_member_states(false));
 }
 
-/// Of each list of nodes, over all ranks: displacements, how many nodes, and how many of them cells still hold.
+/// Of each list of nodes, over all ranks: displacements, how many nodes, and how many of them cells still
+/// hold.
 std::vector<double> FemStructure::sums_over(const std::vector<const std::vector<int>*>& lists) const {
   std::vector<double> sums;
   for (const std::vector<int>* nodes : lists) {
@@ -166,7 +181,8 @@ MemberState FemStructure::member_state(std::size_t k, AlignedVector& force, bool
     operator_->add_internal_force_of(pack, u_.data(), force.data(), finite_);
     if (bars_) {
       std::vector<int> own;
-      std::copy_if(m.cut_segments[i].begin(), m.cut_segments[i].end(), std::back_inserter(own), [this](int segment) { return own_cell(bars_->host(static_cast<std::size_t>(segment))); });
+      std::copy_if(m.cut_segments[i].begin(), m.cut_segments[i].end(), std::back_inserter(own),
+                   [this](int segment) { return own_cell(bars_->host(static_cast<std::size_t>(segment))); });
       bars_->add_forces_of(own, u_.data(), live_, force.data());
     }
     const Vec3 centre = members_[k].base + cut.at * z + mean_displacement(&nodes[5 * (2 + i)]);
@@ -188,16 +204,22 @@ MemberState FemStructure::member_state(std::size_t k, AlignedVector& force, bool
     state.moment.push_back({moment.dot(x), moment.dot(y)});
   }
   // Nodes that no cell holds any more stay where they were: they say nothing of a section.
-  const double *const at_top = &nodes[0], *const at_foot = &nodes[5], *const at_middle = &nodes[5 * (2 + cuts / 2)];
+  const double *const at_top = &nodes[0], *const at_foot = &nodes[5],
+                      *const at_middle = &nodes[5 * (2 + cuts / 2)];
   const Vec3 top = mean_displacement(at_top), foot = mean_displacement(at_foot);
   const Vec3 drift = m.pier.span ? Vec3(mean_displacement(at_middle) - (top + foot) / 2) : Vec3(top - foot);
   state.drift = {drift.dot(x), drift.dot(y)};
-  if (gone(at_top) || (m.pier.span && (gone(at_foot) || gone(at_middle)))) state.drift.fill(std::numeric_limits<double>::quiet_NaN());
-  if (m.pier.span) state.ends_unseated = bearings_->ends_unseated(m.deck), state.end_shift = std::max(top.norm(), foot.norm());
+  if (gone(at_top) || (m.pier.span && (gone(at_foot) || gone(at_middle))))
+    state.drift.fill(std::numeric_limits<double>::quiet_NaN());
+  if (m.pier.span)
+    state.ends_unseated = bearings_->ends_unseated(m.deck),
+    state.end_shift = std::max(top.norm(), foot.norm());
   for (int cell : m.place.cells) {
     if (!own_cell(cell)) continue;
-    if (!live_[cell]) state.lost_volume += cell_mass_[cell] / spec_.density;
-    else if (widths && damage_) state.crack_width = std::max(state.crack_width, damage_->crack_width(cell, u_.data()));
+    if (!live_[cell])
+      state.lost_volume += cell_mass_[cell] / spec_.density;
+    else if (widths && damage_)
+      state.crack_width = std::max(state.crack_width, damage_->crack_width(cell, u_.data()));
   }
   sum({&state.lost_volume, 1});
   if (widths) state.crack_width = largest(state.crack_width);
@@ -212,7 +234,8 @@ MemberState FemStructure::member_state(std::size_t k, AlignedVector& force, bool
 std::vector<BarLine> FemStructure::bars() const {
   std::vector<BarLine> lines;
   if (bars_)
-    for (const rebar::Bar& bar : bars_->list()) lines.push_back({bar.points.front(), bar.points.back(), bar.diameter});
+    for (const rebar::Bar& bar : bars_->list())
+      lines.push_back({bar.points.front(), bar.points.back(), bar.diameter});
   return lines;
 }
 

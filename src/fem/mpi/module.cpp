@@ -1,4 +1,5 @@
-// talus::Ranks by MPI: libtalus_mpi.so, loaded only by a process that a launcher started together with others.
+// talus::Ranks by MPI: libtalus_mpi.so, loaded only by a process that a launcher started together with
+// others.
 #include <mpi.h>
 
 #include <chrono>
@@ -43,7 +44,8 @@ class MpiRanks final : public talus::Ranks {
   void gather(std::span<const double> mine, std::span<const int> count, double* all) override {
     std::vector<int> start(count.size(), 0);
     for (std::size_t r = 1; r < count.size(); ++r) start[r] = start[r - 1] + count[r - 1];
-    MPI_Allgatherv(mine.data(), static_cast<int>(mine.size()), MPI_DOUBLE, all, count.data(), start.data(), MPI_DOUBLE, work_);
+    MPI_Allgatherv(mine.data(), static_cast<int>(mine.size()), MPI_DOUBLE, all, count.data(), start.data(),
+                   MPI_DOUBLE, work_);
   }
 
   void exchange(std::span<const std::vector<double>> send, std::span<std::vector<double>> receive) override {
@@ -53,7 +55,8 @@ class MpiRanks final : public talus::Ranks {
         MPI_Irecv(to.data(), static_cast<int>(to.size()), MPI_DOUBLE, r, 0, work_, &requests_.emplace_back());
     for (int r = 0; r < size_; ++r)
       if (const auto& from = send[static_cast<std::size_t>(r)]; !from.empty())
-        MPI_Isend(from.data(), static_cast<int>(from.size()), MPI_DOUBLE, r, 0, work_, &requests_.emplace_back());
+        MPI_Isend(from.data(), static_cast<int>(from.size()), MPI_DOUBLE, r, 0, work_,
+                  &requests_.emplace_back());
     MPI_Waitall(static_cast<int>(requests_.size()), requests_.data(), MPI_STATUSES_IGNORE);
   }
 
@@ -81,7 +84,7 @@ class MpiRanks final : public talus::Ranks {
   int rank_ = 0, size_ = 1;
   MPI_Comm work_ = MPI_COMM_NULL, meeting_ = MPI_COMM_NULL;
   std::vector<MPI_Request> requests_;
-  int mine_[2] = {0, 0}, most_[2] = {0, 0};   // of a meeting, which may go on after meet() has given up
+  int mine_[2] = {0, 0}, most_[2] = {0, 0};  // of a meeting, which may go on after meet() has given up
 };
 
 }  // namespace

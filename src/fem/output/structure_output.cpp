@@ -14,7 +14,8 @@ namespace talus::fem {
 namespace {
 
 /// Of these nodes those that a cell holds or that have mass.
-std::vector<NodeRange> living(const std::vector<NodeRange>& nodes, const std::vector<int>& cells_at_node, const std::vector<double>& mass) {
+std::vector<NodeRange> living(const std::vector<NodeRange>& nodes, const std::vector<int>& cells_at_node,
+                              const std::vector<double>& mass) {
   std::vector<char> lives(mass.size(), 0);
   for (const auto& [first, last] : nodes)
     for (int n = first; n < last; ++n) lives[n] = cells_at_node[n] > 0 || mass[n] > 0;
@@ -28,13 +29,15 @@ TriangleSurface::NodeWeights followed(const HexMesh& mesh, std::span<const int> 
     int k = 0;
     while (k < out.count && out.node[static_cast<std::size_t>(k)] != node) ++k;
     if (k == 4) throw NumericalFailure("a face of a structure hangs on more than four nodes");
-    if (k == out.count) out.node[static_cast<std::size_t>(k)] = node, out.weight[static_cast<std::size_t>(k)] = 0, ++out.count;
+    if (k == out.count)
+      out.node[static_cast<std::size_t>(k)] = node, out.weight[static_cast<std::size_t>(k)] = 0, ++out.count;
     out.weight[static_cast<std::size_t>(k)] += weight;
   };
   for (const int node : nodes) {
     const double share = 1.0 / static_cast<double>(nodes.size());
     const HangingNode* h = hanging_node(mesh, node);
-    if (h == nullptr) add(node, share);
+    if (h == nullptr)
+      add(node, share);
     else
       for (const auto& [master, weight] : h->masters) add(master, share * weight);
   }
@@ -43,7 +46,8 @@ TriangleSurface::NodeWeights followed(const HexMesh& mesh, std::span<const int> 
 
 }  // namespace
 
-/// Of several ranks each finds the faces of its own nodes; all of them hold the whole skin, in numbers of the whole mesh.
+/// Of several ranks each finds the faces of its own nodes; all of them hold the whole skin, in numbers of the
+/// whole mesh.
 std::vector<SkinQuad> FemStructure::whole_skin() const {
   std::vector<SkinQuad> quads = skin(mesh_, live_);
   if (!partition_) return quads;
@@ -71,7 +75,8 @@ void FemStructure::rebuild_skin() {
     for (int n : quad.node)
       if (vertex[n] < 0) vertex[n] = 0;
   for (std::size_t n = 0; n < vertex.size(); ++n)
-    if (vertex[n] == 0) vertex[n] = static_cast<int>(skin_node_.size()), skin_node_.push_back(static_cast<int>(n));
+    if (vertex[n] == 0)
+      vertex[n] = static_cast<int>(skin_node_.size()), skin_node_.push_back(static_cast<int>(n));
   TriangleSurface& s = surface_;
   const int nodes = static_cast<int>(skin_node_.size());
   s.vertices.assign(nodes + skin_.size(), Vec3::Zero());
@@ -91,9 +96,11 @@ void FemStructure::rebuild_skin() {
   ++s.revision;
   surface_stale_ = true;
   if (partition_) watch();
-  if (cells_at_node_.empty()) return;   // not built yet
+  if (cells_at_node_.empty()) return;  // not built yet
   // What has no cell and no mass any more is passed over: of a broken viaduct nine nodes in ten.
-  own_ = living(partition_ ? partition_->own_nodes() : std::vector<NodeRange>{{0, static_cast<int>(mass_.size())}}, cells_at_node_, mass_);
+  own_ = living(
+      partition_ ? partition_->own_nodes() : std::vector<NodeRange>{{0, static_cast<int>(mass_.size())}},
+      cells_at_node_, mass_);
   std::vector<char> touched(mesh_.nodes.size(), partition_ ? 0 : 1);
   if (partition_) {
     operator_->mark_nodes(touched);
@@ -103,19 +110,26 @@ void FemStructure::rebuild_skin() {
   }
   touched_ = living(ranges_of(touched), cells_at_node_, mass_);
   if (bars_) bars_->cells_changed();
-  for (AlignedVector* f : {&f_int_, &f_visc_}) std::fill(f->begin(), f->end(), 0.0);   // nobody clears them there from now on
+  for (AlignedVector* f : {&f_int_, &f_visc_})
+    std::fill(f->begin(), f->end(), 0.0);  // nobody clears them there from now on
 }
 
 const TriangleSurface& FemStructure::surface() const {
   if (surface_stale_) {
-    // The nodes of the skin come first, then the middle of every face, four triangles around each (rebuild_skin()).
+    // The nodes of the skin come first, then the middle of every face, four triangles around each
+    // (rebuild_skin()).
     const std::size_t nodes = skin_node_.size();
-    for (std::size_t i = 0; i < nodes; ++i) surface_.vertices[i] = node_position(skin_node_[i]), surface_.velocities[i] = node_velocity(skin_node_[i]);
+    for (std::size_t i = 0; i < nodes; ++i)
+      surface_.vertices[i] = node_position(skin_node_[i]),
+      surface_.velocities[i] = node_velocity(skin_node_[i]);
     const auto middle = [&](std::vector<Vec3>& of, std::size_t q) {
-      const auto corner = [&](std::size_t k) -> const Vec3& { return of[static_cast<std::size_t>(surface_.triangles[4 * q + k][0])]; };
+      const auto corner = [&](std::size_t k) -> const Vec3& {
+        return of[static_cast<std::size_t>(surface_.triangles[4 * q + k][0])];
+      };
       of[nodes + q] = 0.25 * ((corner(0) + corner(1)) + (corner(2) + corner(3)));
     };
-    for (std::size_t q = 0; q < skin_.size(); ++q) middle(surface_.vertices, q), middle(surface_.velocities, q);
+    for (std::size_t q = 0; q < skin_.size(); ++q)
+      middle(surface_.vertices, q), middle(surface_.velocities, q);
     surface_stale_ = false;
   }
   return surface_;
@@ -123,11 +137,17 @@ const TriangleSurface& FemStructure::surface() const {
 
 double FemStructure::node_mass(int node) const {
   const std::array<bool, 3> held = node_held(node);
-  return held[0] && held[1] && held[2] ? std::numeric_limits<double>::infinity() : drag_ * (partition_ ? seen_.built[6 * seen_place(node) + 3] : mass_[node]);
+  return held[0] && held[1] && held[2]
+             ? std::numeric_limits<double>::infinity()
+             : drag_ * (partition_ ? seen_.built[6 * seen_place(node) + 3] : mass_[node]);
 }
 
-Vec3 FemStructure::node_position(int node) const { return partition_ ? Vec3(Vec3(&seen_.built[6 * seen_place(node)]) + Vec3(seen(node))) : position(node); }
-Vec3 FemStructure::node_velocity(int node) const { return partition_ ? Vec3(seen(node) + 3) : velocity(node); }
+Vec3 FemStructure::node_position(int node) const {
+  return partition_ ? Vec3(Vec3(&seen_.built[6 * seen_place(node)]) + Vec3(seen(node))) : position(node);
+}
+Vec3 FemStructure::node_velocity(int node) const {
+  return partition_ ? Vec3(seen(node) + 3) : velocity(node);
+}
 Vec3 FemStructure::predicted_velocity(int node) const {
   if (!partition_) return {v_hat_[4 * node], v_hat_[4 * node + 1], v_hat_[4 * node + 2]};
   share_prediction();
@@ -155,10 +175,11 @@ StructureEnergy FemStructure::energy() const {
     const_cast<FemStructure*>(this)->forces(time_);
     stored = stored_part_;
   }
-  std::array<double, 9> all{kinetic, potential, stored, linear[0], linear[1], linear[2], angular[0], angular[1], angular[2]};
+  std::array<double, 9> all{kinetic,   potential,  stored,     linear[0], linear[1],
+                            linear[2], angular[0], angular[1], angular[2]};
   sum(all);
   StructureEnergy e = books_;
-  if (h_last_ == 0 && !laws_taken_) {   // what the laws took in a condensed step is accepted by the next one
+  if (h_last_ == 0 && !laws_taken_) {  // what the laws took in a condensed step is accepted by the next one
     e.damage_work += damage_ ? damage_->dissipation() : 0.0;
     e.plastic_work += (bars_ ? bars_->dissipation() : 0.0) + (bearings_ ? bearings_->dissipation() : 0.0);
   }
@@ -172,8 +193,8 @@ StructureEnergy FemStructure::energy() const {
 
 namespace {
 /// What the structure presses on its support at a held degree of freedom.
-Vec3 on_support(const AlignedVector& external, const AlignedVector& internal, const AlignedVector& impulse, double step, int node,
-                const std::array<bool, 3>& held) {
+Vec3 on_support(const AlignedVector& external, const AlignedVector& internal, const AlignedVector& impulse,
+                double step, int node, const std::array<bool, 3>& held) {
   Vec3 f = Vec3::Zero();
   for (int c = 0; c < 3; ++c)
     if (held[c]) {
@@ -203,8 +224,11 @@ std::vector<double> FemStructure::foot_reactions(double step) const {
     if (!own_node(n)) continue;
     const auto foot = static_cast<std::size_t>(foot_of_[i]);
     const Vec3 f = on_support(f_ext_, f_int_, contact_impulse_, step, n, supports_.held[n]);
-    const Vec3 total = (position(n) - supports_.centroid).cross(f), own = (position(n) - foot_centroid_[foot]).cross(f);
-    for (int c = 0; c < 3; ++c) all[static_cast<std::size_t>(c)] += f[c], all[static_cast<std::size_t>(3 + c)] += total[c], all[6 + 3 * foot + static_cast<std::size_t>(c)] += own[c];
+    const Vec3 total = (position(n) - supports_.centroid).cross(f),
+               own = (position(n) - foot_centroid_[foot]).cross(f);
+    for (int c = 0; c < 3; ++c)
+      all[static_cast<std::size_t>(c)] += f[c], all[static_cast<std::size_t>(3 + c)] += total[c],
+          all[6 + 3 * foot + static_cast<std::size_t>(c)] += own[c];
   }
   sum(all);
   return all;
@@ -233,18 +257,22 @@ std::vector<Vec3> FemStructure::probe_displacements() const {
   return result;
 }
 
-double FemStructure::damage_max() const { return damage_ ? (eroded_volume_ > 0 ? 1.0 : largest(damage_->largest())) : 0; }
+double FemStructure::damage_max() const {
+  return damage_ ? (eroded_volume_ > 0 ? 1.0 : largest(damage_->largest())) : 0;
+}
 double FemStructure::damaged_volume() const {
   double volume = 0;
   if (damage_)
     for (int cell : damage_->cells())
-      if (own_cell(cell) && std::max(damage_->tension(cell), damage_->compression(cell)) > 0.5) volume += cell_mass_[cell] / spec_.density;
+      if (own_cell(cell) && std::max(damage_->tension(cell), damage_->compression(cell)) > 0.5)
+        volume += cell_mass_[cell] / spec_.density;
   sum({&volume, 1});
   return volume + eroded_volume_;
 }
 long FemStructure::elements() const {
   long count = 0;
-  for (std::size_t cell = 0; cell < live_.size(); ++cell) count += live_[cell] && own_cell(static_cast<int>(cell));
+  for (std::size_t cell = 0; cell < live_.size(); ++cell)
+    count += live_[cell] && own_cell(static_cast<int>(cell));
   return count_of(count);
 }
 
@@ -252,35 +280,64 @@ long FemStructure::elements() const {
 std::string FemStructure::plan_of_steps() const {
   if (spec_.integrator == "explicit" || partition_ || supports_.none || free_dofs_ > largest_factored_system)
     return fmt::format("{}: no condensed steps, each touch is explicit ({})\n", spec_.name,
-                       spec_.integrator == "explicit" ? "integrator" : partition_ ? "several processes" : supports_.none ? "no support" : "too large to factor");
-  std::string text = fmt::format("{}: long implicit steps while blocks {} it and the structure is quiet{}\n", spec_.name, condensed_by_choice() ? "are at" : "rest on",
+                       spec_.integrator == "explicit" ? "integrator"
+                       : partition_                   ? "several processes"
+                       : supports_.none               ? "no support"
+                                                      : "too large to factor");
+  std::string text = fmt::format("{}: long implicit steps while blocks {} it and the structure is quiet{}\n",
+                                 spec_.name, condensed_by_choice() ? "are at" : "rest on",
                                  bearings_ ? "; explicit sub-steps wherever bearings slide" : "");
   if (spec_.integrator == "modal" && !rings_in_modes())
-    text += fmt::format("{}: integrator = \"modal\" finds no modes ({}): it goes on as with \"implicit\"\n", spec_.name,
-                        bearings_ ? "bearings" : bars_ ? "bars" : spec_.damage != "none" ? "damage" : "parts that turn");
+    text += fmt::format("{}: integrator = \"modal\" finds no modes ({}): it goes on as with \"implicit\"\n",
+                        spec_.name,
+                        bearings_                ? "bearings"
+                        : bars_                  ? "bars"
+                        : spec_.damage != "none" ? "damage"
+                                                 : "parts that turn");
   return text;
 }
 
 std::string FemStructure::plan() const {
-  std::string text = fmt::format("{}: {} cells, {} free degrees of freedom, kernels {} ({} elements at a time)\n", spec_.name, partition_ ? partition_->cells_in_all() : mesh_.hexes.size(), free_dofs_,
-                                 kernels().name, kernels().width);
-  if (!mesh_.remark.empty()) text += fmt::format("{}: the mesh file holds {} elements beside its cells; they name groups and carry nothing\n", spec_.name, mesh_.remark);
+  std::string text =
+      fmt::format("{}: {} cells, {} free degrees of freedom, kernels {} ({} elements at a time)\n",
+                  spec_.name, partition_ ? partition_->cells_in_all() : mesh_.hexes.size(), free_dofs_,
+                  kernels().name, kernels().width);
+  if (!mesh_.remark.empty())
+    text += fmt::format(
+        "{}: the mesh file holds {} elements beside its cells; they name groups and carry nothing\n",
+        spec_.name, mesh_.remark);
   text += fmt::format("{}: explicit sub-step {:.3g} s; {}\n", spec_.name, critical_step_,
                       finite_ ? "total Lagrangian, any rotation" : "small strains and rotations");
   if (const double fine = impact_refinement(spec_).cell_size; fine > 0)
-    text += fmt::format("{}: cells are halved down to {:g} m where a block is about to strike, as long as nothing of it has cracked\n", spec_.name, fine);
+    text += fmt::format(
+        "{}: cells are halved down to {:g} m where a block is about to strike, as long as nothing of it has "
+        "cracked\n",
+        spec_.name, fine);
   text += plan_of_steps();
   text += spec_.damage == "none" ? fmt::format("{}: elastic, no damage history kept\n", spec_.name) : "";
-  if (damage_) text += fmt::format("{}: concrete damage, f_cm {:.4g} MPa, f_t {:.4g} MPa, G_F {:.4g} N/m; only cells near the damage threshold store damage variables, bulk viscosity 0.06 / 1.2, erosion {}{}\n",
-                                   spec_.name, concrete_->f_cm / 1e6, concrete_->f_t / 1e6, concrete_->fracture_energy, spec_.erosion ? "on" : "off", spec_.aggregate > 0 ? fmt::format(", faces of cracks interlock (grains of {:.3g} mm)", 1e3 * spec_.aggregate) : "");
-  text += bars_ ? fmt::format("{}: {} bars in {} segments, {:.4g} m^3 of steel, {}\n", spec_.name, bars_->count(), bars_->segments(), bars_->steel_volume(),
+  if (damage_)
+    text += fmt::format(
+        "{}: concrete damage, f_cm {:.4g} MPa, f_t {:.4g} MPa, G_F {:.4g} N/m; only cells near the damage "
+        "threshold store damage variables, bulk viscosity 0.06 / 1.2, erosion {}{}\n",
+        spec_.name, concrete_->f_cm / 1e6, concrete_->f_t / 1e6, concrete_->fracture_energy,
+        spec_.erosion ? "on" : "off",
+        spec_.aggregate > 0
+            ? fmt::format(", faces of cracks interlock (grains of {:.3g} mm)", 1e3 * spec_.aggregate)
+            : "");
+  text += bars_ ? fmt::format("{}: {} bars in {} segments, {:.4g} m^3 of steel, {}\n", spec_.name,
+                              bars_->count(), bars_->segments(), bars_->steel_volume(),
                               bars_->slips() ? "bond slip by the Model Code" : "perfect bond")
                 : fmt::format("{}: no reinforcement\n", spec_.name);
-  if (bearings_) text += fmt::format("{}: viaduct, {} springs in bearings with friction and seat\n", spec_.name, bearings_->sites().size());
+  if (bearings_)
+    text += fmt::format("{}: viaduct, {} springs in bearings with friction and seat\n", spec_.name,
+                        bearings_->sites().size());
   if (partition_) {
     const std::vector<long> cells = partition_->cells_per_rank();
-    text += fmt::format("{}: divided over {} ranks{}, {} to {} cells each, {:.2g} % of them computed more than once\n", spec_.name, partition_->size(), divided() ? ", its memory too" : "",
-                        *std::min_element(cells.begin(), cells.end()), *std::max_element(cells.begin(), cells.end()), 100 * partition_->repeated_share());
+    text += fmt::format(
+        "{}: divided over {} ranks{}, {} to {} cells each, {:.2g} % of them computed more than once\n",
+        spec_.name, partition_->size(), divided() ? ", its memory too" : "",
+        *std::min_element(cells.begin(), cells.end()), *std::max_element(cells.begin(), cells.end()),
+        100 * partition_->repeated_share());
   }
   if (const auto parts = memory_consumption(); partition_ || mesh_.hexes.size() >= 20000) {
     std::string list;
@@ -289,10 +346,14 @@ std::string FemStructure::plan() const {
       list += fmt::format("{}{} {:.2f}", list.empty() ? "" : ", ", name, static_cast<double>(size) / 1e6);
       bytes += size;
     }
-    text += fmt::format("{}: {:.2f} MB on this process: {}\n", spec_.name, static_cast<double>(bytes) / 1e6, list);
+    text += fmt::format("{}: {:.2f} MB on this process: {}\n", spec_.name, static_cast<double>(bytes) / 1e6,
+                        list);
   }
-  if (alpha_ > 0) text += fmt::format("{}: damping {:g} of the first mode, {:.4g} Hz\n", spec_.name, spec_.damping_ratio, omega_1_ / (2 * M_PI));
-  else if (spec_.damping_ratio > 0) text += fmt::format("{}: no support, hence no first mode: damping left out\n", spec_.name);
+  if (alpha_ > 0)
+    text += fmt::format("{}: damping {:g} of the first mode, {:.4g} Hz\n", spec_.name, spec_.damping_ratio,
+                        omega_1_ / (2 * M_PI));
+  else if (spec_.damping_ratio > 0)
+    text += fmt::format("{}: no support, hence no first mode: damping left out\n", spec_.name);
   return text;
 }
 
@@ -300,28 +361,55 @@ std::string FemStructure::plan() const {
 void FemStructure::save(std::vector<double>& state, bool here) const {
   const bool gathers = partition_ && !here;
   const auto nodes = [&](int width, const std::function<void(int, double*)>& write) {
-    if (gathers) return partition_->each_node(width, write, [&](const double* from) { state.insert(state.end(), from, from + width); });
+    if (gathers)
+      return partition_->each_node(
+          width, write, [&](const double* from) { state.insert(state.end(), from, from + width); });
     state.resize(state.size() + static_cast<std::size_t>(width) * mass_.size());
     double* to = state.data() + state.size() - static_cast<std::size_t>(width) * mass_.size();
     for (int n = 0; n < static_cast<int>(mass_.size()); ++n, to += width) write(n, to);
   };
-  const std::size_t nodes_in_all = gathers ? partition_->nodes_in_all() : mass_.size(), cells_in_all = gathers ? partition_->cells_in_all() : live_.size();
-  state.reserve(state.size() + 10 * nodes_in_all + cells_in_all);   // most of it: else twice as much is asked for on the way
+  const std::size_t nodes_in_all = gathers ? partition_->nodes_in_all() : mass_.size(),
+                    cells_in_all = gathers ? partition_->cells_in_all() : live_.size();
+  state.reserve(state.size() + 10 * nodes_in_all +
+                cells_in_all);  // most of it: else twice as much is asked for on the way
   share_bars();
-  state.insert(state.end(), {h_last_, power_, power_valid_ ? 1.0 : 0.0, time_, contact_step_, stored_half_, reference_kinetic_, still_since_, still_ ? 1.0 : 0.0, blow_time_, steps_taken_,
-                             books_.damping_work, books_.damage_work, books_.plastic_work, books_.bulk_viscosity_work, books_.eroded_energy,
-                             books_.external_work, books_.contact_work, books_.algorithmic, books_.step_dependence});
+  state.insert(state.end(), {h_last_,
+                             power_,
+                             power_valid_ ? 1.0 : 0.0,
+                             time_,
+                             contact_step_,
+                             stored_half_,
+                             reference_kinetic_,
+                             still_since_,
+                             still_ ? 1.0 : 0.0,
+                             blow_time_,
+                             steps_taken_,
+                             books_.damping_work,
+                             books_.damage_work,
+                             books_.plastic_work,
+                             books_.bulk_viscosity_work,
+                             books_.eroded_energy,
+                             books_.external_work,
+                             books_.contact_work,
+                             books_.algorithmic,
+                             books_.step_dependence});
   nodes(9, [this](int n, double* to) {
-    for (std::size_t i = 4 * static_cast<std::size_t>(n), c = 0; c < 3; ++c, ++i) *to++ = u_[i], *to++ = v_[i], *to++ = contact_impulse_[i];
+    for (std::size_t i = 4 * static_cast<std::size_t>(n), c = 0; c < 3; ++c, ++i)
+      *to++ = u_[i], *to++ = v_[i], *to++ = contact_impulse_[i];
   });
   save_linear(state);
   if (bars_) bars_->save(state);
   if (bearings_) bearings_->save(state);
   if (damage_ || bearings_) {
-    state.insert(state.end(), {static_cast<double>(breaks_), static_cast<double>(cuts_seen_), dust_mass_, dust_potential_, eroded_volume_, detached_volume_});
+    state.insert(state.end(), {static_cast<double>(breaks_), static_cast<double>(cuts_seen_), dust_mass_,
+                               dust_potential_, eroded_volume_, detached_volume_});
     for (const Vec3* p : {&dust_momentum_, &dust_spin_}) state.insert(state.end(), p->data(), p->data() + 3);
-    if (gathers) partition_->each_cell(1, [this](int cell, double* to) { *to = live_[cell]; }, [&](const double* from) { state.push_back(*from); });
-    else state.insert(state.end(), live_.begin(), live_.end());
+    if (gathers)
+      partition_->each_cell(
+          1, [this](int cell, double* to) { *to = live_[cell]; },
+          [&](const double* from) { state.push_back(*from); });
+    else
+      state.insert(state.end(), live_.begin(), live_.end());
     nodes(1, [this](int n, double* to) { *to = mass_[n]; });
     if (damage_ && here) {
       damage_->save_here(state);
@@ -344,44 +432,53 @@ void FemStructure::restore(std::span<const double> state, bool here) {
   const bool whole = partition_ && !here;
   std::size_t at = 0;
   const auto next = [&]() {
-    if (at >= state.size()) throw NumericalFailure("structure " + spec_.name + ": the saved state belongs to another structure");
+    if (at >= state.size())
+      throw NumericalFailure("structure " + spec_.name + ": the saved state belongs to another structure");
     return state[at++];
   };
-  const auto take = [&](std::size_t count, std::size_t width) {   // of a table
-    if (state.size() - at < count * width) throw NumericalFailure("structure " + spec_.name + ": the saved state belongs to another structure");
+  const auto take = [&](std::size_t count, std::size_t width) {  // of a table
+    if (state.size() - at < count * width)
+      throw NumericalFailure("structure " + spec_.name + ": the saved state belongs to another structure");
     const double* const from = state.data() + at;
     at += count * width;
     return from;
   };
   h_last_ = next(), power_ = next();
   power_valid_ = next() != 0;
-  time_ = next(), contact_step_ = next(), stored_half_ = next(), reference_kinetic_ = next(), still_since_ = next();
+  time_ = next(), contact_step_ = next(), stored_half_ = next(), reference_kinetic_ = next(),
+  still_since_ = next();
   still_ = next() != 0;
   blow_time_ = next();
   steps_taken_ = next();
   books_ = {};
-  for (double* p : {&books_.damping_work, &books_.damage_work, &books_.plastic_work, &books_.bulk_viscosity_work, &books_.eroded_energy,
-                    &books_.external_work, &books_.contact_work, &books_.algorithmic, &books_.step_dependence})
+  for (double* p : {&books_.damping_work, &books_.damage_work, &books_.plastic_work,
+                    &books_.bulk_viscosity_work, &books_.eroded_energy, &books_.external_work,
+                    &books_.contact_work, &books_.algorithmic, &books_.step_dependence})
     *p = next();
-  const auto node = [&](std::size_t n) { return whole ? static_cast<std::size_t>(partition_->whole_node(static_cast<int>(n))) : n; };
+  const auto node = [&](std::size_t n) {
+    return whole ? static_cast<std::size_t>(partition_->whole_node(static_cast<int>(n))) : n;
+  };
   const std::size_t nodes = whole ? partition_->nodes_in_all() : mass_.size();
   const double* const motion = take(nodes, 9);
   for (std::size_t n = 0; n < mass_.size(); ++n) {
     const double* from = motion + 9 * node(n);
-    for (std::size_t i = 4 * n; i < 4 * n + 3; ++i) u_[i] = *from++, v_[i] = *from++, contact_impulse_[i] = *from++;
+    for (std::size_t i = 4 * n; i < 4 * n + 3; ++i)
+      u_[i] = *from++, v_[i] = *from++, contact_impulse_[i] = *from++;
   }
   at += restore_linear(state.subspan(at));
   if (bars_) at += bars_->restore(state.subspan(at));
   if (bearings_) at += bearings_->restore(state.subspan(at));
   if (damage_ || bearings_) {
-    breaks_ = static_cast<long>(next()), cuts_seen_ = static_cast<long>(next()), dust_mass_ = next(), dust_potential_ = next(), eroded_volume_ = next(), detached_volume_ = next();
+    breaks_ = static_cast<long>(next()), cuts_seen_ = static_cast<long>(next()), dust_mass_ = next(),
+    dust_potential_ = next(), eroded_volume_ = next(), detached_volume_ = next();
     for (Vec3* p : {&dust_momentum_, &dust_spin_})
       for (int c = 0; c < 3; ++c) (*p)[c] = next();
     double changed = 0;
     std::fill(cells_at_node_.begin(), cells_at_node_.end(), 0);
     const double* const lives = take(whole ? partition_->cells_in_all() : live_.size(), 1);
     for (std::size_t cell = 0; cell < live_.size(); ++cell) {
-      const char now = lives[whole ? static_cast<std::size_t>(partition_->whole_cell(static_cast<int>(cell))) : cell] != 0;
+      const char now =
+          lives[whole ? static_cast<std::size_t>(partition_->whole_cell(static_cast<int>(cell))) : cell] != 0;
       if (now != live_[cell]) changed = 1;
       live_[cell] = now;
       if (now)
@@ -394,23 +491,27 @@ void FemStructure::restore(std::span<const double> state, bool here) {
       if (mass != mass_[n]) changed = 1;
       mass_[n] = mass;
       weights_valid_ = false;
-      for (int c = 0; c < 3; ++c) inverse_mass_[4 * n + c] = mass_[n] > 0 && !supports_.held[n][c] ? 1 / mass_[n] : 0.0;
+      for (int c = 0; c < 3; ++c)
+        inverse_mass_[4 * n + c] = mass_[n] > 0 && !supports_.held[n][c] ? 1 / mass_[n] : 0.0;
     }
     if (damage_) at += here ? damage_->restore_here(state.subspan(at)) : damage_->restore(state.subspan(at));
-    for (int cell = 0; cell < static_cast<int>(live_.size()); ++cell) operator_->set_on(cell, live_[cell] && !(damage_ && damage_->has(cell)));
+    for (int cell = 0; cell < static_cast<int>(live_.size()); ++cell)
+      operator_->set_on(cell, live_[cell] && !(damage_ && damage_->has(cell)));
     if (largest(changed) > 0) {
       rebuild_skin();
       forget_stiffness();
     }
   }
-  std::vector<Mat3> frames(at < state.size() && next() != 0 ? mesh_.hexes.size() : 0);   // vectors of former versions end here
+  std::vector<Mat3> frames(at < state.size() && next() != 0 ? mesh_.hexes.size()
+                                                            : 0);  // vectors of former versions end here
   for (Mat3& t : frames)
     for (int i = 0; i < 9; ++i) t.data()[i] = next();
   if (frames != frames_) set_frames(std::move(frames));
   const bool loads_known = at < state.size();
   if (loads_known) at += load_track_.restore(state.subspan(at));
   taken_by_starts_ = at < state.size() ? next() : 0.0;
-  if (at != state.size()) throw NumericalFailure("structure " + spec_.name + ": the saved state belongs to another structure");
+  if (at != state.size())
+    throw NumericalFailure("structure " + spec_.name + ": the saved state belongs to another structure");
   struck_.clear();
   for (std::size_t i = 0; i < mass_.size(); ++i)
     if (Vec3(&contact_impulse_[4 * i]) != Vec3::Zero()) struck_.push_back(static_cast<int>(i));
@@ -445,10 +546,13 @@ Structure::Snapshot FemStructure::snapshot() const {
     std::copy_n(&v_[4 * static_cast<std::size_t>(n)], 3, to);
   };
   const auto of_cell = [this](int cell, double* to) {
-    const Mat3 strain = strain_at_centre(cell);   // where it is most accurate
-    const double tension = damage_ ? damage_->tension(cell) : 0, compression = damage_ ? damage_->compression(cell) : 0;
-    // In a damaged cell the effective stress is reduced by the larger damage: a measure for a picture, not for a check.
-    const Mat3 deviator = 2 * shear_ * (1 - std::max(tension, compression)) * (strain - strain.trace() / 3 * Mat3::Identity());
+    const Mat3 strain = strain_at_centre(cell);  // where it is most accurate
+    const double tension = damage_ ? damage_->tension(cell) : 0,
+                 compression = damage_ ? damage_->compression(cell) : 0;
+    // In a damaged cell the effective stress is reduced by the larger damage: a measure for a picture, not
+    // for a check.
+    const Mat3 deviator =
+        2 * shear_ * (1 - std::max(tension, compression)) * (strain - strain.trace() / 3 * Mat3::Identity());
     *to++ = live_[cell];
     for (const int n : mesh_.hexes[cell]) *to++ = partition_ ? partition_->whole_node(n) : n;
     *to++ = std::sqrt(1.5) * deviator.norm();
@@ -457,9 +561,12 @@ Structure::Snapshot FemStructure::snapshot() const {
     *to = damage_ ? damage_->crack_width(cell, u_.data()) : 0.0;
   };
   Snapshot s;
-  const std::size_t nodes = partition_ ? partition_->nodes_in_all() : mass_.size(), cells = partition_ ? partition_->cells_in_all() : live_.size();
+  const std::size_t nodes = partition_ ? partition_->nodes_in_all() : mass_.size(),
+                    cells = partition_ ? partition_->cells_in_all() : live_.size();
   for (std::vector<Vec3>* list : {&s.nodes, &s.displacement, &s.velocity}) list->reserve(nodes);
-  for (std::vector<double>* list : {&s.stress_von_mises, &s.damage_tension, &s.damage_compression, &s.crack_width}) list->reserve(cells);
+  for (std::vector<double>* list :
+       {&s.stress_von_mises, &s.damage_tension, &s.damage_compression, &s.crack_width})
+    list->reserve(cells);
   s.hexes.reserve(cells);
   const auto take_node = [&](const double* from) {
     s.nodes.emplace_back(from);

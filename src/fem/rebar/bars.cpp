@@ -7,8 +7,8 @@
 
 #include "core/error.hpp"
 #include "core/reject.hpp"
-#include "fem/rebar/bar_anchorage.hpp"
 #include "fem/discretisation/viaduct.hpp"
+#include "fem/rebar/bar_anchorage.hpp"
 
 namespace talus::fem {
 
@@ -17,17 +17,24 @@ namespace {
 bool inside_round(const rebar::Member& m, const Vec3& p) {
   const Vec3 x = m.axis_x.normalized(), y = m.axis_y.normalized(), d = p - m.base;
   const double along = d.dot(x.cross(y)), exact = 1e-6 * m.width;
-  return m.section == rebar::Member::Section::round && std::hypot(d.dot(x), d.dot(y)) <= 0.5 * m.width + exact && along >= -exact && along <= m.length + exact;
+  return m.section == rebar::Member::Section::round &&
+         std::hypot(d.dot(x), d.dot(y)) <= 0.5 * m.width + exact && along >= -exact &&
+         along <= m.length + exact;
 }
 
-/// Where bars find their cells. The flat faces of a round section's cells lie inside its circle: what is between the two is held by the nearest cell.
-rebar::HostSearch host_of_bars(const StructureSpec& spec, const HexMesh& mesh, const std::vector<rebar::Member>& members) {
+/// Where bars find their cells. The flat faces of a round section's cells lie inside its circle: what is
+/// between the two is held by the nearest cell.
+rebar::HostSearch host_of_bars(const StructureSpec& spec, const HexMesh& mesh,
+                               const std::vector<rebar::Member>& members) {
   const rebar::HostSearch exact = rebar::host_search(mesh.nodes, mesh.hexes, 1e-6);
   if (spec.section != "round") return exact;
   return [exact, members, nearest = rebar::host_search(mesh.nodes, mesh.hexes, 0.25)](const Vec3& p) {
     const auto host = exact(p);
     if (host) return host;
-    return std::any_of(members.begin(), members.end(), [&](const rebar::Member& m) { return inside_round(m, p); }) ? nearest(p) : std::nullopt;
+    return std::any_of(members.begin(), members.end(),
+                       [&](const rebar::Member& m) { return inside_round(m, p); })
+               ? nearest(p)
+               : std::nullopt;
   };
 }
 
@@ -47,7 +54,8 @@ void check_steel(const material::Steel::Parameters& steel, const std::string& ru
 
 }  // namespace
 
-Bars::Bars(const StructureSpec& spec, const HexMesh& mesh, const Supports& supports, std::vector<rebar::Member> members, const std::function<void(const std::string&)>& warn) {
+Bars::Bars(const StructureSpec& spec, const HexMesh& mesh, const Supports& supports,
+           std::vector<rebar::Member> members, const std::function<void(const std::string&)>& warn) {
   for (rebar::Member& member : members) mark_held_ends(member, mesh, supports);
   std::vector<rebar::Bar> all;
   const std::string key = "structure." + spec.name + ".rebar";
@@ -58,10 +66,12 @@ Bars::Bars(const StructureSpec& spec, const HexMesh& mesh, const Supports& suppo
       if (rule.kind == "stirrups" && rule.part == part) diameter = std::max(diameter, rule.diameter);
     return diameter;
   };
-  const std::vector<rebar::Member> caps = spec.kind == "viaduct" ? cap_members(spec) : std::vector<rebar::Member>{};
+  const std::vector<rebar::Member> caps =
+      spec.kind == "viaduct" ? cap_members(spec) : std::vector<rebar::Member>{};
   for (const auto& rule : spec.rebar_rules) {
     if (members.empty())
-      reject(key, rule.kind, "bars by rule need a box, a column or a viaduct", "give the bars of a mesh as polylines: rebar = \"bars.csv\"");
+      reject(key, rule.kind, "bars by rule need a box, a column or a viaduct",
+             "give the bars of a mesh as polylines: rebar = \"bars.csv\"");
     material::Steel::Parameters steel;
     steel.yield = rule.yield;
     steel.ultimate = 1.08 * rule.yield;
@@ -76,14 +86,19 @@ Bars::Bars(const StructureSpec& spec, const HexMesh& mesh, const Supports& suppo
     }
     for (const rebar::Member& member : rule.part == "cap" ? caps : members) {
       std::vector<rebar::Bar> made;
-      if (rule.kind == "longitudinal") made = rebar::longitudinal_bars(member, {rule.bars, rule.diameter, rule.cover, stirrup_diameter(rule.part), steel}, key);
-      else if (rule.kind == "stirrups") made = rebar::stirrups(member, {rule.diameter, rule.cover, rule.spacing, steel}, key);
-      else reject(key, rule.kind, "one of longitudinal, stirrups", "choose one");
+      if (rule.kind == "longitudinal")
+        made = rebar::longitudinal_bars(
+            member, {rule.bars, rule.diameter, rule.cover, stirrup_diameter(rule.part), steel}, key);
+      else if (rule.kind == "stirrups")
+        made = rebar::stirrups(member, {rule.diameter, rule.cover, rule.spacing, steel}, key);
+      else
+        reject(key, rule.kind, "one of longitudinal, stirrups", "choose one");
       all.insert(all.end(), made.begin(), made.end());
     }
   }
   const rebar::HostSearch host = host_of_bars(spec, mesh, members);
-  if (const std::string short_ends = anchor_bars(all, host, mesh, supports); !short_ends.empty()) warn(short_ends);
+  if (const std::string short_ends = anchor_bars(all, host, mesh, supports); !short_ends.empty())
+    warn(short_ends);
   const std::vector<rebar::Segment> segments = rebar::embed(all, host, key);
   rebar::check_surfaces(all, segments, host, key);
   std::vector<char> hosting(mesh.nodes.size(), 0);
@@ -100,7 +115,8 @@ Bars::Bars(const StructureSpec& spec, const HexMesh& mesh, const Supports& suppo
     material::ConcreteInput input;
     input.f_cm = spec.f_cm, input.f_t = spec.tensile_strength, input.fracture_energy = spec.fracture_energy;
     const material::Concrete concrete = material::mc2010(input);
-    dowels_ = std::make_unique<rebar::DowelField>(bars_, mesh.nodes, mesh.hexes, concrete.f_cm, concrete.fracture_energy / concrete.f_t);
+    dowels_ = std::make_unique<rebar::DowelField>(bars_, mesh.nodes, mesh.hexes, concrete.f_cm,
+                                                  concrete.fracture_energy / concrete.f_t);
   }
 }
 
@@ -109,7 +125,8 @@ void Bars::find_carrying(const std::vector<char>& live) {
   carrying_.clear();
   for (std::size_t k = 0; k < bars_.segments().size(); ++k) {
     const int cell = bars_.segments()[k].cell;
-    if (live[cell] && (!partition_ || slip_ || partition_->local_cells()[cell])) carrying_.push_back(static_cast<int>(k));
+    if (live[cell] && (!partition_ || slip_ || partition_->local_cells()[cell]))
+      carrying_.push_back(static_cast<int>(k));
   }
   changed_.clear();
   next_ = old_;
@@ -125,11 +142,14 @@ void Bars::add_forces(const double* u, double h, const std::vector<char>& live, 
     bond_ = slip_->solve(host_, h, old_, old_strain_, live.data());
   }
   const bool part = partition_ && !slip_;
-  sums_ = bars_.forces(u, h, old_, old_strain_, next_, next_strain_, changed_, f, &carrying_, slip_ ? slip_->strain() : std::span<const double>{}, part ? partition_->own_cells().data() : nullptr);
+  sums_ = bars_.forces(u, h, old_, old_strain_, next_, next_strain_, changed_, f, &carrying_,
+                       slip_ ? slip_->strain() : std::span<const double>{},
+                       part ? partition_->own_cells().data() : nullptr);
   if (dowels_) {
     const auto stress = [this](std::size_t k) { return steel_stress(k, next_[k], next_strain_[k]); };
     const char* const local = partition_ ? partition_->local_cells().data() : nullptr;
-    dowel_sums_ = dowels_->forces(u, stress, live.data(), local, partition_ ? partition_->own_cells().data() : nullptr, f);
+    dowel_sums_ = dowels_->forces(u, stress, live.data(), local,
+                                  partition_ ? partition_->own_cells().data() : nullptr, f);
   }
   evaluated_ = true;
 }
@@ -145,7 +165,8 @@ void Bars::see_cracks(const DamageField& damage, const double* u, const std::vec
   if (carrying_stale_) find_carrying(live);
   for (const int k : carrying_) {
     const int cell = bars_.segments()[static_cast<std::size_t>(k)].cell;
-    if (damage.has(cell) && dowels_->possible(static_cast<std::size_t>(k), damage.largest_strain(cell))) dowels_->open(static_cast<std::size_t>(k), u);
+    if (damage.has(cell) && dowels_->possible(static_cast<std::size_t>(k), damage.largest_strain(cell)))
+      dowels_->open(static_cast<std::size_t>(k), u);
   }
 }
 
@@ -156,18 +177,22 @@ void Bars::divide(Partition& partition) {
 
 void Bars::share_motion(AlignedVector& u) {
   if (!partition_ || !slip_) return;
-  std::vector<double> values(3 * node_.size(), 0.0);   // each from its owner
+  std::vector<double> values(3 * node_.size(), 0.0);  // each from its owner
   for (std::size_t k = 0; k < node_.size(); ++k)
-    if (partition_->owns_node(node_[k])) std::copy_n(&u[4 * static_cast<std::size_t>(node_[k])], 3, &values[3 * k]);
+    if (partition_->owns_node(node_[k]))
+      std::copy_n(&u[4 * static_cast<std::size_t>(node_[k])], 3, &values[3 * k]);
   partition_->sum(values);
-  for (std::size_t k = 0; k < node_.size(); ++k) std::copy_n(&values[3 * k], 3, &u[4 * static_cast<std::size_t>(node_[k])]);
+  for (std::size_t k = 0; k < node_.size(); ++k)
+    std::copy_n(&values[3 * k], 3, &u[4 * static_cast<std::size_t>(node_[k])]);
 }
 
 void Bars::share_states() {
   if (partition_ && dowels_) {
     std::vector<double> mine;
     dowels_->save(mine, [this](std::size_t k) { return partition_->owns_cell(bars_.segments()[k].cell); });
-    dowels_->learn(partition_->collect(mine), [this](std::size_t k) { return partition_->local_cells()[bars_.segments()[k].cell] != 0; });
+    dowels_->learn(partition_->collect(mine), [this](std::size_t k) {
+      return partition_->local_cells()[bars_.segments()[k].cell] != 0;
+    });
   }
   if (!partition_ || slip_) return;
   std::vector<double> mine;
@@ -177,8 +202,9 @@ void Bars::share_states() {
       write_state(k, mine);
     }
   const std::vector<double> all = partition_->collect(mine);
-  for (std::size_t i = 0; i < all.size(); i += 1 + state_width) read_state(static_cast<std::size_t>(all[i]), &all[i + 1]);
-  carrying_stale_ = true;   // the next states of others' segments are to be these, too
+  for (std::size_t i = 0; i < all.size(); i += 1 + state_width)
+    read_state(static_cast<std::size_t>(all[i]), &all[i + 1]);
+  carrying_stale_ = true;  // the next states of others' segments are to be these, too
 }
 
 void Bars::mark_nodes(std::vector<char>& touched) const {
@@ -186,7 +212,7 @@ void Bars::mark_nodes(std::vector<char>& touched) const {
 }
 
 void Bars::accept() {
-  if (!evaluated_) return;   // nothing new; what was next is older now
+  if (!evaluated_) return;  // nothing new; what was next is older now
   evaluated_ = false;
   for (const int k : changed_) old_[static_cast<std::size_t>(k)] = next_[static_cast<std::size_t>(k)];
   changed_.clear();
@@ -196,9 +222,7 @@ void Bars::accept() {
   if (dowels_) dowels_->accept();
 }
 
-void Bars::add_mass(double density, std::vector<double>& mass) const {
-  bars_.add_mass(density, mass);
-}
+void Bars::add_mass(double density, std::vector<double>& mass) const { bars_.add_mass(density, mass); }
 
 double Bars::steel_volume() const {
   double volume = 0;
@@ -231,7 +255,8 @@ void Bars::ties(const std::function<void(int, int)>& visit) const {
     tied_.clear();
     const auto& s = bars_.segments();
     for (std::size_t k = 1; k < s.size(); ++k)
-      if (s[k].bar == s[k - 1].bar && !(old_[k].broken > 0) && !(old_[k - 1].broken > 0)) ties_.push_back({s[k - 1].cell, s[k].cell});
+      if (s[k].bar == s[k - 1].bar && !(old_[k].broken > 0) && !(old_[k - 1].broken > 0))
+        ties_.push_back({s[k - 1].cell, s[k].cell});
   }
   for (const auto& [a, b] : ties_) visit(a, b);
 }
@@ -248,7 +273,8 @@ std::vector<int> Bars::segments_in(const std::vector<int>& cells) const {
   std::vector<int> sorted = cells, list;
   std::sort(sorted.begin(), sorted.end());
   for (std::size_t k = 0; k < bars_.segments().size(); ++k)
-    if (std::binary_search(sorted.begin(), sorted.end(), bars_.segments()[k].cell)) list.push_back(static_cast<int>(k));
+    if (std::binary_search(sorted.begin(), sorted.end(), bars_.segments()[k].cell))
+      list.push_back(static_cast<int>(k));
   return list;
 }
 
@@ -257,22 +283,28 @@ double Bars::stored_in(const std::vector<int>& cells) const {
   const auto& strains = evaluated_ ? next_strain_ : old_strain_;
   double sum = 0;
   for (const int k : segments_in(cells)) {
-    if (dowels_ && (!partition_ || partition_->owns_cell(host(static_cast<std::size_t>(k))))) sum += dowels_->stored(static_cast<std::size_t>(k));
+    if (dowels_ && (!partition_ || partition_->owns_cell(host(static_cast<std::size_t>(k)))))
+      sum += dowels_->stored(static_cast<std::size_t>(k));
     if (!counts()) continue;
     const rebar::Segment& s = bars_.segments()[static_cast<std::size_t>(k)];
     if (partition_ && !slip_ && !partition_->owns_cell(s.cell)) continue;
     material::Steel::State after;
-    sum += s.area * s.length * bars_.law(s.bar)(strains[static_cast<std::size_t>(k)], 0, states[static_cast<std::size_t>(k)], after).energy;
+    sum +=
+        s.area * s.length *
+        bars_.law(s.bar)(strains[static_cast<std::size_t>(k)], 0, states[static_cast<std::size_t>(k)], after)
+            .energy;
   }
   return sum;
 }
 
-void Bars::add_forces_of(const std::vector<int>& segments, const double* u, const std::vector<char>& live, double* f) const {
+void Bars::add_forces_of(const std::vector<int>& segments, const double* u, const std::vector<char>& live,
+                         double* f) const {
   for (int k : segments) {
     if (!live[bars_.segments()[k].cell]) continue;
     const rebar::EmbeddedBars::Pull pull = bars_.pull(k, u, old_[k], slip_strain(k));
     bars_.add_pull(k, pull.force, f);
-    if (dowels_) dowels_->add_forces_of(static_cast<std::size_t>(k), u, old_[k].broken > 0 ? INFINITY : pull.stress, f);
+    if (dowels_)
+      dowels_->add_forces_of(static_cast<std::size_t>(k), u, old_[k].broken > 0 ? INFINITY : pull.stress, f);
   }
 }
 
@@ -310,7 +342,8 @@ void Bars::write_state(std::size_t k, std::vector<double>& state) const {
 void Bars::read_state(std::size_t k, const double* from) {
   auto& s = old_[k];
   ties_stale_ = true;
-  for (double* value : {&s.plastic, &s.accumulated, &s.back_stress, &s.yield, &s.broken, &old_strain_[k]}) *value = *from++;
+  for (double* value : {&s.plastic, &s.accumulated, &s.back_stress, &s.yield, &s.broken, &old_strain_[k]})
+    *value = *from++;
 }
 
 void Bars::save(std::vector<double>& state) const {

@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "fem/kernels/aligned.hpp"
 #include "fem/discretisation/hex_mesh.hpp"
-#include "fem/linear/linear_system.hpp"
 #include "fem/discretisation/partition.hpp"
+#include "fem/kernels/aligned.hpp"
+#include "fem/linear/linear_system.hpp"
 #include "fem/materials/damage_field.hpp"
 #include "fem/rebar/rebar_dowel.hpp"
 #include "fem/rebar/rebar_slip.hpp"
@@ -17,21 +17,26 @@ namespace talus::fem {
 
 class Bars {
  public:
-  /// Reads and cuts the bars of the specification; `warn` is told of bars that end short of a support. Throws InputError for bars outside the concrete.
-  Bars(const StructureSpec& spec, const HexMesh& mesh, const Supports& supports, std::vector<rebar::Member> members, const std::function<void(const std::string&)>& warn);
-  Bars(const Bars&) = delete;             // the bond points into the bars
+  /// Reads and cuts the bars of the specification; `warn` is told of bars that end short of a support. Throws
+  /// InputError for bars outside the concrete.
+  Bars(const StructureSpec& spec, const HexMesh& mesh, const Supports& supports,
+       std::vector<rebar::Member> members, const std::function<void(const std::string&)>& warn);
+  Bars(const Bars&) = delete;  // the bond points into the bars
   Bars& operator=(const Bars&) = delete;
 
-  /// f += internal forces at displacement u; h: time since the accepted states [s]. The new states wait for accept().
+  /// f += internal forces at displacement u; h: time since the accepted states [s]. The new states wait for
+  /// accept().
   void add_forces(const double* u, double h, const std::vector<char>& live, double* f);
   void accept();
-  /// Puts dowels where cracks have come to cross bars by the last evaluation of the concrete, at displacement u.
+  /// Puts dowels where cracks have come to cross bars by the last evaluation of the concrete, at displacement
+  /// u.
   void see_cracks(const DamageField& damage, const double* u, const std::vector<char>& live);
-  std::size_t dowels() const { return dowels_ ? dowels_->count() : 0; }   ///< on this rank
+  std::size_t dowels() const { return dowels_ ? dowels_->count() : 0; }  ///< on this rank
   /// To be called once cells have gone or come back, before the next forces.
   void cells_changed() { carrying_stale_ = true; }
-  /// Divides the work: from now on only the segments of the partition's local cells are computed, and sums are those of own cells. With bond
-  /// slip a bar is one piece, and every rank computes all of them; rank 0 counts them.
+  /// Divides the work: from now on only the segments of the partition's local cells are computed, and sums
+  /// are those of own cells. With bond slip a bar is one piece, and every rank computes all of them; rank 0
+  /// counts them.
   void divide(Partition& partition);
   /// Current positions and states of all segments on every rank.
   void share_motion(AlignedVector& u);
@@ -40,7 +45,9 @@ class Bars {
   void add_mass(double density, std::vector<double>& mass) const;
 
   double stored() const { return (counts() ? sums_.energy + bond_.energy : 0) + dowel_sums_.energy; }
-  double dissipation() const { return (counts() ? sums_.dissipation + bond_.dissipation : 0) + dowel_sums_.dissipation; }
+  double dissipation() const {
+    return (counts() ? sums_.dissipation + bond_.dissipation : 0) + dowel_sums_.dissipation;
+  }
   /// What the segments in these cells store by the last evaluation, this rank's part [J].
   double stored_in(const std::vector<int>& cells) const;
   /// Broken segments of the last evaluation.
@@ -50,15 +57,19 @@ class Bars {
   std::size_t count() const { return bars_.bars().size(); }
   int host(std::size_t segment) const { return bars_.segments()[segment].cell; }
   double steel_volume() const;
-  /// Axial stiffness of every segment, unstrained, between the nodes of its host, turned with the frames of the cells where these are given.
+  /// Axial stiffness of every segment, unstrained, between the nodes of its host, turned with the frames of
+  /// the cells where these are given.
   std::vector<Spring> springs(const std::vector<Mat3>* frames = nullptr) const;
   const std::vector<rebar::Bar>& list() const { return bars_.bars(); }
   /// Segments hosted by the given cells, ascending.
   std::vector<int> segments_in(const std::vector<int>& cells) const;
   /// f += forces of these segments at u (in live cells), from the accepted states; nothing is kept.
-  void add_forces_of(const std::vector<int>& segments, const double* u, const std::vector<char>& live, double* f) const;
+  void add_forces_of(const std::vector<int>& segments, const double* u, const std::vector<char>& live,
+                     double* f) const;
   /// Number of bars that have yielded, and that are broken, among these segments.
-  struct Counts { int yielded = 0, broken = 0; };
+  struct Counts {
+    int yielded = 0, broken = 0;
+  };
   Counts count(const std::vector<int>& segments) const;
   /// Calls with pairs of cells that an unbroken bar holds together.
   void ties(const std::function<void(int, int)>& visit) const;
@@ -70,29 +81,31 @@ class Bars {
 
  private:
   bool counts() const { return !partition_ || !slip_ || partition_->first_rank(); }
-  static constexpr std::size_t state_width = 6;   // numbers of one segment's accepted state
+  static constexpr std::size_t state_width = 6;  // numbers of one segment's accepted state
   void write_state(std::size_t segment, std::vector<double>& state) const;
   void read_state(std::size_t segment, const double* from);
   rebar::EmbeddedBars bars_;
-  std::vector<int> node_;                 // the nodes of hosts, ascending
-  std::vector<material::Steel::State> old_, next_;   // accepted; by the last evaluation, apart from them only at changed_
-  std::vector<int> changed_;              // segments whose state the last evaluation changes
+  std::vector<int> node_;  // the nodes of hosts, ascending
+  std::vector<material::Steel::State> old_,
+      next_;                  // accepted; by the last evaluation, apart from them only at changed_
+  std::vector<int> changed_;  // segments whose state the last evaluation changes
   std::vector<double> old_strain_, next_strain_;
   double slip_strain(std::size_t segment) const { return slip_ ? slip_->strain()[segment] : 0.0; }
-  bool evaluated_ = false;                // since the last accept()
-  mutable std::vector<std::array<int, 2>> ties_;   // pairs of cells that an unbroken bar holds together
-  mutable std::vector<char> tied_;        // of each cell, whether it is in one of them; empty: to be found
+  bool evaluated_ = false;                        // since the last accept()
+  mutable std::vector<std::array<int, 2>> ties_;  // pairs of cells that an unbroken bar holds together
+  mutable std::vector<char> tied_;  // of each cell, whether it is in one of them; empty: to be found
   mutable bool ties_stale_ = true;
   rebar::EmbeddedBars::Sums sums_;
-  std::unique_ptr<rebar::SlipField> slip_;   // null: perfect bond
+  std::unique_ptr<rebar::SlipField> slip_;  // null: perfect bond
   rebar::SlipField::Sums bond_;
-  std::unique_ptr<rebar::DowelField> dowels_;   // null: bars carry no shear
-  rebar::DowelField::Sums dowel_sums_;          // of this rank's own cells
+  std::unique_ptr<rebar::DowelField> dowels_;  // null: bars carry no shear
+  rebar::DowelField::Sums dowel_sums_;         // of this rank's own cells
   double steel_stress(std::size_t segment, const material::Steel::State& state, double strain) const;
   std::vector<double> host_;
-  Partition* partition_ = nullptr;        // null: all segments here
+  Partition* partition_ = nullptr;  // null: all segments here
   void find_carrying(const std::vector<char>& live);
-  std::vector<int> carrying_;             // segments in live (local) cells: those that are computed. Of a broken viaduct few
+  std::vector<int>
+      carrying_;  // segments in live (local) cells: those that are computed. Of a broken viaduct few
   bool carrying_stale_ = true;
 };
 

@@ -41,9 +41,7 @@ Vec3 reference_point(const Segment& s) {
   return xi;
 }
 
-Vec3 at_node(const double* u, int node) {
-  return Eigen::Map<const Vec3>(u + 4L * node);
-}
+Vec3 at_node(const double* u, int node) { return Eigen::Map<const Vec3>(u + 4L * node); }
 
 /// Number of the pair of faces whose normal is nearest to n, in lengths of the cell along n.
 int row_of(const material::CellFrame& frame, const Vec3& n, double* most = nullptr) {

@@ -13,13 +13,15 @@
 namespace talus::rebar {
 namespace {
 
-/// By one course of roundings, whatever the compiler makes of it elsewhere: an undeformed bar has no strain to the last bit.
+/// By one course of roundings, whatever the compiler makes of it elsewhere: an undeformed bar has no strain
+/// to the last bit.
 double length(double x, double y, double z) { return std::sqrt(std::fma(x, x, std::fma(y, y, z * z))); }
 
 Mat3 gradient(const std::array<Vec3, 8>& x, const Vec3& xi) {
   Mat3 j = Mat3::Zero();
   for (int i = 0; i < 8; ++i) {
-    const double a = 1 + cell_corner[i][0] * xi.x(), b = 1 + cell_corner[i][1] * xi.y(), c = 1 + cell_corner[i][2] * xi.z();
+    const double a = 1 + cell_corner[i][0] * xi.x(), b = 1 + cell_corner[i][1] * xi.y(),
+                 c = 1 + cell_corner[i][2] * xi.z();
     j.col(0) += 0.125 * cell_corner[i][0] * b * c * x[i];
     j.col(1) += 0.125 * cell_corner[i][1] * a * c * x[i];
     j.col(2) += 0.125 * cell_corner[i][2] * a * b * x[i];
@@ -30,7 +32,8 @@ Mat3 gradient(const std::array<Vec3, 8>& x, const Vec3& xi) {
 /// Uniform grid over the cells' boxes. Cell lists are sorted, so the first match does not depend on hashing.
 class GridSearch {
  public:
-  GridSearch(std::span<const Vec3> nodes, std::span<const std::array<int, 8>> hexes, double tolerance) : nodes_(nodes), hexes_(hexes), tolerance_(tolerance) {
+  GridSearch(std::span<const Vec3> nodes, std::span<const std::array<int, 8>> hexes, double tolerance)
+      : nodes_(nodes), hexes_(hexes), tolerance_(tolerance) {
     double size = 0;
     for (const auto& hex : hexes) {
       Box3 box;
@@ -43,7 +46,8 @@ class GridSearch {
       Box3 box;
       for (const int n : hexes[c]) box.extend(nodes[n]);
       const double margin = 2 * tolerance_ * box.sizes().maxCoeff();
-      const auto low = key_of(box.min() - Vec3::Constant(margin)), high = key_of(box.max() + Vec3::Constant(margin));
+      const auto low = key_of(box.min() - Vec3::Constant(margin)),
+                 high = key_of(box.max() + Vec3::Constant(margin));
       for (long i = low[0]; i <= high[0]; ++i)
         for (long j = low[1]; j <= high[1]; ++j)
           for (long k = low[2]; k <= high[2]; ++k) buckets_[pack({i, j, k})].push_back(static_cast<int>(c));
@@ -64,7 +68,8 @@ class GridSearch {
       }
       const double margin = 2 * tolerance_ * box.sizes().maxCoeff();
       if ((p - box.min()).minCoeff() < -margin || (box.max() - p).minCoeff() < -margin) continue;
-      // From the cell's own corner: far from the origin the last digits of the coordinates are coarser than the tolerance.
+      // From the cell's own corner: far from the origin the last digits of the coordinates are coarser than
+      // the tolerance.
       const Vec3 corner_at = x[0];
       for (Vec3& node : x) node -= corner_at;
       Vec3 xi = Vec3::Zero();
@@ -113,8 +118,10 @@ struct Sample {
   std::optional<HostPoint> host;
 };
 
-/// Splits [a, b] until its ends lie in one cell (cells are convex enough that what lies between does too) or it is short.
-void refine(const Vec3& p, const Vec3& q, const Sample& a, const Sample& b, const HostSearch& host, std::vector<Sample>& out) {
+/// Splits [a, b] until its ends lie in one cell (cells are convex enough that what lies between does too) or
+/// it is short.
+void refine(const Vec3& p, const Vec3& q, const Sample& a, const Sample& b, const HostSearch& host,
+            std::vector<Sample>& out) {
   const bool same = a.host && b.host && a.host->cell == b.host->cell;
   if (!same && b.t - a.t > 1e-9) {
     Sample mid{0.5 * (a.t + b.t), {}};
@@ -156,8 +163,10 @@ class Outsiders {
   std::size_t count_ = 0;
 };
 
-/// A point on the surface of a bar about `centre`, on a leg along `direction`, that lies outside the concrete, if one of eight around does.
-std::optional<Vec3> surface_outside(const Vec3& centre, const Vec3& direction, double radius, const HostSearch& host) {
+/// A point on the surface of a bar about `centre`, on a leg along `direction`, that lies outside the
+/// concrete, if one of eight around does.
+std::optional<Vec3> surface_outside(const Vec3& centre, const Vec3& direction, double radius,
+                                    const HostSearch& host) {
   const Vec3 a = direction.unitOrthogonal(), b = direction.normalized().cross(a);
   for (int i = 0; i < 8; ++i) {
     const double angle = 0.25 * M_PI * i;
@@ -171,12 +180,17 @@ std::optional<Vec3> surface_outside(const Vec3& centre, const Vec3& direction, d
 
 std::array<double, 8> hex_shape(const Vec3& xi) {
   std::array<double, 8> n;
-  for (int i = 0; i < 8; ++i) n[i] = 0.125 * (1 + cell_corner[i][0] * xi.x()) * (1 + cell_corner[i][1] * xi.y()) * (1 + cell_corner[i][2] * xi.z());
+  for (int i = 0; i < 8; ++i)
+    n[i] = 0.125 * (1 + cell_corner[i][0] * xi.x()) * (1 + cell_corner[i][1] * xi.y()) *
+           (1 + cell_corner[i][2] * xi.z());
   return n;
 }
 
-HostSearch host_search(std::span<const Vec3> nodes, std::span<const std::array<int, 8>> hexes, double tolerance) {
-  return [grid = std::make_shared<const GridSearch>(nodes, hexes, tolerance)](const Vec3& p) { return (*grid)(p); };
+HostSearch host_search(std::span<const Vec3> nodes, std::span<const std::array<int, 8>> hexes,
+                       double tolerance) {
+  return [grid = std::make_shared<const GridSearch>(nodes, hexes, tolerance)](const Vec3& p) {
+    return (*grid)(p);
+  };
 }
 
 std::vector<Segment> embed(const std::vector<Bar>& bars, const HostSearch& host, const std::string& key) {
@@ -223,13 +237,16 @@ std::vector<Segment> embed(const std::vector<Bar>& bars, const HostSearch& host,
       }
       arc += length;
     }
-    if (outside) outsiders.add(bar, *outside, "this point of the bar lies outside the concrete", "move or shorten the bar; coordinates are those of the scene, in metres");
+    if (outside)
+      outsiders.add(bar, *outside, "this point of the bar lies outside the concrete",
+                    "move or shorten the bar; coordinates are those of the scene, in metres");
   }
   outsiders.done();
   return segments;
 }
 
-void check_surfaces(const std::vector<Bar>& bars, const std::vector<Segment>& segments, const HostSearch& host, const std::string& key) {
+void check_surfaces(const std::vector<Bar>& bars, const std::vector<Segment>& segments,
+                    const HostSearch& host, const std::string& key) {
   Outsiders outsiders(key);
   auto segment = segments.begin();
   for (std::size_t index = 0; index < bars.size(); ++index) {
@@ -238,23 +255,30 @@ void check_surfaces(const std::vector<Bar>& bars, const std::vector<Segment>& se
     const double whole = bar.length();
     std::optional<Vec3> outside;
     std::size_t leg = 1;
-    double passed = 0;   // of the bar, before the leg
+    double passed = 0;  // of the bar, before the leg
     for (; segment != segments.end() && segment->bar == static_cast<int>(index); ++segment) {
       const double middle = segment->arc + 0.5 * segment->length;
       double length = (bar.points[leg] - bar.points[leg - 1]).norm();
-      while (leg + 1 < bar.points.size() && middle > passed + length) passed += length, ++leg, length = (bar.points[leg] - bar.points[leg - 1]).norm();
+      while (leg + 1 < bar.points.size() && middle > passed + length)
+        passed += length, ++leg, length = (bar.points[leg] - bar.points[leg - 1]).norm();
       // Close to its ends a bar that is cut off askew may pass a face.
       if (outside || (!closed && std::min(middle, whole - middle) < bar.diameter)) continue;
       const Vec3 along = (bar.points[leg] - bar.points[leg - 1]) / length;
-      outside = surface_outside(bar.points[leg - 1] + (middle - passed) * along, along, 0.5 * bar.diameter, host);
+      outside =
+          surface_outside(bar.points[leg - 1] + (middle - passed) * along, along, 0.5 * bar.diameter, host);
     }
     if (outside)
-      outsiders.add(bar, *outside, fmt::format("the bar is {:.3g} mm thick, and this point of its surface lies outside the concrete", 1e3 * bar.diameter), "a thinner bar, or one that lies deeper in the member");
+      outsiders.add(
+          bar, *outside,
+          fmt::format("the bar is {:.3g} mm thick, and this point of its surface lies outside the concrete",
+                      1e3 * bar.diameter),
+          "a thinner bar, or one that lies deeper in the member");
   }
   outsiders.done();
 }
 
-EmbeddedBars::EmbeddedBars(std::vector<Bar> bars, std::vector<Segment> segments, std::span<const Vec3> reference, std::span<const std::array<int, 8>> hexes)
+EmbeddedBars::EmbeddedBars(std::vector<Bar> bars, std::vector<Segment> segments,
+                           std::span<const Vec3> reference, std::span<const std::array<int, 8>> hexes)
     : bars_(std::move(bars)), segments_(std::move(segments)) {
   laws_.reserve(bars_.size());
   for (const Bar& b : bars_) laws_.emplace_back(b.steel);
@@ -277,9 +301,13 @@ EmbeddedBars::EmbeddedBars(std::vector<Bar> bars, std::vector<Segment> segments,
   }
 }
 
-EmbeddedBars::Sums EmbeddedBars::forces(const double* u, double h, std::span<const material::Steel::State> old, std::span<const double> old_strain,
-                                        std::span<material::Steel::State> next, std::span<double> next_strain, std::vector<int>& changed, double* force, const std::vector<int>* which,
-                                        std::span<const double> slip_strain, const char* counted) const {
+EmbeddedBars::Sums EmbeddedBars::forces(const double* u, double h,
+                                        std::span<const material::Steel::State> old,
+                                        std::span<const double> old_strain,
+                                        std::span<material::Steel::State> next, std::span<double> next_strain,
+                                        std::vector<int>& changed, double* force,
+                                        const std::vector<int>* which, std::span<const double> slip_strain,
+                                        const char* counted) const {
   using material::V4, material::load4, material::store4;
   Sums sums;
   for (std::size_t i = 0, count = which ? which->size() : compact_.size(); i < count; ++i) {
@@ -318,7 +346,8 @@ EmbeddedBars::Sums EmbeddedBars::forces(const double* u, double h, std::span<con
     next_strain[k] = strain;
     if (stress == 0) continue;
     const V4 f = (s.area * stress / l) * d;
-    for (int a = 0; a < 8; ++a) store4(force + 4L * s.node[a], load4(force + 4L * s.node[a]) + s.delta[a] * f);
+    for (int a = 0; a < 8; ++a)
+      store4(force + 4L * s.node[a], load4(force + 4L * s.node[a]) + s.delta[a] * f);
   }
   return sums;
 }
@@ -338,7 +367,8 @@ void EmbeddedBars::host_strains(const double* u, std::vector<double>& strain) co
   }
 }
 
-EmbeddedBars::Pull EmbeddedBars::pull(std::size_t k, const double* u, const material::Steel::State& state, double slip_strain) const {
+EmbeddedBars::Pull EmbeddedBars::pull(std::size_t k, const double* u, const material::Steel::State& state,
+                                      double slip_strain) const {
   const Segment& s = segments_[k];
   const Vec3 d = span_now(k, u);
   const double l = length(d.x(), d.y(), d.z());

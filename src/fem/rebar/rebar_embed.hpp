@@ -1,8 +1,10 @@
-/// Bars embedded in hexahedra: polylines cut by the cells, strain from the host's shape functions, perfect bond.
+/// Bars embedded in hexahedra: polylines cut by the cells, strain from the host's shape functions, perfect
+/// bond.
 ///
 ///   a, b     ends of a segment in its host cell;  D_i = N_i(b) - N_i(a)
 ///   d = d_0 + sum_i D_i u_i,  l = |d|,  eps = (l - L) / L,  sigma by the steel law
-///   f_i = A sigma (d / l) D_i       the gradient of A L psi(eps) with respect to u_i (internal force, resists motion)
+///   f_i = A sigma (d / l) D_i       the gradient of A L psi(eps) with respect to u_i (internal force,
+///   resists motion)
 ///
 /// symbol   meaning                                                        unit    shape
 /// u_i      displacements of the host's nodes, VTK order                   m       8 x 3
@@ -12,7 +14,8 @@
 ///
 /// Nodal vectors have four components per node, the fourth is zero: a node is one vector of the processor.
 ///
-/// A bar replaces no concrete: its area is extra stiffness (E_s - E_c is not subtracted), as usual for embedded trusses.
+/// A bar replaces no concrete: its area is extra stiffness (E_s - E_c is not subtracted), as usual for
+/// embedded trusses.
 #pragma once
 #include <array>
 #include <functional>
@@ -30,34 +33,40 @@ struct HostPoint {
   int cell = -1;
   Vec3 xi = Vec3::Zero();
 };
-/// Maps a point (world, reference configuration) to its cell, or nothing if it is outside. On shared faces any of the cells.
+/// Maps a point (world, reference configuration) to its cell, or nothing if it is outside. On shared faces
+/// any of the cells.
 using HostSearch = std::function<std::optional<HostPoint>(const Vec3&)>;
 
 /// Corners of the reference cell, VTK order.
-inline constexpr int cell_corner[8][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1}, {-1, -1, 1}, {1, -1, 1}, {1, 1, 1}, {-1, 1, 1}};
+inline constexpr int cell_corner[8][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1},
+                                          {-1, -1, 1},  {1, -1, 1},  {1, 1, 1},  {-1, 1, 1}};
 
 /// Trilinear shape functions of a hexahedron, VTK order, xi in [-1, 1]^3.
 std::array<double, 8> hex_shape(const Vec3& xi);
 
-/// Search over a mesh given as arrays; they must outlive the function. `tolerance`: how far outside, relative to the cell, still
-/// counts as inside.
-HostSearch host_search(std::span<const Vec3> nodes, std::span<const std::array<int, 8>> hexes, double tolerance = 1e-6);
+/// Search over a mesh given as arrays; they must outlive the function. `tolerance`: how far outside, relative
+/// to the cell, still counts as inside.
+HostSearch host_search(std::span<const Vec3> nodes, std::span<const std::array<int, 8>> hexes,
+                       double tolerance = 1e-6);
 
 struct Segment {
-  int bar = 0;                      ///< index into the bars
+  int bar = 0;  ///< index into the bars
   int cell = 0;
   std::array<double, 8> start{}, end{};  ///< shape functions at both ends
-  double length = 0, area = 0;      ///< L, A
-  double arc = 0;                   ///< distance of its start from the start of the bar [m]
+  double length = 0, area = 0;           ///< L, A
+  double arc = 0;                        ///< distance of its start from the start of the bar [m]
 };
 
-/// Cuts every leg of every bar where it passes from cell to cell (to 1e-9 of the leg). Throws InputError that names each bar
-/// with a part outside all cells, and where.
-std::vector<Segment> embed(const std::vector<Bar>& bars, const HostSearch& host, const std::string& key = "structure.rebar");
+/// Cuts every leg of every bar where it passes from cell to cell (to 1e-9 of the leg). Throws InputError that
+/// names each bar with a part outside all cells, and where.
+std::vector<Segment> embed(const std::vector<Bar>& bars, const HostSearch& host,
+                           const std::string& key = "structure.rebar");
 
-/// Throws InputError that names each bar of which a part of the surface, in the middle of one of the segments (as of embed()) and further than a diameter from
-/// the ends, lies outside the concrete: bars thicker than their cover, or than their member.
-void check_surfaces(const std::vector<Bar>& bars, const std::vector<Segment>& segments, const HostSearch& host, const std::string& key = "structure.rebar");
+/// Throws InputError that names each bar of which a part of the surface, in the middle of one of the segments
+/// (as of embed()) and further than a diameter from the ends, lies outside the concrete: bars thicker than
+/// their cover, or than their member.
+void check_surfaces(const std::vector<Bar>& bars, const std::vector<Segment>& segments,
+                    const HostSearch& host, const std::string& key = "structure.rebar");
 
 /// All segments with their laws and states.
 class EmbeddedBars {
@@ -66,38 +75,51 @@ class EmbeddedBars {
     double energy = 0, dissipation = 0;  ///< stored now; of this call [J]
     double largest_strain = 0;
     int yielding = 0, broken = 0;
-    int breaking = 0;                    ///< broken in this call
+    int breaking = 0;  ///< broken in this call
   };
   EmbeddedBars() = default;
-  EmbeddedBars(std::vector<Bar> bars, std::vector<Segment> segments, std::span<const Vec3> reference, std::span<const std::array<int, 8>> hexes);
+  EmbeddedBars(std::vector<Bar> bars, std::vector<Segment> segments, std::span<const Vec3> reference,
+               std::span<const std::array<int, 8>> hexes);
 
-  /// Adds internal forces at displacement u; h: time since the last call [s], 0 for no rate effect. Segments that leave the elastic range are appended to `changed`, in
-  /// ascending order, and only their `next` is written; `next` may be `old`. Only the segments `which` (null: all) carry something, the states of others
-  /// are left alone; those in cells not in `counted` (null: all) carry force, but do not enter the sums.
-  /// `slip_strain` (empty: perfect bond) is added to the strain of the host; strains in and out are the bar's own.
-  Sums forces(const double* u, double h, std::span<const material::Steel::State> old, std::span<const double> old_strain,
-              std::span<material::Steel::State> next, std::span<double> next_strain, std::vector<int>& changed, double* force, const std::vector<int>* which = nullptr,
-              std::span<const double> slip_strain = {}, const char* counted = nullptr) const;
+  /// Adds internal forces at displacement u; h: time since the last call [s], 0 for no rate effect. Segments
+  /// that leave the elastic range are appended to `changed`, in ascending order, and only their `next` is
+  /// written; `next` may be `old`. Only the segments `which` (null: all) carry something, the states of
+  /// others are left alone; those in cells not in `counted` (null: all) carry force, but do not enter the
+  /// sums. `slip_strain` (empty: perfect bond) is added to the strain of the host; strains in and out are the
+  /// bar's own.
+  Sums forces(const double* u, double h, std::span<const material::Steel::State> old,
+              std::span<const double> old_strain, std::span<material::Steel::State> next,
+              std::span<double> next_strain, std::vector<int>& changed, double* force,
+              const std::vector<int>* which = nullptr, std::span<const double> slip_strain = {},
+              const char* counted = nullptr) const;
   /// Strain of the concrete along every segment.
   void host_strains(const double* u, std::vector<double>& strain) const;
 
-  /// Strain, stress and force of one segment now (force: what its end must be pulled with), its state left as it is.
-  struct Pull { double strain = 0, stress = 0; Vec3 force = Vec3::Zero(); };
-  Pull pull(std::size_t segment, const double* u, const material::Steel::State& state, double slip_strain) const;
+  /// Strain, stress and force of one segment now (force: what its end must be pulled with), its state left as
+  /// it is.
+  struct Pull {
+    double strain = 0, stress = 0;
+    Vec3 force = Vec3::Zero();
+  };
+  Pull pull(std::size_t segment, const double* u, const material::Steel::State& state,
+            double slip_strain) const;
   const material::Steel& law(int bar) const { return laws_[static_cast<std::size_t>(bar)]; }
   /// Its two ends now.
   std::pair<Vec3, Vec3> ends(std::size_t segment, const double* u) const;
   /// From end to end as placed, d_0.
   const Vec3& along(std::size_t segment) const { return along_[segment]; }
-  const Vec3& start(std::size_t segment) const { return start_[segment]; }   ///< its first end as placed
+  const Vec3& start(std::size_t segment) const { return start_[segment]; }  ///< its first end as placed
   /// Adds the nodal forces of a segment so pulled.
   void add_pull(std::size_t segment, const Vec3& pull, double* force) const;
 
   const std::vector<Bar>& bars() const { return bars_; }
   const std::vector<Segment>& segments() const { return segments_; }
   const std::array<int, 8>& host_nodes(std::size_t segment) const { return nodes_[segment]; }
-  std::vector<material::Steel::State> initial_states() const { return std::vector<material::Steel::State>(segments_.size()); }
-  /// Mass of steel per node to add to the lumped mass [kg]; density of steel minus that of the concrete displaced.
+  std::vector<material::Steel::State> initial_states() const {
+    return std::vector<material::Steel::State>(segments_.size());
+  }
+  /// Mass of steel per node to add to the lumped mass [kg]; density of steel minus that of the concrete
+  /// displaced.
   void add_mass(double density, std::span<double> mass) const;
   /// Axial stiffness E A / L of each segment: bounds the critical step.
   double stiffness(std::size_t segment) const;
@@ -109,15 +131,15 @@ class EmbeddedBars {
   std::vector<Vec3> start_, along_;        // each segment's first end as placed, and d_0
   /// What forces need of a segment, beside each other: they are bound by memory.
   struct Compact {
-    std::array<double, 4> along;           // d_0
-    std::array<double, 8> delta;           // D_i
+    std::array<double, 4> along;  // d_0
+    std::array<double, 8> delta;  // D_i
     std::array<int, 8> node;
     double length, area;
     int bar, cell;
   };
   std::vector<Compact> compact_;
   Vec3 span_now(std::size_t segment, const double* u) const;
-  std::vector<material::Steel> laws_;      // of each bar
+  std::vector<material::Steel> laws_;  // of each bar
 };
 
 }  // namespace talus::rebar

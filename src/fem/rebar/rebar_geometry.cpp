@@ -14,7 +14,8 @@
 namespace talus::rebar {
 namespace {
 
-Problem problem(const std::string& file, int line, int column, const std::string& key, const std::string& value, const std::string& rule, const std::string& remedy) {
+Problem problem(const std::string& file, int line, int column, const std::string& key,
+                const std::string& value, const std::string& rule, const std::string& remedy) {
   Problem p;
   p.file = file;
   p.line = line;
@@ -45,7 +46,8 @@ std::vector<Cell> split(const std::string& line) {
   }
 }
 
-constexpr const char* header_remedy = "the header is bar,diameter,x,y,z,grade and optionally prestress, in any order";
+constexpr const char* header_remedy =
+    "the header is bar,diameter,x,y,z,grade and optionally prestress, in any order";
 
 }  // namespace
 
@@ -57,7 +59,9 @@ double Bar::length() const {
 
 std::vector<Bar> read_bars(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
-  if (!in) throw InputError(problem(path, 0, 0, "rebar", path, "the file cannot be read", "check the path; it is relative to the scene file"));
+  if (!in)
+    throw InputError(problem(path, 0, 0, "rebar", path, "the file cannot be read",
+                             "check the path; it is relative to the scene file"));
   std::ostringstream text;
   text << in.rdbuf();
   return parse_bars(text.str(), path);
@@ -84,19 +88,26 @@ std::vector<Bar> parse_bars(const std::string& text, const std::string& name) {
     if (!header) {
       for (const Cell& c : cells) {
         static const std::set<std::string> allowed{"bar", "diameter", "x", "y", "z", "grade", "prestress"};
-        if (!allowed.count(c.text)) problems.push_back(problem(name, number, c.column, "rebar column", c.text, "unknown column", header_remedy));
-        if (column.count(c.text)) problems.push_back(problem(name, number, c.column, "rebar column", c.text, "given twice", header_remedy));
+        if (!allowed.count(c.text))
+          problems.push_back(
+              problem(name, number, c.column, "rebar column", c.text, "unknown column", header_remedy));
+        if (column.count(c.text))
+          problems.push_back(
+              problem(name, number, c.column, "rebar column", c.text, "given twice", header_remedy));
         column[c.text] = static_cast<int>(&c - cells.data());
       }
       for (const char* needed : {"bar", "diameter", "x", "y", "z", "grade"})
-        if (!column.count(needed)) problems.push_back(problem(name, number, 0, "rebar column", needed, "missing", header_remedy));
+        if (!column.count(needed))
+          problems.push_back(problem(name, number, 0, "rebar column", needed, "missing", header_remedy));
       if (!problems.empty()) throw InputError(problems);
       header = true;
       header_size = cells.size();
       continue;
     }
     if (cells.size() != header_size) {
-      problems.push_back(problem(name, number, 0, "rebar row", fmt::format("{} values", cells.size()), fmt::format("expected {} values as in the header", header_size), "separate them by commas"));
+      problems.push_back(problem(name, number, 0, "rebar row", fmt::format("{} values", cells.size()),
+                                 fmt::format("expected {} values as in the header", header_size),
+                                 "separate them by commas"));
       continue;
     }
     bool good = true;
@@ -105,7 +116,8 @@ std::vector<Bar> parse_bars(const std::string& text, const std::string& name) {
       double x = 0;
       const auto [end, error] = std::from_chars(c.text.data(), c.text.data() + c.text.size(), x);
       if (error != std::errc{} || end != c.text.data() + c.text.size() || !std::isfinite(x)) {
-        problems.push_back(problem(name, number, c.column, key, c.text, "not a finite number", "SI units without a unit: metres, pascals"));
+        problems.push_back(problem(name, number, c.column, key, c.text, "not a finite number",
+                                   "SI units without a unit: metres, pascals"));
         good = false;
       }
       return x;
@@ -115,11 +127,14 @@ std::vector<Bar> parse_bars(const std::string& text, const std::string& name) {
     const Vec3 point(value("x"), value("y"), value("z"));
     const double prestress = column.count("prestress") ? value("prestress") : 0.0;
     if (id.empty()) {
-      problems.push_back(problem(name, number, cells[column["bar"]].column, "bar", "", "a bar needs a name", "give the same name in each row of one bar"));
+      problems.push_back(problem(name, number, cells[column["bar"]].column, "bar", "", "a bar needs a name",
+                                 "give the same name in each row of one bar"));
       good = false;
     }
     if (good && !(diameter > 0 && diameter <= 0.2)) {
-      problems.push_back(problem(name, number, cells[column["diameter"]].column, fmt::format("bar {} diameter", id), fmt::format("{:g} m", diameter), "must be positive and at most 0.2 m",
+      problems.push_back(problem(name, number, cells[column["diameter"]].column,
+                                 fmt::format("bar {} diameter", id), fmt::format("{:g} m", diameter),
+                                 "must be positive and at most 0.2 m",
                                  diameter > 1 ? "diameters are in metres: 0.025, not 25" : "correct it"));
       good = false;
     }
@@ -127,7 +142,9 @@ std::vector<Bar> parse_bars(const std::string& text, const std::string& name) {
     if (bars.empty() || bars.back().name != id) {
       if (!bars.empty()) finished.insert(bars.back().name);
       if (finished.count(id)) {
-        problems.push_back(problem(name, number, cells[column["bar"]].column, "bar", id, "its rows are not together", "give the points of one bar in consecutive rows"));
+        problems.push_back(problem(name, number, cells[column["bar"]].column, "bar", id,
+                                   "its rows are not together",
+                                   "give the points of one bar in consecutive rows"));
         continue;
       }
       Bar bar;
@@ -136,45 +153,61 @@ std::vector<Bar> parse_bars(const std::string& text, const std::string& name) {
       bar.file = name;
       bar.line = number;
       try {
-        bar.steel = material::steel_grade(cells[column["grade"]].text, fmt::format("bar {} grade", id), name, number);
+        bar.steel =
+            material::steel_grade(cells[column["grade"]].text, fmt::format("bar {} grade", id), name, number);
         bar.steel.prestress = prestress;
         material::Steel check(bar.steel);
       } catch (const InputError& e) {
         for (Problem p : e.problems()) {
           p.file = name;
           p.line = number;
-          if (p.key == "steel.prestress") p.key = fmt::format("bar {} prestress", id), p.column = cells[column["prestress"]].column;
+          if (p.key == "steel.prestress")
+            p.key = fmt::format("bar {} prestress", id), p.column = cells[column["prestress"]].column;
           problems.push_back(p);
         }
       }
       bars.push_back(std::move(bar));
     } else if (bars.back().diameter != diameter) {
-      problems.push_back(problem(name, number, cells[column["diameter"]].column, fmt::format("bar {} diameter", id), fmt::format("{:g} m", diameter),
-                                 fmt::format("differs from {:g} m in line {}", bars.back().diameter, bars.back().line), "one diameter for each bar"));
+      problems.push_back(
+          problem(name, number, cells[column["diameter"]].column, fmt::format("bar {} diameter", id),
+                  fmt::format("{:g} m", diameter),
+                  fmt::format("differs from {:g} m in line {}", bars.back().diameter, bars.back().line),
+                  "one diameter for each bar"));
     }
     if (!bars.back().points.empty() && (point - bars.back().points.back()).norm() < 1e-9)
-      problems.push_back(problem(name, number, 0, fmt::format("bar {}", id), "", "two consecutive points coincide", "remove one of the rows"));
+      problems.push_back(problem(name, number, 0, fmt::format("bar {}", id), "",
+                                 "two consecutive points coincide", "remove one of the rows"));
     bars.back().points.push_back(point);
   }
   if (!header) problems.push_back(problem(name, 1, 0, "rebar", "", "the file has no header", header_remedy));
   for (const Bar& b : bars)
-    if (b.points.size() < 2 && problems.size() < enough) problems.push_back(problem(name, b.line, 0, fmt::format("bar {}", b.name), "1 point", "a bar needs two points or more", "add its end point as another row"));
-  if (header && bars.empty() && problems.empty()) problems.push_back(problem(name, number, 0, "rebar", "", "the file has no bars", "add rows, or drop the key"));
+    if (b.points.size() < 2 && problems.size() < enough)
+      problems.push_back(problem(name, b.line, 0, fmt::format("bar {}", b.name), "1 point",
+                                 "a bar needs two points or more", "add its end point as another row"));
+  if (header && bars.empty() && problems.empty())
+    problems.push_back(
+        problem(name, number, 0, "rebar", "", "the file has no bars", "add rows, or drop the key"));
   if (!problems.empty()) throw InputError(problems);
   return bars;
 }
 
 namespace {
 
-void check_member(const Member& m, const std::string& key, double diameter, double cover, double inset, std::vector<Problem>& problems) {
-  const auto bad = [&](const char* name, double v, const char* rule, const char* remedy) { problems.push_back(problem("", 0, 0, key + "." + name, fmt::format("{:g} m", v), rule, remedy)); };
+void check_member(const Member& m, const std::string& key, double diameter, double cover, double inset,
+                  std::vector<Problem>& problems) {
+  const auto bad = [&](const char* name, double v, const char* rule, const char* remedy) {
+    problems.push_back(problem("", 0, 0, key + "." + name, fmt::format("{:g} m", v), rule, remedy));
+  };
   if (!(m.width > 0)) bad("width", m.width, "must be positive", "give the section");
-  if (m.section == Member::Section::rectangular && !(m.depth > 0)) bad("depth", m.depth, "must be positive", "give the section");
+  if (m.section == Member::Section::rectangular && !(m.depth > 0))
+    bad("depth", m.depth, "must be positive", "give the section");
   if (!(m.length > 0)) bad("length", m.length, "must be positive", "give the length of the member");
-  if (!(diameter > 0 && diameter <= 0.2)) bad("diameter", diameter, "must be positive and at most 0.2 m", "0.025 m");
+  if (!(diameter > 0 && diameter <= 0.2))
+    bad("diameter", diameter, "must be positive and at most 0.2 m", "0.025 m");
   if (!(cover > 0)) bad("cover", cover, "must be positive", "0.04 m");
   const double least = m.section == Member::Section::rectangular ? std::min(m.width, m.depth) : m.width;
-  if (problems.empty() && 2 * inset >= least) bad("cover", cover, "leaves no room for the bars in the section", "reduce cover or diameter");
+  if (problems.empty() && 2 * inset >= least)
+    bad("cover", cover, "leaves no room for the bars in the section", "reduce cover or diameter");
 }
 
 Vec3 place(const Member& m, double x, double y, double z) {
@@ -188,11 +221,13 @@ std::vector<Bar> longitudinal_bars(const Member& m, const LongitudinalRule& rule
   std::vector<Problem> problems;
   const double inset = rule.cover + rule.stirrup_diameter + 0.5 * rule.diameter;
   check_member(m, key, rule.diameter, rule.cover, inset, problems);
-  if (rule.bars < 4) problems.push_back(problem("", 0, 0, key + ".bars", fmt::format("{}", rule.bars), "must be at least 4", "one bar in each corner"));
+  if (rule.bars < 4)
+    problems.push_back(problem("", 0, 0, key + ".bars", fmt::format("{}", rule.bars), "must be at least 4",
+                               "one bar in each corner"));
   if (!problems.empty()) throw InputError(problems);
 
   std::vector<std::array<double, 2>> at;
-  double apart = 0;   // axes of neighbours
+  double apart = 0;  // axes of neighbours
   if (m.section == Member::Section::round) {
     const double r = 0.5 * m.width - inset;
     for (int i = 0; i < rule.bars; ++i) {
@@ -201,7 +236,8 @@ std::vector<Bar> longitudinal_bars(const Member& m, const LongitudinalRule& rule
     }
     apart = 2 * r * std::sin(3.14159265358979323846 / rule.bars);
   } else {
-    // Corners first; the rest goes to the sides in opposite pairs, always where the spacing is widest; an odd one to the -y side.
+    // Corners first; the rest goes to the sides in opposite pairs, always where the spacing is widest; an odd
+    // one to the -y side.
     const double a = m.width - 2 * inset, b = m.depth - 2 * inset;
     int along_x[2] = {0, 0}, along_y = 0;  // inner bars of the sides -y, +y; of each of the sides -x, +x
     int left = rule.bars - 4;
@@ -219,12 +255,16 @@ std::vector<Bar> longitudinal_bars(const Member& m, const LongitudinalRule& rule
     for (const double sx : {-0.5, 0.5})
       for (const double sy : {-0.5, 0.5}) at.push_back({sx * a, sy * b});
     for (int side = 0; side < 2; ++side)
-      for (int i = 1; i <= along_x[side]; ++i) at.push_back({a * (double(i) / (along_x[side] + 1) - 0.5), (side == 0 ? -0.5 : 0.5) * b});
+      for (int i = 1; i <= along_x[side]; ++i)
+        at.push_back({a * (double(i) / (along_x[side] + 1) - 0.5), (side == 0 ? -0.5 : 0.5) * b});
     for (const double sx : {-0.5, 0.5})
       for (int i = 1; i <= along_y; ++i) at.push_back({sx * a, b * (double(i) / (along_y + 1) - 0.5)});
   }
   if (apart < rule.diameter)
-    throw InputError(problem("", 0, 0, key + ".bars", fmt::format("{}", rule.bars), fmt::format("bars of {:.3g} mm would lie {:.3g} mm apart, one in another", 1e3 * rule.diameter, 1e3 * apart), "fewer bars, or thinner ones"));
+    throw InputError(problem("", 0, 0, key + ".bars", fmt::format("{}", rule.bars),
+                             fmt::format("bars of {:.3g} mm would lie {:.3g} mm apart, one in another",
+                                         1e3 * rule.diameter, 1e3 * apart),
+                             "fewer bars, or thinner ones"));
   const double end = std::min(rule.cover, 0.25 * m.length);
   std::vector<Bar> bars;
   for (std::size_t i = 0; i < at.size(); ++i) {
@@ -232,7 +272,8 @@ std::vector<Bar> longitudinal_bars(const Member& m, const LongitudinalRule& rule
     bar.name = fmt::format("L{}", i + 1);
     bar.diameter = rule.diameter;
     bar.steel = rule.steel;
-    bar.points = {place(m, at[i][0], at[i][1], m.held_start ? 0 : end), place(m, at[i][0], at[i][1], m.length - (m.held_end ? 0 : end))};
+    bar.points = {place(m, at[i][0], at[i][1], m.held_start ? 0 : end),
+                  place(m, at[i][0], at[i][1], m.length - (m.held_end ? 0 : end))};
     bars.push_back(std::move(bar));
   }
   return bars;
@@ -242,9 +283,13 @@ std::vector<Bar> stirrups(const Member& m, const StirrupRule& rule, const std::s
   std::vector<Problem> problems;
   const double inset = rule.cover + 0.5 * rule.diameter;
   check_member(m, key, rule.diameter, rule.cover, inset, problems);
-  if (!(rule.spacing > rule.diameter)) problems.push_back(problem("", 0, 0, key + ".spacing", fmt::format("{:g} m", rule.spacing), "must be above the diameter", "0.2 m"));
+  if (!(rule.spacing > rule.diameter))
+    problems.push_back(problem("", 0, 0, key + ".spacing", fmt::format("{:g} m", rule.spacing),
+                               "must be above the diameter", "0.2 m"));
   if (!problems.empty()) throw InputError(problems);
-  if (m.length / rule.spacing > 1e5) throw InputError(problem("", 0, 0, key + ".spacing", fmt::format("{:g} m", rule.spacing), "gives more than 100000 stirrups", "0.2 m"));
+  if (m.length / rule.spacing > 1e5)
+    throw InputError(problem("", 0, 0, key + ".spacing", fmt::format("{:g} m", rule.spacing),
+                             "gives more than 100000 stirrups", "0.2 m"));
   const int count = std::max(1, static_cast<int>(std::floor(m.length / rule.spacing + 1e-9)));
   const double first = 0.5 * (m.length - (count - 1) * rule.spacing);
   std::vector<Bar> bars;
@@ -263,7 +308,8 @@ std::vector<Bar> stirrups(const Member& m, const StirrupRule& rule, const std::s
       }
     } else {
       const double x = 0.5 * m.width - inset, y = 0.5 * m.depth - inset;
-      bar.points = {place(m, -x, -y, z), place(m, x, -y, z), place(m, x, y, z), place(m, -x, y, z), place(m, -x, -y, z)};
+      bar.points = {place(m, -x, -y, z), place(m, x, -y, z), place(m, x, y, z), place(m, -x, y, z),
+                    place(m, -x, -y, z)};
     }
     bars.push_back(std::move(bar));
   }

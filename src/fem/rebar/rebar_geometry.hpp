@@ -30,22 +30,25 @@ std::vector<Bar> read_bars(const std::string& path);
 /// The same from text; `name` stands for the file in messages.
 std::vector<Bar> parse_bars(const std::string& text, const std::string& name);
 
-/// A prismatic member: its section lies in the plane of `axis_x`, `axis_y` about `base`, and runs `length` along axis_x x axis_y.
+/// A prismatic member: its section lies in the plane of `axis_x`, `axis_y` about `base`, and runs `length`
+/// along axis_x x axis_y.
 struct Member {
   enum class Section { rectangular, round };
   Section section = Section::rectangular;
-  double width = 0, depth = 0;      ///< along axis_x and axis_y; round: width is the diameter [m]
-  double length = 0;                ///< [m]
-  Vec3 base = Vec3::Zero();         ///< centre of the section at the start
+  double width = 0, depth = 0;  ///< along axis_x and axis_y; round: width is the diameter [m]
+  double length = 0;            ///< [m]
+  Vec3 base = Vec3::Zero();     ///< centre of the section at the start
   Vec3 axis_x = Vec3::UnitX(), axis_y = Vec3::UnitY();
-  bool held_start = false, held_end = false;  ///< the section there is held: longitudinal bars run to it, not only to one cover before it
+  bool held_start = false, held_end = false;  ///< the section there is held: longitudinal bars run to it, not
+                                              ///< only to one cover before it
 };
 
-/// n longitudinal bars inside the stirrups, evenly along the perimeter (rectangular: at the corners first, n >= 4; round: n >= 4).
+/// n longitudinal bars inside the stirrups, evenly along the perimeter (rectangular: at the corners first, n
+/// >= 4; round: n >= 4).
 struct LongitudinalRule {
   int bars = 0;
-  double diameter = 0, cover = 0;   ///< cover: to the outside of the stirrup [m]
-  double stirrup_diameter = 0;      ///< 0: none
+  double diameter = 0, cover = 0;  ///< cover: to the outside of the stirrup [m]
+  double stirrup_diameter = 0;     ///< 0: none
   material::Steel::Parameters steel;
 };
 /// Closed stirrups every `spacing`, the first and last half a spacing from the ends.
@@ -55,7 +58,8 @@ struct StirrupRule {
 };
 
 /// Throw InputError if the bars do not fit; `key` stands in the message.
-std::vector<Bar> longitudinal_bars(const Member& member, const LongitudinalRule& rule, const std::string& key = "rebar");
+std::vector<Bar> longitudinal_bars(const Member& member, const LongitudinalRule& rule,
+                                   const std::string& key = "rebar");
 std::vector<Bar> stirrups(const Member& member, const StirrupRule& rule, const std::string& key = "rebar");
 
 }  // namespace talus::rebar

@@ -13,14 +13,17 @@ namespace {
 constexpr double pi = 3.14159265358979323846;
 
 void require_strengths(Requirements& needs, const Strengths& s) {
-  needs.require(s.f_ck >= 8e6 && s.f_ck <= 130e6, "section.f_ck", s.f_ck, "must be between 8 and 130 MPa", "give it in Pa");
-  needs.require(s.gamma_c >= 1 && s.gamma_s >= 1, "section.gamma", std::min(s.gamma_c, s.gamma_s), "partial factors must be at least 1", "1.5 and 1.15, or 1.2 and 1.0 for accidental actions");
+  needs.require(s.f_ck >= 8e6 && s.f_ck <= 130e6, "section.f_ck", s.f_ck, "must be between 8 and 130 MPa",
+                "give it in Pa");
+  needs.require(s.gamma_c >= 1 && s.gamma_s >= 1, "section.gamma", std::min(s.gamma_c, s.gamma_s),
+                "partial factors must be at least 1", "1.5 and 1.15, or 1.2 and 1.0 for accidental actions");
 }
 
 /// Resistance of a section without stirrups per area, before the normal stress [Pa].
 double concrete_shear(double d, double ratio, const Strengths& s) {
   const double f_ck = s.f_ck / 1e6, k = std::min(2.0, 1 + std::sqrt(0.2 / d));
-  return 1e6 * std::max(0.18 / s.gamma_c * k * std::cbrt(100 * std::min(0.02, ratio) * f_ck), 0.035 * std::pow(k, 1.5) * std::sqrt(f_ck));
+  return 1e6 * std::max(0.18 / s.gamma_c * k * std::cbrt(100 * std::min(0.02, ratio) * f_ck),
+                        0.035 * std::pow(k, 1.5) * std::sqrt(f_ck));
 }
 
 constexpr double eps_c2 = 2e-3, eps_cu = 3.5e-3;
@@ -38,8 +41,11 @@ ShearResistance shear_resistance(const ShearInput& in, const Strengths& s) {
   Requirements needs;
   require_strengths(needs, s);
   needs.require(in.width > 0, "section.width", in.width, "must be positive", "the least width of the web");
-  needs.require(in.effective_depth > 0, "section.effective_depth", in.effective_depth, "must be positive", "depth less cover less half a bar");
-  needs.require(in.tension_area >= 0 && in.stirrup_area_per_length >= 0, "section.steel", std::min(in.tension_area, in.stirrup_area_per_length), "areas must not be negative", "0 for none");
+  needs.require(in.effective_depth > 0, "section.effective_depth", in.effective_depth, "must be positive",
+                "depth less cover less half a bar");
+  needs.require(in.tension_area >= 0 && in.stirrup_area_per_length >= 0, "section.steel",
+                std::min(in.tension_area, in.stirrup_area_per_length), "areas must not be negative",
+                "0 for none");
   needs.done();
   const double b = in.width, d = in.effective_depth, f_ck = s.f_ck / 1e6, f_cd = s.f_cd();
   const double normal = in.gross_area > 0 ? std::min(in.axial / in.gross_area, 0.2 * f_cd) : 0;
@@ -48,7 +54,8 @@ ShearResistance shear_resistance(const ShearInput& in, const Strengths& s) {
   const double z = 0.9 * d, nu = 0.6 * (1 - f_ck / 250);
   const double ratio = std::max(0.0, normal) / f_cd;
   const double a_cw = ratio <= 0.25 ? 1 + ratio : ratio <= 0.5 ? 1.25 : 2.5 * (1 - ratio);
-  const double per_cot = in.stirrup_area_per_length * z * in.stirrup_yield / s.gamma_s, strut = a_cw * b * z * nu * f_cd;
+  const double per_cot = in.stirrup_area_per_length * z * in.stirrup_yield / s.gamma_s,
+               strut = a_cw * b * z * nu * f_cd;
   // Both are equal where per_cot cot = strut cot / (1 + cot^2).
   const double balanced = per_cot > 0 ? std::sqrt(std::max(0.0, strut / per_cot - 1)) : 2.5;
   r.cot_theta = std::clamp(balanced, 1.0, 2.5);
@@ -61,30 +68,39 @@ ShearResistance shear_resistance(const ShearInput& in, const Strengths& s) {
 PunchingResistance punching_resistance(const PunchingInput& in, const Strengths& s) {
   Requirements needs;
   require_strengths(needs, s);
-  needs.require(in.effective_depth > 0, "punching.effective_depth", in.effective_depth, "must be positive", "mean of both directions");
-  needs.require(in.load_diameter > 0, "punching.load_diameter", in.load_diameter, "must be positive", "diameter of the touched area");
+  needs.require(in.effective_depth > 0, "punching.effective_depth", in.effective_depth, "must be positive",
+                "mean of both directions");
+  needs.require(in.load_diameter > 0, "punching.load_diameter", in.load_diameter, "must be positive",
+                "diameter of the touched area");
   needs.require(in.ratio >= 0, "punching.ratio", in.ratio, "must not be negative", "0.005");
   needs.done();
   const double d = in.effective_depth, f_ck = s.f_ck / 1e6;
   PunchingResistance r;
-  r.perimeter = std::max(0.0, concrete_shear(d, in.ratio, s) + 0.1 * in.compression) * pi * (in.load_diameter + 4 * d) * d;
+  r.perimeter = std::max(0.0, concrete_shear(d, in.ratio, s) + 0.1 * in.compression) * pi *
+                (in.load_diameter + 4 * d) * d;
   r.edge = 0.4 * 0.6 * (1 - f_ck / 250) * s.f_cd() * pi * in.load_diameter * d;
   r.governing = std::min(r.perimeter, r.edge);
   return r;
 }
 
-Section::Section(Member::Section kind, double width, double depth, double wall, std::vector<SectionBar> bars, const Strengths& s) : bars_(std::move(bars)), strengths_(s) {
+Section::Section(Member::Section kind, double width, double depth, double wall, std::vector<SectionBar> bars,
+                 const Strengths& s)
+    : bars_(std::move(bars)), strengths_(s) {
   const bool round = kind == Member::Section::round;
   if (round) depth = width;
   Requirements needs;
   require_strengths(needs, s);
   needs.require(width > 0, "section.width", width, "must be positive", "give the section");
   needs.require(depth > 0, "section.depth", depth, "must be positive", "give the section");
-  needs.require(wall >= 0 && 2 * wall < std::min(width, depth), "section.wall_thickness", wall, "must be below half the section, 0 for solid", "0.3 m");
+  needs.require(wall >= 0 && 2 * wall < std::min(width, depth), "section.wall_thickness", wall,
+                "must be below half the section, 0 for solid", "0.3 m");
   for (const SectionBar& b : bars_) {
-    const bool inside = round ? std::hypot(b.x, b.y) <= 0.5 * width : std::abs(b.x) <= 0.5 * width && std::abs(b.y) <= 0.5 * depth;
-    needs.require(inside, "section.bar", std::hypot(b.x, b.y), "a bar lies outside the section", "coordinates are relative to the centre of the section");
-    needs.require(b.area > 0 && b.yield > 0 && b.young > 0, "section.bar", b.area, "area, yield stress and modulus must be positive", "correct the bar");
+    const bool inside = round ? std::hypot(b.x, b.y) <= 0.5 * width
+                              : std::abs(b.x) <= 0.5 * width && std::abs(b.y) <= 0.5 * depth;
+    needs.require(inside, "section.bar", std::hypot(b.x, b.y), "a bar lies outside the section",
+                  "coordinates are relative to the centre of the section");
+    needs.require(b.area > 0 && b.yield > 0 && b.young > 0, "section.bar", b.area,
+                  "area, yield stress and modulus must be positive", "correct the bar");
   }
   needs.done();
   const auto add = [&](double x, double y, double area) {
@@ -96,7 +112,8 @@ Section::Section(Member::Section kind, double width, double depth, double wall, 
     constexpr int rings = 40, sectors = 160;
     for (int i = 0; i < rings; ++i) {
       const double a = inner + (outer - inner) * i / rings, b = inner + (outer - inner) * (i + 1) / rings;
-      const double r = 2.0 / 3.0 * (b * b * b - a * a * a) / (b * b - a * a);  // centre of the ring, for thin sectors
+      const double r =
+          2.0 / 3.0 * (b * b * b - a * a * a) / (b * b - a * a);  // centre of the ring, for thin sectors
       for (int j = 0; j < sectors; ++j) {
         const double t = 2 * pi * (j + 0.5) / sectors;
         add(r * std::cos(t), r * std::sin(t), pi * (b * b - a * a) / sectors);
@@ -106,7 +123,8 @@ Section::Section(Member::Section kind, double width, double depth, double wall, 
     const auto grid = [&](double w, double h, double x0, double y0) {
       constexpr int n = 80;
       for (int i = 0; i < n; ++i)
-        for (int j = 0; j < n; ++j) add(x0 + w * ((i + 0.5) / n - 0.5), y0 + h * ((j + 0.5) / n - 0.5), w * h / (n * n));
+        for (int j = 0; j < n; ++j)
+          add(x0 + w * ((i + 0.5) / n - 0.5), y0 + h * ((j + 0.5) / n - 0.5), w * h / (n * n));
     };
     if (wall > 0) {
       grid(width, wall, 0, 0.5 * (depth - wall));
@@ -138,8 +156,10 @@ std::vector<SectionBar> crossing(const Member& m, const std::vector<Bar>& bars, 
 
 }  // namespace
 
-Section::Section(const Member& m, double wall, const std::vector<Bar>& bars, double position, const Strengths& s)
-    : Section(m.section, m.width, m.section == Member::Section::round ? m.width : m.depth, wall, crossing(m, bars, position), s) {}
+Section::Section(const Member& m, double wall, const std::vector<Bar>& bars, double position,
+                 const Strengths& s)
+    : Section(m.section, m.width, m.section == Member::Section::round ? m.width : m.depth, wall,
+              crossing(m, bars, position), s) {}
 
 double Section::steel_area() const {
   double sum = 0;
@@ -149,7 +169,8 @@ double Section::steel_area() const {
 
 double Section::axial_compression() const {
   double n = area_ * strengths_.f_cd();
-  for (const SectionBar& b : bars_) n += b.area * (std::min(b.yield / strengths_.gamma_s, b.young * eps_c2) - strengths_.f_cd());
+  for (const SectionBar& b : bars_)
+    n += b.area * (std::min(b.yield / strengths_.gamma_s, b.young * eps_c2) - strengths_.f_cd());
   return n;
 }
 
@@ -168,7 +189,8 @@ Section::Point Section::at_depth(double neutral, double angle) const {
     bottom = std::min(bottom, t);
   }
   const double height = top - bottom;
-  // Most compressed fibre at 3.5 per mille while the neutral axis lies in the section, else 2 per mille at 3/7 of the depth.
+  // Most compressed fibre at 3.5 per mille while the neutral axis lies in the section, else 2 per mille at
+  // 3/7 of the depth.
   const double curvature = neutral <= height ? eps_cu / neutral : eps_c2 / (neutral - 3.0 / 7.0 * height);
   Point p{0, 0};
   const double f_cd = strengths_.f_cd();
@@ -180,7 +202,8 @@ Section::Point Section::at_depth(double neutral, double angle) const {
   }
   for (const SectionBar& b : bars_) {
     const double t = b.x * cx + b.y * cy, eps = strain(t), f_yd = b.yield / strengths_.gamma_s;
-    const double force = (std::clamp(b.young * eps, -f_yd, f_yd) - concrete_stress(eps, f_cd)) * b.area;  // the bar displaces concrete
+    const double force = (std::clamp(b.young * eps, -f_yd, f_yd) - concrete_stress(eps, f_cd)) *
+                         b.area;  // the bar displaces concrete
     p.axial += force;
     p.moment += force * t;
   }

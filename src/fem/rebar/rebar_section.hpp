@@ -1,12 +1,15 @@
-/// Section checks of EN 1992-1-1:2004 [en1992-1-1], as commonly cited, not verified against the standard's text; static values.
+/// Section checks of EN 1992-1-1:2004 [en1992-1-1], as commonly cited, not verified against the standard's
+/// text; static values.
 ///
 /// Shear
-///   V_Rd,c   = [0.18/gamma_c k (100 rho_l f_ck)^(1/3) + 0.15 s_cp] b_w d >= (0.035 k^1.5 f_ck^0.5 + 0.15 s_cp) b_w d        6.2.2
-///   V_Rd,s   = A_sw/s z f_ywd cot t,   V_Rd,max = a_cw b_w z nu_1 f_cd / (cot t + tan t),  1 <= cot t <= 2.5                6.2.3
-///   k = 1 + sqrt(0.2 m/d) <= 2, rho_l <= 0.02, s_cp <= 0.2 f_cd, nu_1 = 0.6 (1 - f_ck/250 MPa), z = 0.9 d; f_ck in MPa
+///   V_Rd,c   = [0.18/gamma_c k (100 rho_l f_ck)^(1/3) + 0.15 s_cp] b_w d >= (0.035 k^1.5 f_ck^0.5 + 0.15
+///   s_cp) b_w d        6.2.2 V_Rd,s   = A_sw/s z f_ywd cot t,   V_Rd,max = a_cw b_w z nu_1 f_cd / (cot t +
+///   tan t),  1 <= cot t <= 2.5                6.2.3 k = 1 + sqrt(0.2 m/d) <= 2, rho_l <= 0.02, s_cp <= 0.2
+///   f_cd, nu_1 = 0.6 (1 - f_ck/250 MPa), z = 0.9 d; f_ck in MPa
 /// Punching
-///   V_Rd = v_Rd,c u_1 d <= 0.4 nu f_cd u_0 d,  u_1 at the distance 2 d                                                        6.4
-/// Axial force and bending: plane sections, parabola-rectangle concrete (2, 3.5 per mille), bilinear steel without hardening   6.1, 3.1.7
+///   V_Rd = v_Rd,c u_1 d <= 0.4 nu f_cd u_0 d,  u_1 at the distance 2 d 6.4
+/// Axial force and bending: plane sections, parabola-rectangle concrete (2, 3.5 per mille), bilinear steel
+/// without hardening   6.1, 3.1.7
 ///
 /// symbol    meaning                                                         unit
 /// N         axial force, compression positive, at the centre                N
@@ -21,60 +24,69 @@
 
 namespace talus::rebar {
 
-/// Design strengths: gamma 1 with mean values answers "what can it take", gamma 1.5/1.15 (or 1.2/1.0, accidental) "what may be counted on".
+/// Design strengths: gamma 1 with mean values answers "what can it take", gamma 1.5/1.15 (or 1.2/1.0,
+/// accidental) "what may be counted on".
 struct Strengths {
-  double f_ck = 30e6;      ///< or f_cm, if mean resistances are wanted [Pa]
+  double f_ck = 30e6;  ///< or f_cm, if mean resistances are wanted [Pa]
   double gamma_c = 1.2, gamma_s = 1.0, alpha_cc = 1.0;
   double f_cd() const { return alpha_cc * f_ck / gamma_c; }
 };
 
 struct ShearInput {
-  double width = 0, effective_depth = 0;        ///< b_w, d [m]
-  double tension_area = 0;                      ///< A_sl [m^2]
-  double stirrup_area_per_length = 0;           ///< A_sw / s [m]
-  double stirrup_yield = 500e6;                 ///< [Pa]
-  double axial = 0, gross_area = 0;             ///< N [N], A_c [m^2]
+  double width = 0, effective_depth = 0;  ///< b_w, d [m]
+  double tension_area = 0;                ///< A_sl [m^2]
+  double stirrup_area_per_length = 0;     ///< A_sw / s [m]
+  double stirrup_yield = 500e6;           ///< [Pa]
+  double axial = 0, gross_area = 0;       ///< N [N], A_c [m^2]
 };
 struct ShearResistance {
-  double concrete = 0, stirrups = 0, strut = 0; ///< V_Rd,c, V_Rd,s, V_Rd,max [N]
+  double concrete = 0, stirrups = 0, strut = 0;  ///< V_Rd,c, V_Rd,s, V_Rd,max [N]
   double cot_theta = 0;
-  double governing = 0;                         ///< V_Rd [N]
+  double governing = 0;  ///< V_Rd [N]
 };
 ShearResistance shear_resistance(const ShearInput& in, const Strengths& s);
 
 struct PunchingInput {
-  double effective_depth = 0, ratio = 0;        ///< d [m], rho
-  double load_diameter = 0;                     ///< [m]
-  double compression = 0;                       ///< mean normal stress in the slab, compression positive [Pa]
+  double effective_depth = 0, ratio = 0;  ///< d [m], rho
+  double load_diameter = 0;               ///< [m]
+  double compression = 0;                 ///< mean normal stress in the slab, compression positive [Pa]
 };
 struct PunchingResistance {
   double perimeter = 0, edge = 0, governing = 0;  ///< at 2 d, at the loaded area, the smaller [N]
 };
 PunchingResistance punching_resistance(const PunchingInput& in, const Strengths& s);
 
-struct SectionBar { double x = 0, y = 0, area = 0, yield = 500e6, young = 200e9; };
+struct SectionBar {
+  double x = 0, y = 0, area = 0, yield = 500e6, young = 200e9;
+};
 
 /// Fibre model of a cross-section.
 class Section {
  public:
   /// wall 0: solid. Throws InputError if dimensions or bars do not fit.
-  Section(Member::Section kind, double width, double depth, double wall, std::vector<SectionBar> bars, const Strengths& s);
+  Section(Member::Section kind, double width, double depth, double wall, std::vector<SectionBar> bars,
+          const Strengths& s);
   /// Of a member and the bars that cross the plane at `position` along it.
-  Section(const Member& member, double wall, const std::vector<Bar>& bars, double position, const Strengths& s);
+  Section(const Member& member, double wall, const std::vector<Bar>& bars, double position,
+          const Strengths& s);
 
-  double area() const { return area_; }                       ///< concrete, gross [m^2]
+  double area() const { return area_; }  ///< concrete, gross [m^2]
   double steel_area() const;
-  double axial_compression() const;                           ///< N_Rd of pure compression [N]
-  double axial_tension() const;                               ///< positive [N]
+  double axial_compression() const;  ///< N_Rd of pure compression [N]
+  double axial_tension() const;      ///< positive [N]
   /// M_Rd at a given N [N m]; 0 outside [-axial_tension, axial_compression].
   double moment(double axial, double angle) const;
-  struct Point { double axial, moment; };
+  struct Point {
+    double axial, moment;
+  };
   /// Interaction curve from pure tension to pure compression.
   std::vector<Point> interaction(double angle, int points = 33) const;
 
  private:
-  Point at_depth(double neutral, double angle) const;         ///< neutral axis depth from the most compressed fibre
-  struct Fibre { double x, y, area; };
+  Point at_depth(double neutral, double angle) const;  ///< neutral axis depth from the most compressed fibre
+  struct Fibre {
+    double x, y, area;
+  };
   std::vector<Fibre> fibres_;
   std::vector<SectionBar> bars_;
   Strengths strengths_;

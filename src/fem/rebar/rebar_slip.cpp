@@ -53,9 +53,11 @@ SlipField::SlipField(const EmbeddedBars& bars, double f_cm) : bars_(&bars), law_
     const Bar& bar = bars.bars()[run.bar];
     const std::vector<double> held = anchors(bar);
     for (int j = run.first; j <= run.last; ++j) {
-      const double before = j > run.first ? segments[j - 1].length : 0, after = j < run.last ? segments[j].length : 0;
+      const double before = j > run.first ? segments[j - 1].length : 0,
+                   after = j < run.last ? segments[j].length : 0;
       const double arc = j < run.last ? segments[j].arc : segments[j - 1].arc + segments[j - 1].length;
-      const bool anchored = std::any_of(held.begin(), held.end(), [&](double a) { return std::abs(a - arc) < 1e-6 * bar.length(); });
+      const bool anchored = std::any_of(held.begin(), held.end(),
+                                        [&](double a) { return std::abs(a - arc) < 1e-6 * bar.length(); });
       surface_.push_back(anchored ? 0.0 : bar.perimeter() * 0.5 * (before + after));
     }
     runs_.push_back(run);
@@ -68,7 +70,9 @@ SlipField::SlipField(const EmbeddedBars& bars, double f_cm) : bars_(&bars), law_
   next_ = old_;
 }
 
-SlipField::Sums SlipField::solve(std::span<const double> host, double h, std::span<const material::Steel::State> old, std::span<const double> old_strain, const char* alive) {
+SlipField::Sums SlipField::solve(std::span<const double> host, double h,
+                                 std::span<const material::Steel::State> old,
+                                 std::span<const double> old_strain, const char* alive) {
   Sums sums;
   for (const Run& run : runs_) solve_run(run, host, h, old, old_strain, alive);
   for (std::size_t j = 0; j < surface_.size(); ++j) {
@@ -81,18 +85,21 @@ SlipField::Sums SlipField::solve(std::span<const double> host, double h, std::sp
   return sums;
 }
 
-void SlipField::solve_run(const Run& run, std::span<const double> host, double h, std::span<const material::Steel::State> old, std::span<const double> old_strain,
+void SlipField::solve_run(const Run& run, std::span<const double> host, double h,
+                          std::span<const material::Steel::State> old, std::span<const double> old_strain,
                           const char* alive) {
   const auto& segments = bars_->segments();
   const int n = run.last - run.first + 1;
   const Bar& bar = bars_->bars()[run.bar];
   const double area = segments[run.first].area;
   const material::Steel& steel = bars_->law(run.bar);
-  std::vector<double> s(slip_.begin() + run.point, slip_.begin() + run.point + n), diagonal(n), off(std::max(0, n - 1)), residual(n), moved(n);
+  std::vector<double> s(slip_.begin() + run.point, slip_.begin() + run.point + n), diagonal(n),
+      off(std::max(0, n - 1)), residual(n), moved(n);
   for (int j = 0; j < n; ++j)
     if (surface_[run.point + j] == 0) s[j] = 0;  // anchored
 
-  // Minus the gradient of the energy in the slips; its derivative. Softening counts as flat, so that the matrix stays positive.
+  // Minus the gradient of the energy in the slips; its derivative. Softening counts as flat, so that the
+  // matrix stays positive.
   const auto balance = [&](const std::vector<double>& at, std::vector<double>& out, bool matrix) {
     std::fill(out.begin(), out.end(), 0.0);
     if (matrix) std::fill(diagonal.begin(), diagonal.end(), 0.0);
@@ -120,7 +127,8 @@ void SlipField::solve_run(const Run& run, std::span<const double> host, double h
       material::BondSlip::State unused;
       const auto& start = old_[run.point + j];
       out[j] -= surface * law_(at[j], start, unused).stress;
-      if (matrix) diagonal[j] += surface * std::max(law_.tangent(at[j], start), 1e-3 * law_.strength() / 1e-3);
+      if (matrix)
+        diagonal[j] += surface * std::max(law_.tangent(at[j], start), 1e-3 * law_.strength() / 1e-3);
     }
   };
 
@@ -134,7 +142,8 @@ void SlipField::solve_run(const Run& run, std::span<const double> host, double h
     if (worst <= 1e-9 * scale) break;
     std::vector<double> step = residual;
     solve_tridiagonal(diagonal, off, step);
-    // Along the step the energy falls at first; where it would rise again, the step ends near its least value.
+    // Along the step the energy falls at first; where it would rise again, the step ends near its least
+    // value.
     const auto slope = [&](double length) {
       std::vector<double> at = s;
       for (int j = 0; j < n; ++j) at[j] += length * step[j];
@@ -153,7 +162,9 @@ void SlipField::solve_run(const Run& run, std::span<const double> host, double h
     }
     for (int j = 0; j < n; ++j) s[j] += length * step[j];
   }
-  if (!(worst <= 1e-3 * scale)) throw NumericalFailure(fmt::format("bar {}: the bond finds no balance (residual {:.3g} N)", bar.name, worst));
+  if (!(worst <= 1e-3 * scale))
+    throw NumericalFailure(
+        fmt::format("bar {}: the bond finds no balance (residual {:.3g} N)", bar.name, worst));
   for (int j = 0; j < n; ++j) next_slip_[run.point + j] = s[j];
   for (int i = 0; i + 1 < n; ++i) strain_[run.first + i] = (s[i + 1] - s[i]) / segments[run.first + i].length;
 }
@@ -164,7 +175,8 @@ void SlipField::accept() {
 }
 
 void SlipField::save(std::vector<double>& state) const {
-  for (std::size_t j = 0; j < slip_.size(); ++j) state.insert(state.end(), {slip_[j], old_[j].plastic, old_[j].largest});
+  for (std::size_t j = 0; j < slip_.size(); ++j)
+    state.insert(state.end(), {slip_[j], old_[j].plastic, old_[j].largest});
   // Strains stay what they were where no solve has followed the restart.
   state.insert(state.end(), strain_.begin(), strain_.end());
 }
@@ -172,7 +184,8 @@ void SlipField::save(std::vector<double>& state) const {
 std::size_t SlipField::restore(std::span<const double> state) {
   const std::size_t size = 3 * slip_.size() + strain_.size();
   if (state.size() < size) throw NumericalFailure("the saved bond belongs to another structure");
-  for (std::size_t j = 0; j < slip_.size(); ++j) slip_[j] = state[3 * j], old_[j].plastic = state[3 * j + 1], old_[j].largest = state[3 * j + 2];
+  for (std::size_t j = 0; j < slip_.size(); ++j)
+    slip_[j] = state[3 * j], old_[j].plastic = state[3 * j + 1], old_[j].largest = state[3 * j + 2];
   std::copy_n(state.begin() + static_cast<std::ptrdiff_t>(3 * slip_.size()), strain_.size(), strain_.begin());
   next_slip_ = slip_;
   next_ = old_;

@@ -38,7 +38,8 @@ OGRGeometryH geometry_of(const Layer& layer, const Layer::Feature& feature) {
 }
 
 bool write(GDALDatasetH data, OGRSpatialReferenceH srs, const Layer& layer) {
-  OGRLayerH out = GDALDatasetCreateLayer(data, layer.name.c_str(), srs, layer.lines ? wkbMultiLineString25D : wkbPoint25D, nullptr);
+  OGRLayerH out = GDALDatasetCreateLayer(data, layer.name.c_str(), srs,
+                                         layer.lines ? wkbMultiLineString25D : wkbPoint25D, nullptr);
   if (!out) return false;
   const auto field = [&](const std::string& name, OGRFieldType type) {
     OGRFieldDefnH definition = OGR_Fld_Create(name.c_str(), type);
@@ -52,11 +53,13 @@ bool write(GDALDatasetH data, OGRSpatialReferenceH srs, const Layer& layer) {
     if (!field(name, OFTString)) return false;
   if (OGR_L_StartTransaction(out) != OGRERR_NONE) return false;
   for (const Layer::Feature& feature : layer.features) {
-    const std::unique_ptr<void, void (*)(void*)> f(OGR_F_Create(OGR_L_GetLayerDefn(out)), [](void* p) { OGR_F_Destroy(static_cast<OGRFeatureH>(p)); });
+    const std::unique_ptr<void, void (*)(void*)> f(
+        OGR_F_Create(OGR_L_GetLayerDefn(out)), [](void* p) { OGR_F_Destroy(static_cast<OGRFeatureH>(p)); });
     const auto h = static_cast<OGRFeatureH>(f.get());
     for (std::size_t k = 0; k < feature.numbers.size(); ++k)
       if (std::isfinite(feature.numbers[k])) OGR_F_SetFieldDouble(h, static_cast<int>(k), feature.numbers[k]);
-    for (std::size_t k = 0; k < feature.texts.size(); ++k) OGR_F_SetFieldString(h, static_cast<int>(layer.number_fields.size() + k), feature.texts[k].c_str());
+    for (std::size_t k = 0; k < feature.texts.size(); ++k)
+      OGR_F_SetFieldString(h, static_cast<int>(layer.number_fields.size() + k), feature.texts[k].c_str());
     OGR_F_SetGeometryDirectly(h, geometry_of(layer, feature));
     if (OGR_L_CreateFeature(out, h) != OGRERR_NONE) return false;
   }
@@ -65,7 +68,9 @@ bool write(GDALDatasetH data, OGRSpatialReferenceH srs, const Layer& layer) {
 
 }  // namespace
 
-extern "C" __attribute__((visibility("default"))) bool talus_layers_write(const char* path, const char* crs, const Layer* layers, int count, std::string* error) {
+extern "C" __attribute__((visibility("default"))) bool talus_layers_write(const char* path, const char* crs,
+                                                                          const Layer* layers, int count,
+                                                                          std::string* error) {
   GDALAllRegister();
   CPLSetErrorHandler(quiet);
   CPLErrorReset();

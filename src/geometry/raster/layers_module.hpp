@@ -10,8 +10,8 @@ namespace talus::geometry {
 struct Layer {
   struct Feature {
     std::vector<std::vector<std::array<double, 3>>> parts;
-    std::vector<double> numbers;      // in the order of number_fields; NaN becomes null
-    std::vector<std::string> texts;   // in the order of text_fields
+    std::vector<double> numbers;     // in the order of number_fields; NaN becomes null
+    std::vector<std::string> texts;  // in the order of text_fields
   };
   std::string name;
   bool lines = false;
@@ -20,6 +20,7 @@ struct Layer {
 };
 
 /// Exported by the module with C linkage as talus_layers_write. False with `error` set when it fails.
-using WriteLayers = bool (*)(const char* path, const char* crs, const Layer* layers, int count, std::string* error);
+using WriteLayers = bool (*)(const char* path, const char* crs, const Layer* layers, int count,
+                             std::string* error);
 
 }  // namespace talus::geometry

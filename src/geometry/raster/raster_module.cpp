@@ -17,9 +17,10 @@ using talus::geometry::Raster;
 
 namespace {
 
-/// Formats of grids of heights. No others: among GDAL's two hundred are some that name further files or addresses (VRT, WMS), and some that take nearly any bytes for theirs.
+/// Formats of grids of heights. No others: among GDAL's two hundred are some that name further files or
+/// addresses (VRT, WMS), and some that take nearly any bytes for theirs.
 const char* const height_formats[] = {"AAIGrid", "GTiff", "SRTMHGT", "DTED", "HFA", "XYZ", nullptr};
-constexpr double most_nodes = 1e8;   ///< above: 2e8 triangles, tens of gigabytes
+constexpr double most_nodes = 1e8;  ///< above: 2e8 triangles, tens of gigabytes
 
 void CPL_STDCALL quiet(CPLErr, CPLErrorNum, const char*) {}
 
@@ -27,14 +28,15 @@ void start() {
   static const bool once = [] {
     CPLSetConfigOption("GDAL_PAM_ENABLED", "NO");  // no .aux.xml beside the user's files
     GDALAllRegister();
-    CPLSetErrorHandler(quiet);                     // messages are returned, not printed
+    CPLSetErrorHandler(quiet);  // messages are returned, not printed
     return true;
   }();
   (void)once;
 }
 
 bool fail(Raster* r, const char* what) {
-  const char* detail = CPLGetLastErrorType() >= CE_Failure ? CPLGetLastErrorMsg() : nullptr;   // not what it merely warned of
+  const char* detail =
+      CPLGetLastErrorType() >= CE_Failure ? CPLGetLastErrorMsg() : nullptr;  // not what it merely warned of
   r->error = detail && *detail ? std::string(what) + ": " + detail : what;
   return false;
 }
@@ -93,14 +95,17 @@ void tell_units(OGRSpatialReferenceH srs, Raster* out) {
   }
 }
 
-/// Where an alpha band is zero there are no data. The library takes alpha for a mask where it is of 8 or 16 bits alone.
+/// Where an alpha band is zero there are no data. The library takes alpha for a mask where it is of 8 or 16
+/// bits alone.
 bool apply_alpha(GDALDatasetH data, Raster* out) {
   std::vector<double> alpha;
   for (int b = 2; b <= GDALGetRasterCount(data); ++b) {
     GDALRasterBandH band = GDALGetRasterBand(data, b);
     if (GDALGetRasterColorInterpretation(band) != GCI_AlphaBand) continue;
     alpha.resize(out->values.size());
-    if (GDALRasterIO(band, GF_Read, 0, 0, out->columns, out->rows, alpha.data(), out->columns, out->rows, GDT_Float64, 0, 0) != CE_None) return false;
+    if (GDALRasterIO(band, GF_Read, 0, 0, out->columns, out->rows, alpha.data(), out->columns, out->rows,
+                     GDT_Float64, 0, 0) != CE_None)
+      return false;
     for (std::size_t i = 0; i < alpha.size(); ++i)
       if (alpha[i] == 0) out->values[i] = std::numeric_limits<double>::quiet_NaN();
   }
@@ -112,7 +117,9 @@ bool apply_mask(GDALRasterBandH band, Raster* out) {
   const int flags = GDALGetMaskFlags(band);
   if ((flags & GMF_ALL_VALID) != 0) return true;
   std::vector<unsigned char> mask(out->values.size());
-  if (GDALRasterIO(GDALGetMaskBand(band), GF_Read, 0, 0, out->columns, out->rows, mask.data(), out->columns, out->rows, GDT_Byte, 0, 0) != CE_None) return false;
+  if (GDALRasterIO(GDALGetMaskBand(band), GF_Read, 0, 0, out->columns, out->rows, mask.data(), out->columns,
+                   out->rows, GDT_Byte, 0, 0) != CE_None)
+    return false;
   for (std::size_t i = 0; i < mask.size(); ++i)
     if (mask[i] == 0) out->values[i] = std::numeric_limits<double>::quiet_NaN();
   return true;
@@ -123,11 +130,12 @@ void tell_kind(GDALDatasetH data, GDALRasterBandH band, Raster* out) {
   out->palette = GDALGetRasterColorTable(band) != nullptr || colour == GCI_PaletteIndex;
   out->colours = colour >= GCI_RedBand && colour <= GCI_YCbCr_CrBand && colour != GCI_AlphaBand;
   out->bands = 0;
-  for (int b = 1; b <= GDALGetRasterCount(data); ++b) out->bands += GDALGetRasterColorInterpretation(GDALGetRasterBand(data, b)) != GCI_AlphaBand;
+  for (int b = 1; b <= GDALGetRasterCount(data); ++b)
+    out->bands += GDALGetRasterColorInterpretation(GDALGetRasterBand(data, b)) != GCI_AlphaBand;
 }
 
-/// While it lives, what stands beside a file (.aux.xml) is read as part of it, and the unit of heights as part of its coordinate system. Nothing is written
-/// beside files that are only read.
+/// While it lives, what stands beside a file (.aux.xml) is read as part of it, and the unit of heights as
+/// part of its coordinate system. Nothing is written beside files that are only read.
 struct AllThatIsSaid {
   AllThatIsSaid() { set("YES", "YES"); }
   ~AllThatIsSaid() { set(nullptr, nullptr); }
@@ -149,7 +157,9 @@ struct InMemory {
 
 }  // namespace
 
-extern "C" __attribute__((visibility("default"))) bool talus_raster_read(const char* path, const std::string* text, Raster* out) {
+extern "C" __attribute__((visibility("default"))) bool talus_raster_read(const char* path,
+                                                                         const std::string* text,
+                                                                         Raster* out) {
   start();
   const AllThatIsSaid all;
   CPLErrorReset();
@@ -158,13 +168,15 @@ extern "C" __attribute__((visibility("default"))) bool talus_raster_read(const c
   if (text) {
     copy.name = "/vsimem/talus_grid.asc";
     bytes = *text;
-    VSILFILE* file = VSIFileFromMemBuffer(copy.name.c_str(), reinterpret_cast<GByte*>(bytes.data()), bytes.size(), FALSE);
+    VSILFILE* file =
+        VSIFileFromMemBuffer(copy.name.c_str(), reinterpret_cast<GByte*>(bytes.data()), bytes.size(), FALSE);
     if (!file) return fail(out, "cannot be held in memory");
     VSIFCloseL(file);
   }
   // The grid text driver reads as 32-bit unless told: heights in map coordinates need all their digits.
   const char* options[] = {"DATATYPE=Float64", nullptr};
-  GDALDatasetH data = GDALOpenEx(text ? copy.name.c_str() : path, GDAL_OF_RASTER | GDAL_OF_READONLY, height_formats, options, nullptr);
+  GDALDatasetH data = GDALOpenEx(text ? copy.name.c_str() : path, GDAL_OF_RASTER | GDAL_OF_READONLY,
+                                 height_formats, options, nullptr);
   if (!data) return fail(out, "not a raster that GDAL reads");
   const std::unique_ptr<void, void (*)(void*)> close(data, [](void* d) { GDALClose(d); });
   out->columns = GDALGetRasterXSize(data);
@@ -176,12 +188,16 @@ extern "C" __attribute__((visibility("default"))) bool talus_raster_read(const c
   if (GDALGetRasterCount(data) < 1) return fail(out, "has no band");
   if (const double nodes = static_cast<double>(out->columns) * out->rows; nodes > most_nodes) {
     CPLErrorReset();
-    return fail(out, ("has " + std::to_string(out->columns) + " columns and " + std::to_string(out->rows) +
-                      " rows: more than 1e8 heights, which no terrain of a scene needs (cut it out with gdalwarp -te)").c_str());
+    return fail(
+        out,
+        ("has " + std::to_string(out->columns) + " columns and " + std::to_string(out->rows) +
+         " rows: more than 1e8 heights, which no terrain of a scene needs (cut it out with gdalwarp -te)")
+            .c_str());
   }
   GDALRasterBandH band = GDALGetRasterBand(data, 1);
   out->values.resize(static_cast<std::size_t>(out->columns) * out->rows);
-  if (GDALRasterIO(band, GF_Read, 0, 0, out->columns, out->rows, out->values.data(), out->columns, out->rows, GDT_Float64, 0, 0) != CE_None)
+  if (GDALRasterIO(band, GF_Read, 0, 0, out->columns, out->rows, out->values.data(), out->columns, out->rows,
+                   GDT_Float64, 0, 0) != CE_None)
     return fail(out, "cannot be read to its end");
   if (GDALDataTypeIsComplex(GDALGetRasterDataType(band))) return fail(out, "holds complex numbers");
   if (!apply_mask(band, out) || !apply_alpha(data, out)) return fail(out, "its mask cannot be read");
@@ -189,7 +205,7 @@ extern "C" __attribute__((visibility("default"))) bool talus_raster_read(const c
   const double nodata = GDALGetRasterNoDataValue(band, &has_nodata);
   if (has_nodata)
     for (double& z : out->values)
-      if (z == nodata) z = std::numeric_limits<double>::quiet_NaN();   // where a mask goes before it
+      if (z == nodata) z = std::numeric_limits<double>::quiet_NaN();  // where a mask goes before it
   int has_scale = 0, has_offset = 0;
   const double scale = GDALGetRasterScale(band, &has_scale), offset = GDALGetRasterOffset(band, &has_offset);
   out->bytes = GDALGetRasterDataType(band) == GDT_Byte && !(has_scale && scale != 1);
@@ -212,13 +228,15 @@ extern "C" __attribute__((visibility("default"))) bool talus_raster_write(const 
   CPLErrorReset();
   const char* dot = std::strrchr(path, '.');
   const bool is_text = dot && std::strcmp(dot, ".asc") == 0;
-  GDALDriverH memory = GDALGetDriverByName("MEM"), driver = GDALGetDriverByName(is_text ? "AAIGrid" : "GTiff");
+  GDALDriverH memory = GDALGetDriverByName("MEM"),
+              driver = GDALGetDriverByName(is_text ? "AAIGrid" : "GTiff");
   if (!memory || !driver) return fail(r, "GDAL lacks the driver");
   GDALDatasetH data = GDALCreate(memory, "", r->columns, r->rows, 1, GDT_Float64, nullptr);
   if (!data) return fail(r, "cannot be created");
   GDALSetGeoTransform(data, r->transform);
   OGRSpatialReferenceH srs = OSRNewSpatialReference(nullptr);
-  if (!r->crs.empty() && OSRSetFromUserInput(srs, r->crs.c_str()) == OGRERR_NONE) GDALSetSpatialRef(data, srs);
+  if (!r->crs.empty() && OSRSetFromUserInput(srs, r->crs.c_str()) == OGRERR_NONE)
+    GDALSetSpatialRef(data, srs);
   OSRDestroySpatialReference(srs);
   GDALRasterBandH band = GDALGetRasterBand(data, 1);
   const double nodata = -9999;
@@ -226,7 +244,8 @@ extern "C" __attribute__((visibility("default"))) bool talus_raster_write(const 
   std::vector<double> z = r->values;
   for (double& v : z)
     if (!std::isfinite(v)) v = nodata;
-  bool good = GDALRasterIO(band, GF_Write, 0, 0, r->columns, r->rows, z.data(), r->columns, r->rows, GDT_Float64, 0, 0) == CE_None;
+  bool good = GDALRasterIO(band, GF_Write, 0, 0, r->columns, r->rows, z.data(), r->columns, r->rows,
+                           GDT_Float64, 0, 0) == CE_None;
   if (good) {
     GDALDatasetH copy = GDALCreateCopy(driver, path, data, FALSE, nullptr, nullptr, nullptr);
     good = copy != nullptr;
@@ -240,7 +259,8 @@ extern "C" __attribute__((visibility("default"))) int talus_raster_same_crs(cons
   start();
   OGRSpatialReferenceH sa = OSRNewSpatialReference(nullptr), sb = OSRNewSpatialReference(nullptr);
   int same = -1;
-  if (OSRSetFromUserInput(sa, a) == OGRERR_NONE && OSRSetFromUserInput(sb, b) == OGRERR_NONE) same = OSRIsSame(sa, sb);
+  if (OSRSetFromUserInput(sa, a) == OGRERR_NONE && OSRSetFromUserInput(sb, b) == OGRERR_NONE)
+    same = OSRIsSame(sa, sb);
   OSRDestroySpatialReference(sa);
   OSRDestroySpatialReference(sb);
   return same;

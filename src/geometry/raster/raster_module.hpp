@@ -6,27 +6,31 @@
 namespace talus::geometry {
 
 /// A raster band as read: cell centres at
-///   x = transform[0] + (j + 1/2) transform[1],   y = transform[3] + (i + 1/2) transform[5]   (row i, column j, north up)
+///   x = transform[0] + (j + 1/2) transform[1],   y = transform[3] + (i + 1/2) transform[5]   (row i, column
+///   j, north up)
 struct Raster {
   int columns = 0, rows = 0;
   double transform[6] = {0, 1, 0, 0, 0, -1};  // as GDAL's; map units
-  std::vector<double> values;                 // rows x columns, row 0 first in the file; NaN where there is no data
-  std::string crs;                            // "EPSG:31254", or WKT, or empty
-  bool placed = true;                         // false: the file does not say where it lies, nor how large its cells are
-  bool geographic = false;                    // by its CRS: longitude and latitude in degrees
-  double metres = 1;                          // length of the CRS's unit in plan [m]; 1 where there is no CRS
-  std::string unit;                           // its name
-  double vertical_metres = 0;                 // length of the unit of heights by the CRS [m]; 0: it does not say
+  std::vector<double> values;  // rows x columns, row 0 first in the file; NaN where there is no data
+  std::string crs;             // "EPSG:31254", or WKT, or empty
+  bool placed = true;          // false: the file does not say where it lies, nor how large its cells are
+  bool geographic = false;     // by its CRS: longitude and latitude in degrees
+  double metres = 1;           // length of the CRS's unit in plan [m]; 1 where there is no CRS
+  std::string unit;            // its name
+  double vertical_metres = 0;  // length of the unit of heights by the CRS [m]; 0: it does not say
   std::string vertical_unit;
-  std::string band_unit;                      // of the values by the band; empty: it does not say
-  bool palette = false, colours = false;      // the values are numbers of a table of colours; the first band is a colour of a picture
-  bool bytes = false;                         // values of 8 bits without scale
-  int bands = 1;                              // besides alpha
-  std::string error;                          // filled when a call fails
+  std::string band_unit;  // of the values by the band; empty: it does not say
+  bool palette = false,
+       colours =
+           false;  // the values are numbers of a table of colours; the first band is a colour of a picture
+  bool bytes = false;  // values of 8 bits without scale
+  int bands = 1;       // besides alpha
+  std::string error;   // filled when a call fails
 };
 
 /// Exported by the module with C linkage. Each returns false (or -1) with `error` set when it fails.
-/// Values are as meant: scale and offset of the band applied. `text`: what the file holds, where it is not to be read as it is; null otherwise.
+/// Values are as meant: scale and offset of the band applied. `text`: what the file holds, where it is not to
+/// be read as it is; null otherwise.
 using ReadRaster = bool (*)(const char* path, const std::string* text, Raster* out);
 using WriteRaster = bool (*)(const char* path, Raster* raster);  // .tif or .asc
 /// 1 the same, 0 different, -1 not known to the library.

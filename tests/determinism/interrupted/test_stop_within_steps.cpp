@@ -1,6 +1,7 @@
-// A run that a signal ends goes on from there as if nothing had been: at whatever moment of a step the signal came. What was computed since the start of the
-// stretch is thrown away, or complete. A signal is raised here at an allocation of memory, of which every step makes many: the same one gives the same
-// moment, which no clock would. The program is one of its own, since its `new` is.
+// A run that a signal ends goes on from there as if nothing had been: at whatever moment of a step the signal
+// came. What was computed since the start of the stretch is thrown away, or complete. A signal is raised here
+// at an allocation of memory, of which every step makes many: the same one gives the same moment, which no
+// clock would. The program is one of its own, since its `new` is.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -17,12 +18,14 @@
 
 namespace {
 std::atomic<long> allocations = 0;
-std::atomic<long> raise_at = -1;   // none if negative
+std::atomic<long> raise_at = -1;  // none if negative
 std::atomic<int> stop = 0;
 
 void* allocate(std::size_t size, std::size_t alignment) {
   if (allocations.fetch_add(1) == raise_at.load()) stop = 15;
-  void* const p = alignment > 0 ? std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment) : std::malloc(size > 0 ? size : 1);
+  void* const p = alignment > 0
+                      ? std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment)
+                      : std::malloc(size > 0 ? size : 1);
   if (p == nullptr) throw std::bad_alloc();
   return p;
 }
@@ -30,8 +33,12 @@ void* allocate(std::size_t size, std::size_t alignment) {
 
 void* operator new(std::size_t size) { return allocate(size, 0); }
 void* operator new[](std::size_t size) { return allocate(size, 0); }
-void* operator new(std::size_t size, std::align_val_t alignment) { return allocate(size, static_cast<std::size_t>(alignment)); }
-void* operator new[](std::size_t size, std::align_val_t alignment) { return allocate(size, static_cast<std::size_t>(alignment)); }
+void* operator new(std::size_t size, std::align_val_t alignment) {
+  return allocate(size, static_cast<std::size_t>(alignment));
+}
+void* operator new[](std::size_t size, std::align_val_t alignment) {
+  return allocate(size, static_cast<std::size_t>(alignment));
+}
 void operator delete(void* p) noexcept { std::free(p); }
 void operator delete[](void* p) noexcept { std::free(p); }
 void operator delete(void* p, std::size_t) noexcept { std::free(p); }
@@ -68,7 +75,8 @@ std::string falling() {
   return s.str();
 }
 
-/// The run of the scene, with a stop at that allocation (none if negative), and what is left of it where it was ended.
+/// The run of the scene, with a stop at that allocation (none if negative), and what is left of it where it
+/// was ended.
 sim::HistoryRow run_to_the_end(const scene::Scene& scene, long at, bool& interrupted) {
   Kept first;
   sim::Simulation one(scene);
@@ -104,7 +112,8 @@ TEST(Interrupted, WithinWhateverStepItGoesOnToTheSameBits) {
     bool interrupted = false;
     const sim::HistoryRow end = run_to_the_end(scene, at, interrupted);
     ended += interrupted;
-    others += end.position != whole.last.position || end.velocity != whole.last.velocity || end.orientation != whole.last.orientation || end.spin != whole.last.spin;
+    others += end.position != whole.last.position || end.velocity != whole.last.velocity ||
+              end.orientation != whole.last.orientation || end.spin != whole.last.spin;
   }
   EXPECT_GT(ended, moments / 2);
   EXPECT_EQ(others, 0) << "of " << moments;

@@ -18,8 +18,9 @@ Scene incline(double angle, double friction, double kn, double ks) {
   return s;
 }
 
-/// The scalar recurrence of the scheme for a mass on a spring: rebound speed over impact speed of a mass that starts
-/// `height` above touch with speed v0 downwards, without gravity. Starts open; closes where the free step would overlap.
+/// The scalar recurrence of the scheme for a mass on a spring: rebound speed over impact speed of a mass that
+/// starts `height` above touch with speed v0 downwards, without gravity. Starts open; closes where the free
+/// step would overlap.
 double scalar_restitution(double height, double v0, double k, double m, double dt) {
   double d = height, v = -v0;
   for (int n = 0; n < 100000; ++n) {
@@ -42,7 +43,8 @@ Bounce bounce(double height, double v0, double k_total, double dt) {
   Scene s(0.5, k_total / 4, k_total / 10);
   s.model.gravity.setZero();
   s.planes.push_back({});
-  s.add_box(Vec3(1, 1, 1), Vec3(0, 0, 0.5 + height), Quat::Identity(), 2500, 1e15);  // rigid beside the springs
+  s.add_box(Vec3(1, 1, 1), Vec3(0, 0, 0.5 + height), Quat::Identity(), 2500,
+            1e15);  // rigid beside the springs
   s.state.v[0].z() = -v0;
   const Shi1988 method;
   const double start = 0.5 * 2500 * v0 * v0;
@@ -89,7 +91,8 @@ TEST(Contact1988, InclineSlidesToATenthOfAPercent) {  // A1, with the springs of
   const double expected = 0.5 * g * (std::sin(angle) - mu * std::cos(angle)) * t * t;
   for (const double dt : {1e-3, 2.5e-4}) {
     const Slide s = slide(incline(angle, mu, 30e9, 3.5e9), t, dt);
-    std::printf("incline, dt %.2e: %.6f of %.6f m, error %.4f %%\n", dt, s.way, expected, 100 * (s.way / expected - 1));
+    std::printf("incline, dt %.2e: %.6f of %.6f m, error %.4f %%\n", dt, s.way, expected,
+                100 * (s.way / expected - 1));
     EXPECT_NEAR(s.way, expected, 1e-3 * expected);
     EXPECT_EQ(s.unsettled, 0);
     EXPECT_LT(s.ledger_defect, 1e-9);
@@ -144,8 +147,8 @@ TEST(Contact1988, SticksBelowAndSlidesAboveTheFrictionAngle) {  // A2
 }
 
 TEST(Contact1988, SlackRelockingCreeps) {
-  // Shi's program lets a contact that stops sliding lock with a slack spring: the block lurches, overshoots, slides and
-  // stops again, for ever, at friction up to nearly twice what equilibrium needs.
+  // Shi's program lets a contact that stops sliding lock with a slack spring: the block lurches, overshoots,
+  // slides and stops again, for ever, at friction up to nearly twice what equilibrium needs.
   Shi1988Settings slack;
   slack.relock_loaded = false;
   const double angle = std::atan(0.5);
@@ -192,7 +195,8 @@ TEST(Contact1988, SlidingStops) {  // A3
     s.step(method, dt);
     if (stopped == 0 && s.state.v[0].x() <= 0) stopped = (k + 1) * dt;
   }
-  std::printf("sliding stop: %.6f m of %.6f, %.4f s of %.4f\n", s.state.c[0].x(), v * v / (2 * mu * g), stopped, v / (mu * g));
+  std::printf("sliding stop: %.6f m of %.6f, %.4f s of %.4f\n", s.state.c[0].x(), v * v / (2 * mu * g),
+              stopped, v / (mu * g));
   EXPECT_NEAR(s.state.c[0].x(), v * v / (2 * mu * g), 1e-3 * v * v / (2 * mu * g));
   EXPECT_NEAR(stopped, v / (mu * g), 2e-3 * v / (mu * g));
   EXPECT_LT(std::abs(s.state.v[0].x()), 1e-3);
@@ -210,11 +214,9 @@ TEST(Contact1988, RestitutionIsThatOfItsOwnRecurrence) {
       EXPECT_NEAR(b.restitution, expected, 1e-4) << "Omega " << omega << " phase " << phase;
       EXPECT_LT(b.ledger_defect, 1e-9);
       EXPECT_NEAR(b.dissipated, 1 - b.restitution * b.restitution, 1e-3);
-      if (omega <= 0.1) {
-        EXPECT_NEAR(b.restitution, std::exp(-M_PI * omega / 4), 0.01);
-      }
-      std::printf("Omega %6.3f phase %.2f: e %.5f, recurrence %.5f, exp(-pi Omega/4) %.5f, ledger %.1e\n", omega, phase, b.restitution,
-                  expected, std::exp(-M_PI * omega / 4), b.ledger_defect);
+      if (omega <= 0.1) { EXPECT_NEAR(b.restitution, std::exp(-M_PI * omega / 4), 0.01); }
+      std::printf("Omega %6.3f phase %.2f: e %.5f, recurrence %.5f, exp(-pi Omega/4) %.5f, ledger %.1e\n",
+                  omega, phase, b.restitution, expected, std::exp(-M_PI * omega / 4), b.ledger_defect);
     }
   }
 }
@@ -248,7 +250,8 @@ TEST(Contact1988, StackCarriesItsWeight) {  // A15
   }
   std::vector<double> force(static_cast<std::size_t>(n), 0.0);
   for (const auto& c : s.history.contacts)
-    force[static_cast<std::size_t>(c.b)] += c.force.dot(c.normal);  // B is the upper block, the normal points up
+    force[static_cast<std::size_t>(c.b)] +=
+        c.force.dot(c.normal);  // B is the upper block, the normal points up
   for (int i = 0; i < n; ++i) {
     const double carried = (n - i) * 2500 * g;
     EXPECT_NEAR(force[static_cast<std::size_t>(i)], carried, 1e-3 * carried) << "contact " << i;
@@ -311,14 +314,16 @@ TEST(Contact1988, TensionHoldsUntilBroken) {
     s.add_box(Vec3::Ones(), Vec3::Zero());
     s.model.gravity = Vec3(0, 0, -g);
     const Shi1988 method;
-    double closed = s.model.blocks[0].mass * g;   // the held one's height
+    double closed = s.model.blocks[0].mass * g;  // the held one's height
     for (int k = 0; k < 2000; ++k) {
       const auto r = s.step(method, 1e-3);
       closed -= Scene::dissipated(r);
       ASSERT_NEAR(closed, Scene::total(r), 1e-8 * weight) << k;
     }
-    if (factor > 1) EXPECT_NEAR(s.state.c[1].z(), -weight / (4 * kn), 0.02 * weight / (4 * kn));   // and a little strain
-    else EXPECT_NEAR(s.state.c[1].z(), -0.5 * g * 4, 0.05);   // 4 ms late: first its springs are drawn
+    if (factor > 1)
+      EXPECT_NEAR(s.state.c[1].z(), -weight / (4 * kn), 0.02 * weight / (4 * kn));  // and a little strain
+    else
+      EXPECT_NEAR(s.state.c[1].z(), -0.5 * g * 4, 0.05);  // 4 ms late: first its springs are drawn
   }
 }
 

@@ -1,4 +1,5 @@
-// Free flight of the 1988 scheme: the parabola, the shear of Eq. (4), the growth without it, the missing gyroscopic terms.
+// Free flight of the 1988 scheme: the parabola, the shear of Eq. (4), the growth without it, the missing
+// gyroscopic terms.
 #include <gtest/gtest.h>
 
 #include <Eigen/SVD>
@@ -74,8 +75,9 @@ TEST(Flight1988, VolumeGrowsWithoutPostCorrection) {
 }
 
 TEST(Flight1988, IntermediateAxisIsMissed) {
-  // A10: a 1 x 2 x 3 box spun about its intermediate axis with a small disturbance turns over; the reference integrates
-  // Euler's equations with the classical Runge-Kutta method. The scheme keeps w in world axes and never turns over.
+  // A10: a 1 x 2 x 3 box spun about its intermediate axis with a small disturbance turns over; the reference
+  // integrates Euler's equations with the classical Runge-Kutta method. The scheme keeps w in world axes and
+  // never turns over.
   const Vec3 size(1, 2, 3), w0(0.01, 5, 0.01);
   const double T = 12.9012460037936, half = T / 2;
   Scene s(0, 1e8, 1e8);
@@ -91,7 +93,8 @@ TEST(Flight1988, IntermediateAxisIsMissed) {
   const auto rate = [&](const Vec3& v) -> Vec3 { return J.inverse() * (J * v).cross(v); };
   for (int k = 0; k < n; ++k) {
     const Vec3 k1 = rate(w), k2 = rate(w + 0.5 * h * k1), k3 = rate(w + 0.5 * h * k2), k4 = rate(w + h * k3);
-    const Vec3 next = w + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4), mean = 0.5 * (w + next) - h / 12 * (rate(next) - rate(w));
+    const Vec3 next = w + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4),
+               mean = 0.5 * (w + next) - h / 12 * (rate(next) - rate(w));
     q = (q * Quat(Eigen::AngleAxisd(mean.norm() * h, mean.normalized()))).normalized();
     w = next;
   }
@@ -105,7 +108,8 @@ TEST(Flight1988, IntermediateAxisIsMissed) {
   const double angle = s.state.q[0].angularDistance(q);
   EXPECT_NEAR(angle, 3.14, 0.02);
   RecordProperty("orientation_error_rad", std::to_string(angle));
-  std::printf("orientation error at half a period: %.4f rad, |w error| %.4f rad/s\n", angle, (body - w).norm());
+  std::printf("orientation error at half a period: %.4f rad, |w error| %.4f rad/s\n", angle,
+              (body - w).norm());
 }
 
 TEST(Flight1988, AngularMomentumIsNotKept) {

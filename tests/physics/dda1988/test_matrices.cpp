@@ -90,8 +90,10 @@ TEST(Matrices1988, SystemSolversAgree) {
     }
     for (int i = 0; i + 1 < n; ++i) {
       const auto k = static_cast<std::size_t>(i);
-      const Eigen::Matrix<double, 12, 3> a = Eigen::Matrix<double, 12, 3>::NullaryExpr([&] { return any(random); });
-      const Eigen::Matrix<double, 12, 3> b = Eigen::Matrix<double, 12, 3>::NullaryExpr([&] { return any(random); });
+      const Eigen::Matrix<double, 12, 3> a =
+          Eigen::Matrix<double, 12, 3>::NullaryExpr([&] { return any(random); });
+      const Eigen::Matrix<double, 12, 3> b =
+          Eigen::Matrix<double, 12, 3>::NullaryExpr([&] { return any(random); });
       system.diagonal[k] += stiffness * a * a.transpose();
       system.diagonal[k + 1] += stiffness * b * b.transpose();
       system.coupling[k] = -stiffness * a * b.transpose();

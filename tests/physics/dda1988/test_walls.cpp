@@ -50,7 +50,8 @@ Outcome run(double stiffness_number, bool may_cut, int steps = 10) {
   double total = 0, start = 0;
   for (int i = 0; i < s.state.size(); ++i)
     total += s.model.blocks[static_cast<std::size_t>(i)].mass *
-             (0.5 * s.state.v[static_cast<std::size_t>(i)].squaredNorm() + 9.81 * s.state.c[static_cast<std::size_t>(i)].z());
+             (0.5 * s.state.v[static_cast<std::size_t>(i)].squaredNorm() +
+              9.81 * s.state.c[static_cast<std::size_t>(i)].z());
   start = total;
   try {
     for (int k = 0; k < steps; ++k) {
@@ -63,12 +64,13 @@ Outcome run(double stiffness_number, bool may_cut, int steps = 10) {
       total -= Scene::dissipated(r);
       out.worst_ledger = std::max(out.worst_ledger, std::abs(total - Scene::total(r)) / start);
     }
-  } catch (const NumericalFailure&) {
-    out.failed = true;
-  }
-  std::printf("k dt^2/m %.0e, cuts %s: %d steps%s, %d sub-steps, %d unsettled, %d cuts, %.1f iterations a sub-step, ledger %.1e\n",
-              stiffness_number, may_cut ? "allowed" : "barred", out.steps, out.failed ? ", then inside out" : "", out.substeps,
-              out.unsettled, out.cuts, out.substeps ? static_cast<double>(out.iterations) / out.substeps : 0.0, out.worst_ledger);
+  } catch (const NumericalFailure&) { out.failed = true; }
+  std::printf(
+      "k dt^2/m %.0e, cuts %s: %d steps%s, %d sub-steps, %d unsettled, %d cuts, %.1f iterations a sub-step, "
+      "ledger %.1e\n",
+      stiffness_number, may_cut ? "allowed" : "barred", out.steps, out.failed ? ", then inside out" : "",
+      out.substeps, out.unsettled, out.cuts,
+      out.substeps ? static_cast<double>(out.iterations) / out.substeps : 0.0, out.worst_ledger);
   return out;
 }
 
@@ -130,7 +132,8 @@ TEST(Walls1988, CrossedEdgesKeepLinearMomentum) {
   // Two boxes, each on edge, meet with crossing edges, without gravity: forces are equal and opposite.
   Scene s(0.3, 1e8, 4e7);
   s.model.gravity.setZero();
-  const Quat lower(Eigen::AngleAxisd(M_PI / 4, Vec3::UnitX())), upper(Eigen::AngleAxisd(M_PI / 4, Vec3::UnitY()));
+  const Quat lower(Eigen::AngleAxisd(M_PI / 4, Vec3::UnitX())),
+      upper(Eigen::AngleAxisd(M_PI / 4, Vec3::UnitY()));
   const double half = std::sqrt(0.5);
   s.add_box(Vec3(2, 1, 1), Vec3(0, 0, -half), lower);
   s.add_box(Vec3(1, 2, 1), Vec3(0.1, 0.05, half + 0.002), upper);
@@ -146,7 +149,8 @@ TEST(Walls1988, CrossedEdgesKeepLinearMomentum) {
     EXPECT_NEAR(total, Scene::total(r), 1e-9 * 1e4);
   }
   EXPECT_GT(touched, 5);
-  EXPECT_LT((s.model.blocks[0].mass * s.state.v[0] + s.model.blocks[1].mass * s.state.v[1] - before).norm(), 1e-9 * before.norm());
+  EXPECT_LT((s.model.blocks[0].mass * s.state.v[0] + s.model.blocks[1].mass * s.state.v[1] - before).norm(),
+            1e-9 * before.norm());
   EXPECT_GT(s.state.v[1].z() - s.state.v[0].z(), 0);  // they part
 }
 
@@ -154,7 +158,8 @@ TEST(Walls1988, VertexMeetsVertexWithoutPassingThrough) {
   Scene s(0.3, 1e9, 4e8);
   s.model.gravity.setZero();
   // Corner up against corner down, body diagonals on one line.
-  const Quat up = Quat::FromTwoVectors(Vec3(1, 1, 1), Vec3::UnitZ()), down = Quat::FromTwoVectors(Vec3(1, 1, 1), -Vec3::UnitZ());
+  const Quat up = Quat::FromTwoVectors(Vec3(1, 1, 1), Vec3::UnitZ()),
+             down = Quat::FromTwoVectors(Vec3(1, 1, 1), -Vec3::UnitZ());
   const double reach = std::sqrt(3.0) / 2;
   s.add_box(Vec3(1, 1, 1), Vec3(0, 0, -reach), up);
   s.add_box(Vec3(1, 1, 1), Vec3(1e-4, 2e-4, reach + 0.001), down);

@@ -14,7 +14,10 @@ constexpr double g = 9.81, density = 2500;
 /// A cube of 1 m hangs glued under a fixed one; how far it has fallen after half a second.
 double fallen(double tension, double history) {
   SceneText s(Method::by_accuracy(1e-3), 0.5);
-  s.history(history).material("rock", density).interface("rock", "rock", 0.5, "normal_stiffness = \"hard\"\ncohesion = 1e6\ntension = " + number(tension));
+  s.history(history)
+      .material("rock", density)
+      .interface("rock", "rock", 0.5,
+                 "normal_stiffness = \"hard\"\ncohesion = 1e6\ntension = " + number(tension));
   s.box("roof", Vec3(2, 2, 1), Vec3(0, 0, 1), "fixed = true\n").box("glued", Vec3::Ones(), Vec3::Zero());
   const Outcome o = run_scene(s.str());
   EXPECT_TRUE(o.ok());
@@ -22,7 +25,8 @@ double fallen(double tension, double history) {
 }
 
 TEST(BondEvents, PulledBeyondItsStrengthBreaksAtOnce) {
-  for (const double history : {0.01, 0.1, 0.5}) EXPECT_NEAR(fallen(0.98 * density * g, history), 0.5 * g * 0.25, 1e-5);
+  for (const double history : {0.01, 0.1, 0.5})
+    EXPECT_NEAR(fallen(0.98 * density * g, history), 0.5 * g * 0.25, 1e-5);
 }
 
 TEST(BondEvents, PulledBelowItsStrengthHolds) { EXPECT_NEAR(fallen(1.02 * density * g, 0.1), 0, 1e-15); }
@@ -32,42 +36,61 @@ TEST(BondEvents, LargeIslandFallsFromTheTimeOnThatItIsTornOff) {
   constexpr int count = 14;
   const double strength = 0.98 * density * g * count;
   SceneText s(Method::by_accuracy(1e-3), 1);
-  s.history(0.1).material("rock", density).interface("rock", "rock", 0.5, "normal_stiffness = \"hard\"\ncohesion = " + number(strength) + "\ntension = " + number(strength));
+  s.history(0.1)
+      .material("rock", density)
+      .interface(
+          "rock", "rock", 0.5,
+          "normal_stiffness = \"hard\"\ncohesion = " + number(strength) + "\ntension = " + number(strength));
   s.box("b00", Vec3::Ones(), Vec3::Zero(), "fixed = true\n");
-  for (int i = 1; i <= count; ++i) s.box((i < 10 ? "b0" : "b") + std::to_string(i), Vec3::Ones(), Vec3(0, 0, -i));
+  for (int i = 1; i <= count; ++i)
+    s.box((i < 10 ? "b0" : "b") + std::to_string(i), Vec3::Ones(), Vec3(0, 0, -i));
   const Outcome o = run_scene(s.str());
   ASSERT_TRUE(o.ok());
-  for (int i = 1; i <= count; ++i) EXPECT_NEAR(o.last().position[static_cast<std::size_t>(i)].z() + i, -0.5 * g, 4e-3) << i;   // 0.16 where it held for a whole step
+  for (int i = 1; i <= count; ++i)
+    EXPECT_NEAR(o.last().position[static_cast<std::size_t>(i)].z() + i, -0.5 * g, 4e-3)
+        << i;  // 0.16 where it held for a whole step
   EXPECT_NEAR(o.last().ledger.algorithmic, 0, 1e-3 * o.last().ledger.kinetic);
 }
 
-/// A slab that slides on a beam across it, through which no cohesion holds after the first slip, whatever corners the two share.
+/// A slab that slides on a beam across it, through which no cohesion holds after the first slip, whatever
+/// corners the two share.
 TEST(BondEvents, CohesionOfSpringsIsLostWhereItSlides) {
   const double slope = M_PI / 6, friction = 0.3;
   const Mat3 axes = slope_axes(slope);
   for (const char* stiffness : {"\"hard\"", "\"1e9 Pa/m\""})
     for (const double width : {1.0, 0.4}) {
       SceneText s(Method::by_accuracy(1e-3), 0.8);
-      s.history(0.05).material("rock", density).interface("rock", "rock", friction, "normal_stiffness = " + std::string(stiffness) + "\ncohesion = 3e4");
-      s.box("beam", Vec3(6, 0.6, 0.5), axes * Vec3(2, 0, -0.25), "fixed = true\n" + turned(rotation_vector(axes)));
-      s.box("slab", Vec3(1, width, 0.2), axes * Vec3(0, 0, 0.1), velocity(axes.col(0)) + turned(rotation_vector(axes)));
+      s.history(0.05)
+          .material("rock", density)
+          .interface("rock", "rock", friction,
+                     "normal_stiffness = " + std::string(stiffness) + "\ncohesion = 3e4");
+      s.box("beam", Vec3(6, 0.6, 0.5), axes * Vec3(2, 0, -0.25),
+            "fixed = true\n" + turned(rotation_vector(axes)));
+      s.box("slab", Vec3(1, width, 0.2), axes * Vec3(0, 0, 0.1),
+            velocity(axes.col(0)) + turned(rotation_vector(axes)));
       const Outcome o = run_scene(s.str());
       ASSERT_TRUE(o.ok());
-      const double slid = axes.col(0).dot(o.last().position[1] - o.rows.front().position[1]), free = 0.8 + 0.5 * g * (std::sin(slope) - friction * std::cos(slope)) * 0.64;
-      EXPECT_NEAR(slid, free, 1e-2 * free) << stiffness << ' ' << width;   // half of it where springs held for a whole step
+      const double slid = axes.col(0).dot(o.last().position[1] - o.rows.front().position[1]),
+                   free = 0.8 + 0.5 * g * (std::sin(slope) - friction * std::cos(slope)) * 0.64;
+      EXPECT_NEAR(slid, free, 1e-2 * free)
+          << stiffness << ' ' << width;  // half of it where springs held for a whole step
     }
 }
 
-/// Five deformable blocks hang under a fixed one, each glued to the next: they swing up and down on each other, and what swings is no impact that
-/// bonds of twenty-five times the load would have to bear.
+/// Five deformable blocks hang under a fixed one, each glued to the next: they swing up and down on each
+/// other, and what swings is no impact that bonds of twenty-five times the load would have to bear.
 TEST(BondEvents, ChainOfDeformableBlocksHolds) {
   SceneText s(Method::by_accuracy(1e-4), 0.45, {1, 0, -g});
-  s.history(5e-3).material("rock", density, "young = 1e9\n").interface("rock", "rock", 0.5, "normal_stiffness = \"hard\"\ncohesion = 3e6\ntension = 3e6\ndamping_ratio = 0.05");
+  s.history(5e-3)
+      .material("rock", density, "young = 1e9\n")
+      .interface("rock", "rock", 0.5,
+                 "normal_stiffness = \"hard\"\ncohesion = 3e6\ntension = 3e6\ndamping_ratio = 0.05");
   s.box("b0", Vec3::Ones(), Vec3::Zero(), "fixed = true\n");
-  for (int i = 1; i < 6; ++i) s.box("b" + std::to_string(i), Vec3::Ones(), Vec3(0, 0, -i), "deformable = true\n");
+  for (int i = 1; i < 6; ++i)
+    s.box("b" + std::to_string(i), Vec3::Ones(), Vec3(0, 0, -i), "deformable = true\n");
   const Outcome o = run_scene(s.str());
   ASSERT_TRUE(o.ok());
-  const double hangs = density * g / 1e9 * (5 * 4.5 - 0.5 * 4.5 * 4.5);   // the last centroid, at rest
+  const double hangs = density * g / 1e9 * (5 * 4.5 - 0.5 * 4.5 * 4.5);  // the last centroid, at rest
   EXPECT_GT(o.last().position[5].z(), -5 - 2.1 * hangs);
   EXPECT_LT(o.last().position[5].z(), -5 + 0.1 * hangs);
 }
@@ -77,7 +100,10 @@ TEST(BondEvents, ShearedBeyondItsStrengthBreaksAtOnce) {
   const double mu = 0.3, pull = 6, mass = density;
   for (const double held : {0.999, 1.001}) {
     SceneText s(Method::by_accuracy(1e-3), 1, {pull, 0, -g});
-    s.history(0.1).material("rock", density).interface("rock", "ground", mu, "normal_stiffness = \"hard\"\ncohesion = " + number(held * (mass * pull - mu * mass * g)));
+    s.history(0.1)
+        .material("rock", density)
+        .interface("rock", "ground", mu,
+                   "normal_stiffness = \"hard\"\ncohesion = " + number(held * (mass * pull - mu * mass * g)));
     s.plane(Vec3::UnitZ()).box("B", Vec3::Ones(), Vec3(0, 0, 0.5));
     const Outcome o = run_scene(s.str());
     ASSERT_TRUE(o.ok());

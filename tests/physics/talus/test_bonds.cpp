@@ -12,13 +12,16 @@
 namespace talus::verify {
 namespace {
 
-constexpr double g = 9.81, weight = 2500 * g, stiffness = 1e8;   // of a cube of 1 m^3, per area
+constexpr double g = 9.81, weight = 2500 * g, stiffness = 1e8;  // of a cube of 1 m^3, per area
 
 /// A cube under a held one. The bond's strength is told in weights.
-std::string hung(double strength, const std::string& more = {}, double duration = 0.4, const Method& method = Method::by_accuracy(1e-3)) {
+std::string hung(double strength, const std::string& more = {}, double duration = 0.4,
+                 const Method& method = Method::by_accuracy(1e-3)) {
   SceneText s(method, duration);
   s.history(1e-3).material("rock", 2500);
-  s.interface("rock", "rock", 0.5, fmt::format("tension = {}\ncohesion = 1e6\nnormal_stiffness = \"{} Pa/m\"\n{}", strength * weight, stiffness, more));
+  s.interface("rock", "rock", 0.5,
+              fmt::format("tension = {}\ncohesion = 1e6\nnormal_stiffness = \"{} Pa/m\"\n{}",
+                          strength * weight, stiffness, more));
   s.box("above", Vec3(2, 2, 1), Vec3(0, 0, 1), "fixed = true\n").box("hung", Vec3::Ones(), Vec3::Zero());
   return s.str();
 }
@@ -37,14 +40,16 @@ TEST(Bonds, UndampedItSwingsToTwiceItsStretchAndBack) {
   const Outcome o = run_scene(hung(2.5, "", 0.2, Method::by_accuracy(1e-6)));
   ASSERT_TRUE(o.ok());
   const double sag = weight / stiffness, omega = std::sqrt(stiffness / 2500);
-  for (const auto& r : o.rows) EXPECT_NEAR(height(r), -sag * (1 - std::cos(omega * r.time)), 0.02 * sag) << r.time;
+  for (const auto& r : o.rows)
+    EXPECT_NEAR(height(r), -sag * (1 - std::cos(omega * r.time)), 0.02 * sag) << r.time;
 }
 
 TEST(Bonds, BreaksWhereTheSwingReachesItsStrength) {
   // 1 - cos(omega t) = 1.5 at omega t = 2 pi / 3, there it falls with g sin(omega t) / omega on.
   const Outcome o = run_scene(hung(1.5, "", 0.4, Method::by_accuracy(1e-6)));
   ASSERT_TRUE(o.ok());
-  const double sag = weight / stiffness, omega = std::sqrt(stiffness / 2500), broken = 2 * M_PI / 3 / omega, fall = 0.4 - broken;
+  const double sag = weight / stiffness, omega = std::sqrt(stiffness / 2500), broken = 2 * M_PI / 3 / omega,
+               fall = 0.4 - broken;
   const double expected = -1.5 * sag - g / omega * std::sin(2 * M_PI / 3) * fall - 0.5 * g * fall * fall;
   EXPECT_NEAR(height(o.last()), expected, 2e-3);
   // What the torn spring held is lost: T^2 / 2 k.
@@ -55,24 +60,31 @@ TEST(Bonds, BreaksWhereTheSwingReachesItsStrength) {
 TEST(Bonds, WhatMeetsLaterDoesNotStick) {
   for (const char* kind : {"hard", "1e8 Pa/m"}) {
     SceneText s(Method::by_accuracy(1e-3), 0.6);
-    s.history(0.01).material("rock", 2500).interface("rock", "rock", 0.5, fmt::format("tension = 1e6\ncohesion = 1e6\nnormal_stiffness = \"{}\"", kind));
-    s.box("above", Vec3(2, 2, 1), Vec3(0, 0, 1), "fixed = true\n").box("thrown", Vec3::Ones(), Vec3(0, 0, -0.2), velocity(Vec3(0, 0, 2.5)));
+    s.history(0.01)
+        .material("rock", 2500)
+        .interface("rock", "rock", 0.5,
+                   fmt::format("tension = 1e6\ncohesion = 1e6\nnormal_stiffness = \"{}\"", kind));
+    s.box("above", Vec3(2, 2, 1), Vec3(0, 0, 1), "fixed = true\n")
+        .box("thrown", Vec3::Ones(), Vec3(0, 0, -0.2), velocity(Vec3(0, 0, 2.5)));
     const Outcome o = run_scene(s.str());
     ASSERT_TRUE(o.ok());
     EXPECT_LT(height(o.last()), -0.5) << kind;
   }
 }
 
-// A hanging chain that is let go sideways: faces of alike blocks turn past each other, contacts come and go, the bonds stay.
+// A hanging chain that is let go sideways: faces of alike blocks turn past each other, contacts come and go,
+// the bonds stay.
 TEST(Bonds, ChainOfBlocksSwings) {
   SceneText s(Method::by_accuracy(1e-3), 0.7, {1, 0, -g});
-  s.history(5e-3).material("rock", 2500).interface("rock", "rock", 0.5, "tension = 3e6\ncohesion = 3e6\nnormal_stiffness = \"1e8 Pa/m\"");
+  s.history(5e-3)
+      .material("rock", 2500)
+      .interface("rock", "rock", 0.5, "tension = 3e6\ncohesion = 3e6\nnormal_stiffness = \"1e8 Pa/m\"");
   s.box("held", Vec3::Ones(), Vec3::Zero(), "fixed = true\n");
   constexpr int links = 5;
   for (int i = 1; i <= links; ++i) s.box(fmt::format("link{}", i), Vec3::Ones(), Vec3(0, 0, -i));
   const Outcome o = run_scene(s.str());
   ASSERT_TRUE(o.ok());
-  EXPECT_TRUE(o.simulation->departed().empty());   // far below all that is held, but held
+  EXPECT_TRUE(o.simulation->departed().empty());  // far below all that is held, but held
   // At rest it would sag by (1 + 2 + ... + 5) m g / k.
   const double sag = links * (links + 1) / 2.0 * weight / stiffness;
   for (const auto& r : o.rows) {
@@ -86,9 +98,13 @@ TEST(Bonds, ChainOfBlocksSwings) {
 std::string under_a_slab(const std::string& stiffness, double strength, double below, double speed) {
   SceneText s(Method::by_accuracy(1e-3), 0.15);
   s.history(5e-3).material("slab", 2500, "young = 30e9\npoisson = 0.2").material("rock", 2500);
-  s.interface("rock", "slab", 0.5, fmt::format("tension = {0}\ncohesion = {0}\nnormal_stiffness = \"{1}\"", strength, stiffness));
+  s.interface("rock", "slab", 0.5,
+              fmt::format("tension = {0}\ncohesion = {0}\nnormal_stiffness = \"{1}\"", strength, stiffness));
   s.box("B", Vec3::Constant(0.5), Vec3(0.03, 0.02, -0.45 - below), velocity(Vec3(0, 0, speed)));
-  return s.raw(structure_box("slab", Vec3(1, 1, 0.4), Vec3::Zero(), {4, 4, 1}, "slab", "support = [\"+z\"]\npreload = \"none\"\ndamping_ratio = 0.3\n")).str();
+  return s
+      .raw(structure_box("slab", Vec3(1, 1, 0.4), Vec3::Zero(), {4, 4, 1}, "slab",
+                         "support = [\"+z\"]\npreload = \"none\"\ndamping_ratio = 0.3\n"))
+      .str();
 }
 
 TEST(Bonds, HoldOnAStructureWhateverTheLaw) {
@@ -98,7 +114,8 @@ TEST(Bonds, HoldOnAStructureWhateverTheLaw) {
     ASSERT_TRUE(held.ok());
     EXPECT_NEAR(held.last().position[0].z(), -0.45, 1e-5) << kind;
     EXPECT_NEAR(-held.last().structures[0].base_force.z(), block + slab, 1e-3 * block) << kind;
-    const Outcome torn = run_scene(under_a_slab(kind, 0.5 * block / 0.25, 0, 0));   // half of what the weight asks for
+    const Outcome torn =
+        run_scene(under_a_slab(kind, 0.5 * block / 0.25, 0, 0));  // half of what the weight asks for
     ASSERT_TRUE(torn.ok());
     EXPECT_LT(torn.last().position[0].z(), -0.5) << kind;
     const Outcome later = run_scene(under_a_slab(kind, 1e6, 0.02, 1));

@@ -1,4 +1,5 @@
-// Blocks and structures: the coupled suite in its short form, bad starts, and what one run hands on to the next.
+// Blocks and structures: the coupled suite in its short form, bad starts, and what one run hands on to the
+// next.
 #include <gtest/gtest.h>
 
 #include <fmt/format.h>
@@ -25,33 +26,46 @@ TEST_P(Coupled, Holds) {
 }
 
 // C2 and C6 are left to `talus verify coupling` (docs/results/verification-coupling.md).
-INSTANTIATE_TEST_SUITE_P(C, Coupled, testing::Values("C1", "C3", "C4", "C5", "S6", "E32", "E33", "E34", "E35"), [](const auto& info) { return std::string(info.param); });
+INSTANTIATE_TEST_SUITE_P(C, Coupled,
+                         testing::Values("C1", "C3", "C4", "C5", "S6", "E32", "E33", "E34", "E35"),
+                         [](const auto& info) { return std::string(info.param); });
 
 /// A wall of concrete, 1 m thick, its near face at x = -0.5, and a cube of this size with its centroid at x.
 std::string wall(double x, double size, const std::string& more = {}, double speed = 10, double end = 0.01) {
   SceneText s(Method::by_accuracy(1e-3), end, Vec3::Zero(), more);
-  s.history(end / 10).material("concrete", 2450, "f_cm = \"38 MPa\"").material("rock", 2600).interface("rock", "concrete", 0.5).interface("concrete", "concrete", 0.5);
+  s.history(end / 10)
+      .material("concrete", 2450, "f_cm = \"38 MPa\"")
+      .material("rock", 2600)
+      .interface("rock", "concrete", 0.5)
+      .interface("concrete", "concrete", 0.5);
   s.box("B", Vec3(size, size, size), Vec3(x, 0.01, 1.02), velocity(Vec3(speed, 0, 0)));
-  return s.raw(structure_box("wall", Vec3(1, 2, 2), Vec3(0, 0, 1), {4, 8, 8}, "concrete", std::string(held_below) + "damage = \"concrete\"\n")).str();
+  return s
+      .raw(structure_box("wall", Vec3(1, 2, 2), Vec3(0, 0, 1), {4, 8, 8}, "concrete",
+                         std::string(held_below) + "damage = \"concrete\"\n"))
+      .str();
 }
 
 std::string refusal(const std::string& text) {
   try {
     run_scene(text);
-  } catch (const InputError& e) {
-    return e.what();
-  }
+  } catch (const InputError& e) { return e.what(); }
   return {};
 }
 
-/// A thin wall that a cube of 325 kg sets in motion at 20 m/s, and behind it, out of its reach as the stretch begins, a small one: how long stretches are is no matter.
+/// A thin wall that a cube of 325 kg sets in motion at 20 m/s, and behind it, out of its reach as the stretch
+/// begins, a small one: how long stretches are is no matter.
 TEST(StruckSkins, MeetWhatOnlyTheBlowBringsThemTo) {
   const auto speed_behind = [](double interval) {
     SceneText s(Method::by_accuracy(1e-3), 0.04, Vec3::Zero());
-    s.history(interval).material("steel", 7800, "young = 30e9\npoisson = 0.2").material("rock", 2600).interface("*", "*", 0);
+    s.history(interval)
+        .material("steel", 7800, "young = 30e9\npoisson = 0.2")
+        .material("rock", 2600)
+        .interface("*", "*", 0);
     s.box("striker", Vec3(0.5, 0.5, 0.5), Vec3(-0.31, 0, 1), velocity(Vec3(20, 0, 0)));
     s.box("behind", Vec3(0.2, 0.2, 0.2), Vec3(0.16, 0, 1));
-    const Outcome o = run_scene(s.raw(structure_box("wall", Vec3(0.1, 2, 2), Vec3(0, 0, 1), {1, 8, 8}, "steel", std::string(held_below))).str());
+    const Outcome o = run_scene(s.raw(structure_box("wall", Vec3(0.1, 2, 2), Vec3(0, 0, 1), {1, 8, 8},
+                                                    "steel", std::string(held_below)))
+                                    .str());
     EXPECT_TRUE(o.ok()) << o.result.message;
     double fastest = 0;
     for (const sim::HistoryRow& r : o.rows) fastest = std::max(fastest, r.velocity[1].x());
@@ -74,7 +88,8 @@ TEST(BadStart, BlockInsideAStructureIsFound) {
   EXPECT_NE(message.find("structure wall lie one inside the other"), std::string::npos) << message;
 }
 
-/// A cube that meets a rigid wall a hair before a history row: the impulse of no duration is told as the mean force over no sliver of a step. It was 1e12 N over 4e-11 s.
+/// A cube that meets a rigid wall a hair before a history row: the impulse of no duration is told as the mean
+/// force over no sliver of a step. It was 1e12 N over 4e-11 s.
 TEST(RigidImpacts, AreToldAsMeansOverWhatTheyBelongTo) {
   for (const char* scheme : {"rigid", "one-way"}) {
     const Outcome o = run_scene(wall(-0.8 + 1e-9, 0.5, fmt::format("[coupling]\nscheme = \"{}\"\n", scheme)));
@@ -91,36 +106,60 @@ TEST(RigidImpacts, AreToldAsMeansOverWhatTheyBelongTo) {
 
 TEST(BadStart, TouchingIsAllowed) { EXPECT_TRUE(run_scene(wall(-0.75, 0.5, {}, 0.1, 1e-3)).ok()); }
 
-/// A cube on the ground beside the foot of an elastic column, into which gravity's preload bulges the column by half a micrometre; `inside` [m] of the cube is the user's.
+/// A cube on the ground beside the foot of an elastic column, into which gravity's preload bulges the column
+/// by half a micrometre; `inside` [m] of the cube is the user's.
 std::string beside_a_column(const char* stiffness, double inside, const std::string& preload) {
   SceneText s(Method::by_accuracy(1e-3), 0.05, Vec3(0, 0, -9.81));
-  s.history(5e-3).material("concrete", 2500, "young = 30e9\npoisson = 0.2").material("rock", 2600, "young = 40e9\npoisson = 0.25");
+  s.history(5e-3)
+      .material("concrete", 2500, "young = 30e9\npoisson = 0.2")
+      .material("rock", 2600, "young = 40e9\npoisson = 0.25");
   s.interface("*", "*", 0.5, fmt::format("normal_stiffness = \"{}\"", stiffness));
-  s.box("ground", Vec3(4, 4, 1), Vec3(1.5, 0, -0.5), "fixed = true\n").box("B", Vec3::Constant(0.5), Vec3(1.25 - inside, 0.02, 0.25));
-  return s.raw(structure_box("column", Vec3(2, 2, 4), Vec3(0, 0, 2), {4, 4, 8}, "concrete", fmt::format("support = [\"-z\"]\npreload = \"{}\"\ndamping_ratio = 0.05\n", preload))).str();
+  s.box("ground", Vec3(4, 4, 1), Vec3(1.5, 0, -0.5), "fixed = true\n")
+      .box("B", Vec3::Constant(0.5), Vec3(1.25 - inside, 0.02, 0.25));
+  return s
+      .raw(
+          structure_box("column", Vec3(2, 2, 4), Vec3(0, 0, 2), {4, 4, 8}, "concrete",
+                        fmt::format("support = [\"-z\"]\npreload = \"{}\"\ndamping_ratio = 0.05\n", preload)))
+      .str();
 }
 
 TEST(Preload, MayMoveASkinIntoABlockThatIsFlush) {
   for (const char* stiffness : {"hard", "5 GPa/m", "1 GN/m"}) {
     std::string told;
-    const sim::Simulation simulation(scene::read_scene_text(beside_a_column(stiffness, 0, "gravity"), "/test.toml"), [&](const std::string& line) { told += line + "\n"; });
-    EXPECT_NE(told.find("gravity preload moved its skin into block B by up to 5"), std::string::npos) << stiffness << told;
+    const sim::Simulation simulation(
+        scene::read_scene_text(beside_a_column(stiffness, 0, "gravity"), "/test.toml"),
+        [&](const std::string& line) { told += line + "\n"; });
+    EXPECT_NE(told.find("gravity preload moved its skin into block B by up to 5"), std::string::npos)
+        << stiffness << told;
     const Outcome o = run_scene(beside_a_column(stiffness, 0, "gravity"));
     ASSERT_TRUE(o.ok()) << o.result.message;
-    for (const auto& r : o.rows) EXPECT_LT(r.velocity[1].norm(), 1e-3) << stiffness;   // nothing pushes it
+    for (const auto& r : o.rows) EXPECT_LT(r.velocity[1].norm(), 1e-3) << stiffness;  // nothing pushes it
     EXPECT_NEAR(o.last().position[1].x(), 1.25, 1e-6) << stiffness;
     const std::string message = refusal(beside_a_column(stiffness, 1e-4, "gravity"));
-    EXPECT_NE(message.find("overlaps structure column by 0.0001005"), std::string::npos) << stiffness << message;
-    EXPECT_NE(refusal(beside_a_column(stiffness, 5e-7, "none")).find("overlaps structure column by 5e-07"), std::string::npos) << stiffness;   // no preload made that
+    EXPECT_NE(message.find("overlaps structure column by 0.0001005"), std::string::npos)
+        << stiffness << message;
+    EXPECT_NE(refusal(beside_a_column(stiffness, 5e-7, "none")).find("overlaps structure column by 5e-07"),
+              std::string::npos)
+        << stiffness;  // no preload made that
   }
 }
 
-/// A block may have the name that a piece had in the run that this one goes on from: pieces that come off now are numbered past it.
+/// A block may have the name that a piece had in the run that this one goes on from: pieces that come off now
+/// are numbered past it.
 TEST(Pieces, GetNamesThatNoBlockHas) {
-  SceneText s(Method::by_accuracy(1e-2), 0.12, Vec3(0, 0, -9.81), "initial_state = \"" TALUS_SOURCE_DIR "/CMakeLists.txt\"");   // is there, and nobody reads it here
-  s.history(2e-2).material("concrete", 2450, "f_cm = \"30 MPa\"").material("rock", 2600).interface("*", "*", 0.5);
-  s.box("pier.fragment1", Vec3::Ones(), Vec3(6, 0, 0.5)).box("striker", Vec3(0.8, 0.8, 0.8), Vec3(-1.2, 0.05, 1.6), velocity(Vec3(30, 0, 0)));
-  const Outcome o = run_scene(s.raw("[[structure]]\nname = \"pier\"\nkind = \"column\"\nmaterial = \"concrete\"\nbase = [0, 0, 0]\nsection = [0.4, 0.4]\nheight = 3.0\ncell_size = \"0.2 m\"\ndamage = \"concrete\"\n").str());
+  SceneText s(Method::by_accuracy(1e-2), 0.12, Vec3(0, 0, -9.81),
+              "initial_state = \"" TALUS_SOURCE_DIR
+              "/CMakeLists.txt\"");  // is there, and nobody reads it here
+  s.history(2e-2)
+      .material("concrete", 2450, "f_cm = \"30 MPa\"")
+      .material("rock", 2600)
+      .interface("*", "*", 0.5);
+  s.box("pier.fragment1", Vec3::Ones(), Vec3(6, 0, 0.5))
+      .box("striker", Vec3(0.8, 0.8, 0.8), Vec3(-1.2, 0.05, 1.6), velocity(Vec3(30, 0, 0)));
+  const Outcome o = run_scene(
+      s.raw("[[structure]]\nname = \"pier\"\nkind = \"column\"\nmaterial = \"concrete\"\nbase = [0, 0, "
+            "0]\nsection = [0.4, 0.4]\nheight = 3.0\ncell_size = \"0.2 m\"\ndamage = \"concrete\"\n")
+          .str());
   ASSERT_TRUE(o.ok()) << o.result.message;
   const auto& blocks = o.simulation->header().blocks;
   ASSERT_GT(blocks.size(), 2U);
@@ -144,7 +183,7 @@ TEST(SmallBlocks, AreWarnedOfWithTheConsequence) {
     return all;
   };
   EXPECT_NE(warnings(0.1).find("thinner than 0.5 of a cell face"), std::string::npos) << warnings(0.1);
-  EXPECT_EQ(warnings(0.2).find("thinner than"), std::string::npos) << warnings(0.2);   // cells of 0.25 m
+  EXPECT_EQ(warnings(0.2).find("thinner than"), std::string::npos) << warnings(0.2);  // cells of 0.25 m
 }
 
 TEST(InitialState, CarriesDamageOnAndStartsItsBooksAnew) {
@@ -174,18 +213,30 @@ TEST(InitialState, CarriesDamageOnAndStartsItsBooksAnew) {
 /// A column, and a cube that flies towards it at mid-height.
 std::string struck_column(double x, double end, const std::string& more = {}, const std::string& load = {}) {
   SceneText s(Method::by_accuracy(1e-3), end, Vec3(0, 0, -9.81), more);
-  s.history(1e-4).material("concrete", 2450, "young = 30e9\npoisson = 0.2").material("rock", 2600).interface("rock", "concrete", 0.5);
+  s.history(1e-4)
+      .material("concrete", 2450, "young = 30e9\npoisson = 0.2")
+      .material("rock", 2600)
+      .interface("rock", "concrete", 0.5);
   s.box("B", Vec3(0.5, 0.5, 0.5), Vec3(x, 0, 3.5), velocity(Vec3(8, 0, 0)));
-  return s.raw("[[structure]]\nname = \"P\"\nkind = \"column\"\nmaterial = \"concrete\"\nbase = [0, 0, 0]\nsection = [1, 1]\nheight = 4\ncell_size = 0.5\n" + load).str();
+  return s
+      .raw(
+          "[[structure]]\nname = \"P\"\nkind = \"column\"\nmaterial = \"concrete\"\nbase = [0, 0, "
+          "0]\nsection = [1, 1]\nheight = 4\ncell_size = 0.5\n" +
+          load)
+      .str();
 }
 
-/// One that stands bent under a steady load as the second run begins, as it might ring: reactions count from those under its weight, not from those of the moment.
+/// One that stands bent under a steady load as the second run begins, as it might ring: reactions count from
+/// those under its weight, not from those of the moment.
 TEST(InitialState, ReactionsCountFromThePermanentLoad) {
-  const std::string load = "damping_ratio = 0.5\n[[structure.load]]\nregion = { min = [-1, -1, 3], max = [-0.49, 1, 4] }\ntraction = [1e6, 0, 0]\n";
+  const std::string load =
+      "damping_ratio = 0.5\n[[structure.load]]\nregion = { min = [-1, -1, 3], max = [-0.49, 1, 4] "
+      "}\ntraction = [1e6, 0, 0]\n";
   const Outcome first = run_scene(struck_column(-9, 0.3, {}, load));
   ASSERT_TRUE(first.ok());
   const Vec3 weight(0, 0, -4 * 2450 * 9.81);
-  EXPECT_LT((first.simulation->header().structures[0].permanent.head<3>() - weight).norm(), 1e-6 * weight.norm());
+  EXPECT_LT((first.simulation->header().structures[0].permanent.head<3>() - weight).norm(),
+            1e-6 * weight.norm());
   ASSERT_NEAR((first.last().structures[0].base_force - weight).norm(), 1e6, 5e4);
   sim::FinalState state = first.simulation->final_state();
   state.blocks.clear();
@@ -203,18 +254,23 @@ TEST(InitialState, ReactionsCountFromThePermanentLoad) {
 
 /// What the first run bent away makes room for a block that would overlap the structure as it was built.
 TEST(InitialState, BlocksMayStandWhereTheStructureHasLeft) {
-  const std::string load = "[[structure.load]]\nregion = { min = [-1, -1, 3], max = [-0.49, 1, 4] }\ntraction = [1e6, 0, 0]\n", file = "initial_state = \"" TALUS_SOURCE_DIR "/CMakeLists.txt\"";
+  const std::string
+      load =
+          "[[structure.load]]\nregion = { min = [-1, -1, 3], max = [-0.49, 1, 4] }\ntraction = [1e6, 0, 0]\n",
+      file = "initial_state = \"" TALUS_SOURCE_DIR "/CMakeLists.txt\"";
   const Outcome first = run_scene(struck_column(-5, 0.02, {}, load));
   ASSERT_TRUE(first.ok());
   sim::FinalState state = first.simulation->final_state();
   state.blocks.clear();
-  double left = 1;   // by which its upper part has left
+  double left = 1;  // by which its upper part has left
   for (const Vec3& x : first.simulation->structures()[0]->surface().vertices)
     if (x.x() < -0.4 && x.z() > 2.9) left = std::min(left, x.x() + 0.5);
   ASSERT_GT(left, 1e-4);
   ASSERT_LT(left, 0.05);
-  EXPECT_NE(refusal(struck_column(-0.75 + 0.5 * left, 0.02, {}, load)).find("overlaps structure P"), std::string::npos);
-  sim::Simulation second(scene::read_scene_text(struck_column(-0.75 + 0.5 * left, 0.02, file, load), "/test.toml"));
+  EXPECT_NE(refusal(struck_column(-0.75 + 0.5 * left, 0.02, {}, load)).find("overlaps structure P"),
+            std::string::npos);
+  sim::Simulation second(
+      scene::read_scene_text(struck_column(-0.75 + 0.5 * left, 0.02, file, load), "/test.toml"));
   EXPECT_NO_THROW(second.start_from(state, "first.h5"));
   sim::Simulation third(scene::read_scene_text(struck_column(-0.70, 0.02, file, load), "/test.toml"));
   EXPECT_THROW(third.start_from(state, "first.h5"), InputError);
@@ -228,28 +284,31 @@ TEST(InitialState, AnotherMeshIsRefused) {
     sim::Simulation second(scene::read_scene_text(other, "/test.toml"));
     try {
       second.start_from(state, "first.h5");
-    } catch (const InputError& e) {
-      return std::string(e.what());
-    }
+    } catch (const InputError& e) { return std::string(e.what()); }
     return std::string("accepted");
   };
-  const std::string finer = said("cells = [4, 8, 8]", "cells = [4, 8, 9]"), aside = said("position = [0.0, 0.0, 1.0]", "position = [0.125, 0.0, 1.0]");
+  const std::string finer = said("cells = [4, 8, 8]", "cells = [4, 8, 9]"),
+                    aside = said("position = [0.0, 0.0, 1.0]", "position = [0.125, 0.0, 1.0]");
   EXPECT_NE(finer.find("another mesh"), std::string::npos) << finer;
   EXPECT_NE(aside.find("its nodes elsewhere there, by up to 0.125 m"), std::string::npos) << aside;
 }
 
 TEST(Audit, EachGateFailsTheRun) {
-  const sim::InterfaceAudit sound{.worst_force_imbalance = 1e-15, .worst_moment_imbalance = 1e-15, .impulse_defect = 1e-12};
+  const sim::InterfaceAudit sound{
+      .worst_force_imbalance = 1e-15, .worst_moment_imbalance = 1e-15, .impulse_defect = 1e-12};
   EXPECT_EQ(sim::audit_failure(sound, 0.009, 0.009, 0.009), "");
   const auto with = [&](double sim::InterfaceAudit::*of, double value) {
     sim::InterfaceAudit a = sound;
     a.*of = value;
     return sim::audit_failure(a, 0, 0, 0);
   };
-  EXPECT_NE(with(&sim::InterfaceAudit::worst_force_imbalance, 2e-12).find("force imbalance 2e-12"), std::string::npos);
-  EXPECT_NE(with(&sim::InterfaceAudit::worst_moment_imbalance, 2e-12).find("moment imbalance 2e-12"), std::string::npos);
+  EXPECT_NE(with(&sim::InterfaceAudit::worst_force_imbalance, 2e-12).find("force imbalance 2e-12"),
+            std::string::npos);
+  EXPECT_NE(with(&sim::InterfaceAudit::worst_moment_imbalance, 2e-12).find("moment imbalance 2e-12"),
+            std::string::npos);
   EXPECT_NE(with(&sim::InterfaceAudit::impulse_defect, 2e-9).find("impulse defect 2e-09"), std::string::npos);
-  EXPECT_NE(with(&sim::InterfaceAudit::worst_force_imbalance, NAN).find("force imbalance nan"), std::string::npos);
+  EXPECT_NE(with(&sim::InterfaceAudit::worst_force_imbalance, NAN).find("force imbalance nan"),
+            std::string::npos);
   EXPECT_NE(sim::audit_failure(sound, 0.02, 0, 0).find("energy residual"), std::string::npos);
   EXPECT_NE(sim::audit_failure(sound, 0, 0.02, 0).find("made by the scheme"), std::string::npos);
   EXPECT_NE(sim::audit_failure(sound, 0, 0, 0.02).find("made in one step"), std::string::npos);
@@ -257,7 +316,10 @@ TEST(Audit, EachGateFailsTheRun) {
 
 TEST(OneWay, PutsTheRecordedLoadsOnTheStructure) {
   SceneText s(Method::by_accuracy(1e-3), 0.03, Vec3::Zero());
-  s.history(1e-3).material("concrete", 2450, "young = 30e9\npoisson = 0.2").material("rock", 2600).interface("rock", "concrete", 0, "normal_stiffness = \"1 GPa/m\"");
+  s.history(1e-3)
+      .material("concrete", 2450, "young = 30e9\npoisson = 0.2")
+      .material("rock", 2600)
+      .interface("rock", "concrete", 0, "normal_stiffness = \"1 GPa/m\"");
   s.box("B", Vec3(0.5, 0.5, 0.5), Vec3(-0.76, 0.01, 1.02), velocity(Vec3(5, 0, 0)));
   s.raw(structure_box("wall", Vec3(1, 2, 2), Vec3(0, 0, 1), {4, 8, 8}, "concrete", std::string(held_below)));
   const Outcome o = run_scene(s.raw("[coupling]\nscheme = \"one-way\"\n").str());
@@ -266,15 +328,21 @@ TEST(OneWay, PutsTheRecordedLoadsOnTheStructure) {
   EXPECT_NEAR(o.last().velocity[0].x(), -5, 0.05);
   EXPECT_NEAR(o.result.audit.impulse_on_structure.x(), 2 * 5 * 2600 * 0.125, 0.02 * 3250);
   EXPECT_GT(o.last().ledger.external_work, 0);
-  for (const auto& r : o.rows) EXPECT_LT(std::abs(r.ledger.residual), 1e-11 * o.rows.front().ledger.kinetic) << r.time;
+  for (const auto& r : o.rows)
+    EXPECT_LT(std::abs(r.ledger.residual), 1e-11 * o.rows.front().ledger.kinetic) << r.time;
 }
 
 /// A column under a steady traction that no block touches, by this scheme.
 std::string loaded_column(const std::string& scheme) {
   SceneText s(Method::by_accuracy(1e-3), 0.02, Vec3(0, 0, -9.81));
-  s.history(1e-3).material("concrete", 2450, "young = 30e9\npoisson = 0.2").material("rock", 2600).interface("rock", "concrete", 0);
+  s.history(1e-3)
+      .material("concrete", 2450, "young = 30e9\npoisson = 0.2")
+      .material("rock", 2600)
+      .interface("rock", "concrete", 0);
   s.box("B", Vec3(0.5, 0.5, 0.5), Vec3(-5, 0, 9));
-  s.raw("[[structure]]\nname = \"P\"\nkind = \"column\"\nmaterial = \"concrete\"\nbase = [0, 0, 0]\nsection = [1, 1]\nheight = 4\ncell_size = 0.5\nsupport = [\"-z\"]\n");
+  s.raw(
+      "[[structure]]\nname = \"P\"\nkind = \"column\"\nmaterial = \"concrete\"\nbase = [0, 0, 0]\nsection = "
+      "[1, 1]\nheight = 4\ncell_size = 0.5\nsupport = [\"-z\"]\n");
   s.raw("[[structure.load]]\nregion = { min = [-1, -1, 3], max = [-0.49, 1, 4] }\ntraction = [1e6, 0, 0]\n");
   return s.raw(fmt::format("[coupling]\nscheme = \"{}\"\n", scheme)).str();
 }
@@ -288,7 +356,8 @@ TEST(OneWay, TellsWhatTheStructureCarries) {
   EXPECT_NEAR(b.peaks.force.value, a.peaks.force.value, 1e-6 * a.peaks.force.value);
   ASSERT_EQ(b.members.size(), 1U);
   ASSERT_EQ(b.peaks.members.size(), 1U);
-  EXPECT_NEAR(b.peaks.members[0].shear.value, a.peaks.members[0].shear.value, 1e-6 * a.peaks.members[0].shear.value);
+  EXPECT_NEAR(b.peaks.members[0].shear.value, a.peaks.members[0].shear.value,
+              1e-6 * a.peaks.members[0].shear.value);
   EXPECT_EQ(apart.simulation->header().structures[0].members.size(), 1U);
   EXPECT_TRUE(apart.simulation->header().structures[0].loaded);
 }
@@ -305,9 +374,13 @@ TEST(Rigid, WarnsOfALoadThatHasNoEffect) {
 /// A block that fell asleep pressed no more: what the base carried beyond the slab was gone.
 TEST(OneWay, WhatSleepsGoesOnPressing) {
   SceneText s(Method::by_accuracy(1e-3), 0.6, Vec3(0, 0, -9.81));
-  s.history(1e-2).material("concrete", 2500, "young = 30e9\npoisson = 0.2").material("rock", 2600).interface("rock", "concrete", 0.5, "normal_stiffness = \"1e8 N/m\"");
+  s.history(1e-2)
+      .material("concrete", 2500, "young = 30e9\npoisson = 0.2")
+      .material("rock", 2600)
+      .interface("rock", "concrete", 0.5, "normal_stiffness = \"1e8 N/m\"");
   s.box("B", Vec3(0.5, 0.5, 0.5), Vec3(0, 0, 0.25));
-  s.raw(structure_box("slab", Vec3(2, 2, 0.5), Vec3(0, 0, -0.25), {4, 4, 2}, "concrete", "support = [\"-z\"]\npreload = \"gravity\"\ndamping_ratio = 0.3\n"));
+  s.raw(structure_box("slab", Vec3(2, 2, 0.5), Vec3(0, 0, -0.25), {4, 4, 2}, "concrete",
+                      "support = [\"-z\"]\npreload = \"gravity\"\ndamping_ratio = 0.3\n"));
   const Outcome o = run_scene(s.raw("[coupling]\nscheme = \"one-way\"\n").str());
   ASSERT_TRUE(o.ok()) << o.result.message;
   const double slab = 2 * 2 * 0.5 * 2500 * 9.81, block = 0.125 * 2600 * 9.81;
@@ -315,17 +388,22 @@ TEST(OneWay, WhatSleepsGoesOnPressing) {
   EXPECT_NEAR(o.last().structures[0].base_force.z(), -slab - block, 2e-3 * block);
 }
 
-/// Coupled steps of 5 ms in which a cube of 0.4 t lies on a slab, or comes down on it from 0.1 mm, and moves along at 20 m/s; over those that
-/// the slab's own stable step asks for.
+/// Coupled steps of 5 ms in which a cube of 0.4 t lies on a slab, or comes down on it from 0.1 mm, and moves
+/// along at 20 m/s; over those that the slab's own stable step asks for.
 double steps_over_stable(double height, double down) {
   SceneText s(Method::by_accuracy(1e-3), 5e-3, Vec3(0, 0, -9.81));
-  s.history(5e-3).material("concrete", 2450, "young = 30e9\npoisson = 0.2").material("rock", 3200).interface("rock", "concrete", 0.3);
+  s.history(5e-3)
+      .material("concrete", 2450, "young = 30e9\npoisson = 0.2")
+      .material("rock", 3200)
+      .interface("rock", "concrete", 0.3);
   s.box("B", Vec3(0.5, 0.5, 0.5), Vec3(0.1, 0.01, 0.75 + height), velocity(Vec3(20, 0, -down)));
-  s.raw(structure_box("slab", Vec3(2, 2, 0.5), Vec3(0.3, 0, 0.25), {8, 8, 2}, "concrete", "support = [\"-z\"]\npreload = \"gravity\"\nintegrator = \"explicit\"\n"));
+  s.raw(structure_box("slab", Vec3(2, 2, 0.5), Vec3(0.3, 0, 0.25), {8, 8, 2}, "concrete",
+                      "support = [\"-z\"]\npreload = \"gravity\"\nintegrator = \"explicit\"\n"));
   const Outcome o = run_scene(s.str());
   EXPECT_TRUE(o.ok());
   EXPECT_GT(o.result.audit.impulse_on_structure.norm(), 0);
-  return static_cast<double>(o.result.counters.structure_steps) * o.simulation->structures()[0]->critical_step() / 5e-3;
+  return static_cast<double>(o.result.counters.structure_steps) *
+         o.simulation->structures()[0]->critical_step() / 5e-3;
 }
 
 TEST(Rise, WhatSlidesAlongSetsNoStepAndABlowDoes) {
@@ -333,19 +411,28 @@ TEST(Rise, WhatSlidesAlongSetsNoStepAndABlowDoes) {
   EXPECT_GT(steps_over_stable(1e-4, 10), 1.5);
 }
 
-/// A cube that rolls over an edge on another one, which lies on a slab: each sub-step turns it a little into the face below.
+/// A cube that rolls over an edge on another one, which lies on a slab: each sub-step turns it a little into
+/// the face below.
 TEST(Drift, IsLedBackOnceItShowsNotEachSubStep) {
   constexpr double accuracy = 1e-3, half = 0.25, tilt = 0.2, duration = 40e-3;
   SceneText s(Method::by_accuracy(accuracy), duration, Vec3(0, 0, -9.81));
-  s.history(duration).material("concrete", 2450, "young = 30e9\npoisson = 0.2").material("rock", 3200).interface("rock", "concrete", 0.6).interface("rock", "rock", 0.6);
+  s.history(duration)
+      .material("concrete", 2450, "young = 30e9\npoisson = 0.2")
+      .material("rock", 3200)
+      .interface("rock", "concrete", 0.6)
+      .interface("rock", "rock", 0.6);
   s.box("below", Vec3(0.5, 0.5, 0.5), Vec3(0, 0, 0.75));
-  const double over = half * (std::cos(tilt) + std::sin(tilt));   // centre of the tilted cube over its lowest edge
-  s.box("above", Vec3(0.5, 0.5, 0.5), Vec3(0.02, 0, 1.0 + over), turned(Vec3(0, tilt, 0)) + spin(Vec3(0, 4, 0)));
-  s.raw(structure_box("slab", Vec3(2, 2, 0.5), Vec3(0, 0, 0.25), {4, 4, 2}, "concrete", "support = [\"-z\"]\npreload = \"gravity\"\nintegrator = \"explicit\"\n"));
+  const double over =
+      half * (std::cos(tilt) + std::sin(tilt));  // centre of the tilted cube over its lowest edge
+  s.box("above", Vec3(0.5, 0.5, 0.5), Vec3(0.02, 0, 1.0 + over),
+        turned(Vec3(0, tilt, 0)) + spin(Vec3(0, 4, 0)));
+  s.raw(structure_box("slab", Vec3(2, 2, 0.5), Vec3(0, 0, 0.25), {4, 4, 2}, "concrete",
+                      "support = [\"-z\"]\npreload = \"gravity\"\nintegrator = \"explicit\"\n"));
   const Outcome o = run_scene(s.str());
   EXPECT_TRUE(o.ok());
   EXPECT_GT(o.result.counters.structure_steps, 500);
-  EXPECT_GT(o.result.counters.worst_penetration, 1e-9);   // below a millionth of what the accuracy allows none is led back
+  EXPECT_GT(o.result.counters.worst_penetration,
+            1e-9);  // below a millionth of what the accuracy allows none is led back
   EXPECT_LE(o.result.counters.worst_penetration, 1e-2 * accuracy * 2 * half);
 }
 

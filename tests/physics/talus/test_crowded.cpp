@@ -35,9 +35,12 @@ void costs(const Outcome& o, long factorisations, long steps) {
 TEST(Crowded, PyramidHitByABlock) {
   SceneText s = ground(2, "restitution = 0");
   for (int level = 0; level < 4; ++level)
-    for (int i = 0; i < 4 - level; ++i) s.box("cube" + std::to_string(10 * level + i), Vec3::Ones(), Vec3((i - 0.5 * (3 - level)) * 1.05, 0, 0.5 + level));
+    for (int i = 0; i < 4 - level; ++i)
+      s.box("cube" + std::to_string(10 * level + i), Vec3::Ones(),
+            Vec3((i - 0.5 * (3 - level)) * 1.05, 0, 0.5 + level));
   s.box("block", Vec3::Ones(), Vec3(-5, 0.1, 1.5), velocity({8, 0, 0}) + turned({0.3, 0.2, 0.1}));
-  costs(run_scene(s.str()), 80000, 4000);   // time steps as short as the events were dear, of a dozen factorisations each
+  costs(run_scene(s.str()), 80000,
+        4000);  // time steps as short as the events were dear, of a dozen factorisations each
 }
 
 /// Ten bricks in four courses, hit by a faceted ball.
@@ -45,35 +48,49 @@ SceneText wall(const std::string& law) {
   SceneText s = ground(1, law);
   for (int course = 0; course < 4; ++course) {
     const int bricks = 3 - course % 2;
-    for (int i = 0; i < bricks; ++i) s.box("brick" + std::to_string(10 * course + i), Vec3(0.6, 0.3, 0.3), Vec3((i - 0.5 * (bricks - 1)) * 0.6, 0, (course + 0.5) * 0.3));
+    for (int i = 0; i < bricks; ++i)
+      s.box("brick" + std::to_string(10 * course + i), Vec3(0.6, 0.3, 0.3),
+            Vec3((i - 0.5 * (bricks - 1)) * 0.6, 0, (course + 0.5) * 0.3));
   }
-  return s.raw("[[block]]\nname = \"ball\"\nmaterial = \"rock\"\nshape = \"sphere\"\ndiameter = 0.6\nposition = [0.1, -1.5, 0.8]\nvelocity = [0, 6, 0]\n");
+  return s.raw(
+      "[[block]]\nname = \"ball\"\nmaterial = \"rock\"\nshape = \"sphere\"\ndiameter = 0.6\nposition = [0.1, "
+      "-1.5, 0.8]\nvelocity = [0, 6, 0]\n");
 }
 
-// Each of the some nine islands that it comes to has steps of its own. A tenth of a millimetre in the place of the ball, or another order of the same
-// sums, makes 2,200 to 3,400 steps of it at 66,000 to 128,000 factorisations,
+// Each of the some nine islands that it comes to has steps of its own. A tenth of a millimetre in the place
+// of the ball, or another order of the same sums, makes 2,200 to 3,400 steps of it at 66,000 to 128,000
+// factorisations,
 TEST(Crowded, WallHitByABall) { costs(run_scene(wall("restitution = 0").str()), 180000, 6000); }
 
 // and of this one 2,900 to 4,700 at 90,000 to 153,000.
-TEST(Crowded, BondedWallHitByABall) { costs(run_scene(wall("cohesion = 5e4\ntension = 2e4").str()), 180000, 6000); }
+TEST(Crowded, BondedWallHitByABall) {
+  costs(run_scene(wall("cohesion = 5e4\ntension = 2e4").str()), 180000, 6000);
+}
 
 /// The first of ten slabs on end is pushed over.
 TEST(Crowded, RowOfDominoes) {
   SceneText s = ground(3, "restitution = 0");
-  for (int i = 0; i < 10; ++i) s.box("slab" + std::to_string(i), Vec3(0.15, 0.5, 1), Vec3(0.5 * i, 0, 0.5), i == 0 ? velocity({0.75, 0, 0}) + spin({0, 1.5, 0}) : std::string());
-  costs(run_scene(s.str()), 300000, 6500);   // most of them at the ends of contacts, which the error of a step resolves
+  for (int i = 0; i < 10; ++i)
+    s.box("slab" + std::to_string(i), Vec3(0.15, 0.5, 1), Vec3(0.5 * i, 0, 0.5),
+          i == 0 ? velocity({0.75, 0, 0}) + spin({0, 1.5, 0}) : std::string());
+  costs(run_scene(s.str()), 300000,
+        6500);  // most of them at the ends of contacts, which the error of a step resolves
 }
 
 /// A row of dominoes that falls. What leans on each other slides, rocks and strikes all the while.
 Outcome dominoes(const Method& method, double duration, int count, const Vec3& size, double pitch) {
   SceneText s(method, duration);
   s.history(0.05).material("rock", 2500).material("ground", 2500).plane(Vec3::UnitZ());
-  s.interface("rock", "ground", 0.6, "normal_stiffness = \"hard\"\n").interface("rock", "rock", 0.2, "normal_stiffness = \"hard\"\n");
-  for (int i = 0; i < count; ++i) s.box(fmt::format("slab{}", i), size, Vec3(pitch * i, 0, 0.5 * size.z()), i == 0 ? velocity({0.6, 0, 0}) + spin({0, 1.2, 0}) : std::string());
+  s.interface("rock", "ground", 0.6, "normal_stiffness = \"hard\"\n")
+      .interface("rock", "rock", 0.2, "normal_stiffness = \"hard\"\n");
+  for (int i = 0; i < count; ++i)
+    s.box(fmt::format("slab{}", i), size, Vec3(pitch * i, 0, 0.5 * size.z()),
+          i == 0 ? velocity({0.6, 0, 0}) + spin({0, 1.2, 0}) : std::string());
   return run_scene(s.str());
 }
 
-/// What the scheme itself took of them, over the largest kinetic energy. Events cost more than they are worth there, and the islands are time-stepped.
+/// What the scheme itself took of them, over the largest kinetic energy. Events cost more than they are worth
+/// there, and the islands are time-stepped.
 double taken_by_the_scheme(double accuracy, int count, const Vec3& size, double pitch) {
   const Outcome o = dominoes(Method::by_accuracy(accuracy), 1.9, count, size, pitch);
   EXPECT_TRUE(o.ok()) << o.result.message;
@@ -89,14 +106,16 @@ TEST(Crowded, FallingDominoesLoseLittleToTheScheme) {
   EXPECT_NEAR(taken_by_the_scheme(1e-3, 14, Vec3(0.15, 0.5, 0.8), 0.4), 0, 0.01);
 }
 
-/// Corners that come down more slowly than the error of a step allows to be told from rest are no impacts, with a restitution or without.
+/// Corners that come down more slowly than the error of a step allows to be told from rest are no impacts,
+/// with a restitution or without.
 TEST(Crowded, WhatHardlyMovesIsNoImpact) {
   const Outcome o = dominoes(Method::fixed_step(1e-3), 1.6, 6, Vec3(0.2, 0.8, 1), 0.6);
   ASSERT_TRUE(o.ok()) << o.result.message;
   EXPECT_LT(o.result.counters.impacts, 120);
 }
 
-/// A cube of 1 m that falls by half a metre, e = 0.8, beside `side` times `side` cubes at rest 1 mm apart, or onto the one at their corner: how high it rises above where it met [m].
+/// A cube of 1 m that falls by half a metre, e = 0.8, beside `side` times `side` cubes at rest 1 mm apart, or
+/// onto the one at their corner: how high it rises above where it met [m].
 double rise(int side, bool onto) {
   constexpr double fall = 0.5, apart = 1e-3;
   SceneText s = ground(0.6, "restitution = 0.8");
@@ -104,12 +123,14 @@ double rise(int side, bool onto) {
   const double below = onto ? 1 : 0;
   s.box("T", Vec3::Ones(), Vec3(onto ? 0 : -1 - apart, 0, below + 0.5 + fall));
   for (int i = 0; i < side; ++i)
-    for (int j = 0; j < side; ++j) s.box(fmt::format("B{}_{}", i, j), Vec3::Ones(), Vec3(i * (1 + apart), j * (1 + apart), 0.5));
+    for (int j = 0; j < side; ++j)
+      s.box(fmt::format("B{}_{}", i, j), Vec3::Ones(), Vec3(i * (1 + apart), j * (1 + apart), 0.5));
   const Outcome o = run_scene(s.str());
   EXPECT_TRUE(o.ok());
   double highest = 0;
   for (const sim::HistoryRow& row : o.rows)
-    if (row.time > std::sqrt(2 * fall / 9.81) + 0.02) highest = std::max(highest, row.position[0].z() - 0.5 - below);
+    if (row.time > std::sqrt(2 * fall / 9.81) + 0.02)
+      highest = std::max(highest, row.position[0].z() - 0.5 - below);
   return highest;
 }
 
@@ -118,10 +139,13 @@ TEST(Crowded, WhatBouncesBesideManyThatRestRisesAsHighAsAlone) {
   for (const int side : {4, 8}) EXPECT_NEAR(rise(side, false), 0.8 * 0.8 * 0.5, 1e-3) << side;
 }
 
-TEST(Crowded, WhatBouncesOnOneOfManyRisesAsHighAsOnOneOfFew) { EXPECT_NEAR(rise(8, true), rise(4, true), 1e-3); }
+TEST(Crowded, WhatBouncesOnOneOfManyRisesAsHighAsOnOneOfFew) {
+  EXPECT_NEAR(rise(8, true), rise(4, true), 1e-3);
+}
 
-/// Boxes of a tumbling heap, some of which are stepped by themselves: none comes into its neighbours by more than a heap's correction
-/// of drift leaves. Ways that did not hold what the correction of drift began anew from hid a meeting: 1.9 mm here.
+/// Boxes of a tumbling heap, some of which are stepped by themselves: none comes into its neighbours by more
+/// than a heap's correction of drift leaves. Ways that did not hold what the correction of drift began anew
+/// from hid a meeting: 1.9 mm here.
 TEST(Crowded, WhatIsSteppedByItselfMeetsItsNeighbours) {
   geometry::Random random(12);
   const auto any = [&](double most) { return most * (2 * random.uniform() - 1); };
@@ -142,7 +166,8 @@ TEST(Crowded, WhatIsSteppedByItselfMeetsItsNeighbours) {
       const auto& q = row.orientation[b];
       poses[b] = {row.position[b], Quat(q[0], q[1], q[2], q[3]).toRotationMatrix()};
     }
-    for (const geometry::Finding& f : geometry::find_intersections(bodies, poses, {}, {}, 1e-9)) deepest = std::max(deepest, f.depth);
+    for (const geometry::Finding& f : geometry::find_intersections(bodies, poses, {}, {}, 1e-9))
+      deepest = std::max(deepest, f.depth);
   }
   EXPECT_LT(deepest, 1e-6);
 }

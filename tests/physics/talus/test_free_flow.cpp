@@ -12,9 +12,20 @@ struct Block {
   State state;
   Block() {
     std::vector<Vec3> corners;
-    for (int i = 0; i < 8; ++i) corners.emplace_back(i & 1 ? 2 : -2, i & 2 ? 2.5 : -2.5, i & 4 ? 2.875 : -2.875);
-    auto shape = std::make_shared<Polyhedron>(make_polyhedron(corners, {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
-                                                                        {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}}));
+    for (int i = 0; i < 8; ++i)
+      corners.emplace_back(i & 1 ? 2 : -2, i & 2 ? 2.5 : -2.5, i & 4 ? 2.875 : -2.875);
+    auto shape = std::make_shared<Polyhedron>(make_polyhedron(corners, {{0, 2, 3},
+                                                                        {0, 3, 1},
+                                                                        {4, 5, 7},
+                                                                        {4, 7, 6},
+                                                                        {0, 1, 5},
+                                                                        {0, 5, 4},
+                                                                        {2, 6, 7},
+                                                                        {2, 7, 3},
+                                                                        {0, 4, 6},
+                                                                        {0, 6, 2},
+                                                                        {1, 3, 7},
+                                                                        {1, 7, 5}}));
     Model::Block b;
     b.shape = shape;
     b.volume = 115;
@@ -32,7 +43,7 @@ struct Block {
     state.q = {Quat(Eigen::AngleAxisd(0.7, Vec3(1, 2, 2).normalized()))};
     state.eps = {Vec6::Zero()};
     Vec6 rate;
-    rate << 0.1, -0.05, 0.02, 0.4, -0.3, 0.2;   // what a hard blow on an edge gives
+    rate << 0.1, -0.05, 0.02, 0.4, -0.3, 0.2;  // what a hard blow on an edge gives
     state.eps_rate = {rate};
   }
   double energy() const {
@@ -75,9 +86,7 @@ TEST(FreeFlow, FrameTurnsAsItsSpinSays) {
     const Eigen::AngleAxisd turn(b.state.q[0] * q0.conjugate());
     const double off = (turn.angle() * turn.axis() - 0.5 * h * (w0 + b.state.w[0])).norm();
     EXPECT_LT(off, 2e-3 * turn.angle()) << "h " << h;
-    if (last > 0) {
-      EXPECT_GT(last / off, 3.8) << "h " << h;
-    }
+    if (last > 0) { EXPECT_GT(last / off, 3.8) << "h " << h; }
     last = off;
   }
 }
@@ -94,7 +103,8 @@ TEST(FreeFlow, KeepsItsEnergyToTheOrderOfTheStep) {
   }
 }
 
-/// Steps that hold several periods: the trapezoid of the strains and the turning of their frame drive each other, strains by their rates at the end do not.
+/// Steps that hold several periods: the trapezoid of the strains and the turning of their frame drive each
+/// other, strains by their rates at the end do not.
 TEST(FreeFlow, StrainsByTheirRatesAtTheEndMakeNoEnergy) {
   const auto course = [](FlowRule rule) {
     Block b;
@@ -106,7 +116,8 @@ TEST(FreeFlow, StrainsByTheirRatesAtTheEndMakeNoEnergy) {
       const FreeFlow f = free_flow(b.model, b.state, 0, 1e-2, rule);
       b.step(1e-2, rule);
       const BlockEnergy e = energy(b.model, b.state, 0);
-      EXPECT_NEAR(internal_energy(b.model.blocks[0], f), e.rotational + e.straining + e.strain_energy, 1e-12 * first);
+      EXPECT_NEAR(internal_energy(b.model.blocks[0], f), e.rotational + e.straining + e.strain_energy,
+                  1e-12 * first);
       most = std::max(most, b.energy() / first);
     }
     return most;
@@ -116,7 +127,8 @@ TEST(FreeFlow, StrainsByTheirRatesAtTheEndMakeNoEnergy) {
 }
 
 TEST(FreeFlow, SoftStickThatSpinsKeepsItsEnergy) {
-  // What it strains by swings fast beside its spin, which turns the frame of the strains: without the Coriolis force, and what strains add to the inertia, that grows turn by turn.
+  // What it strains by swings fast beside its spin, which turns the frame of the strains: without the
+  // Coriolis force, and what strains add to the inertia, that grows turn by turn.
   for (const double h : {4e-5, 1e-5}) {
     Block b;
     Model::Block& stick = b.model.blocks[0];

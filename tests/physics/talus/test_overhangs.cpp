@@ -1,4 +1,5 @@
-// Rock that leans over: a cliff and a notch stop what flies against them from outside, however the faces are wound in the file.
+// Rock that leans over: a cliff and a notch stop what flies against them from outside, however the faces are
+// wound in the file.
 #include <gtest/gtest.h>
 
 #include <unistd.h>
@@ -12,9 +13,10 @@
 namespace talus::verify {
 namespace {
 
-using Profile = std::vector<std::array<double, 2>>;   // x and z, from the plateau to the floor
+using Profile = std::vector<std::array<double, 2>>;  // x and z, from the plateau to the floor
 
-/// A profile extruded along y from -10 to 10 m, in columns; seed 0 keeps the winding, 1 turns all faces, others turn some.
+/// A profile extruded along y from -10 to 10 m, in columns; seed 0 keeps the winding, 1 turns all faces,
+/// others turn some.
 class Overhangs : public testing::Test {
  protected:
   void TearDown() override { std::filesystem::remove(path_); }
@@ -22,7 +24,8 @@ class Overhangs : public testing::Test {
     constexpr int columns = 4;
     std::ofstream file(path_);
     for (const auto& [x, z] : profile)
-      for (int j = 0; j <= columns; ++j) file << "v " << x << ' ' << -10 + 20.0 * j / columns << ' ' << z << '\n';
+      for (int j = 0; j <= columns; ++j)
+        file << "v " << x << ' ' << -10 + 20.0 * j / columns << ' ' << z << '\n';
     std::mt19937 random(seed);
     const auto face = [&](int a, int b, int c) {
       if (seed == 1 || (seed > 1 && random() % 2)) std::swap(b, c);
@@ -37,23 +40,32 @@ class Overhangs : public testing::Test {
   }
   Outcome thrown(const Vec3& from, const Vec3& speed, double duration) const {
     SceneText s(Method::by_accuracy(1e-3), duration);
-    s.history(0.01).material("rock", 2650).interface("rock", "wall", 0.7, "restitution = 0.3\n").raw("[site]\nterrain = \"" + path_ + "\"\nmaterial = \"wall\"\n");
-    s.raw("[[block]]\nname = \"B\"\nmaterial = \"rock\"\nshape = \"EOTA111\"\nvolume = 0.4\nposition = " + vector(from) + "\n" + velocity(speed));
+    s.history(0.01)
+        .material("rock", 2650)
+        .interface("rock", "wall", 0.7, "restitution = 0.3\n")
+        .raw("[site]\nterrain = \"" + path_ + "\"\nmaterial = \"wall\"\n");
+    s.raw("[[block]]\nname = \"B\"\nmaterial = \"rock\"\nshape = \"EOTA111\"\nvolume = 0.4\nposition = " +
+          vector(from) + "\n" + velocity(speed));
     return run_scene(s.str());
   }
-  const std::string path_ = (std::filesystem::temp_directory_path() / ("talus_overhang_" + std::to_string(::getpid()) + ".obj")).string();
+  const std::string path_ =
+      (std::filesystem::temp_directory_path() / ("talus_overhang_" + std::to_string(::getpid()) + ".obj"))
+          .string();
 };
 
 const Profile leaning{{-10, 10}, {1, 10}, {0, 0}, {30, 0}};
-const Profile notch{{-10, 10}, {0, 10}, {0, 4}, {-3, 1.5}, {0, 0}, {30, 0}};   // undercut: its roof overhangs by 50 degrees
+const Profile notch{{-10, 10}, {0, 10}, {0, 4},
+                    {-3, 1.5}, {0, 0},  {30, 0}};  // undercut: its roof overhangs by 50 degrees
 
 TEST_F(Overhangs, ALeaningWallStopsABlock) {
   write(leaning, 0);
   const Outcome o = thrown({5, 0, 6}, {-10, 0, 0}, 2);
   ASSERT_TRUE(o.ok());
   double nearest = 10;
-  for (const auto& row : o.rows) nearest = std::min(nearest, (row.position[0].x() - 0.1 * row.position[0].z()) / std::sqrt(1.01));
-  EXPECT_GT(nearest, 0.25);   // the wall is reached, and the centroid keeps off it: the block's least radius is 0.36 m
+  for (const auto& row : o.rows)
+    nearest = std::min(nearest, (row.position[0].x() - 0.1 * row.position[0].z()) / std::sqrt(1.01));
+  EXPECT_GT(nearest,
+            0.25);  // the wall is reached, and the centroid keeps off it: the block's least radius is 0.36 m
   EXPECT_LT(nearest, 0.6);
   EXPECT_GT(o.last().position[0].x(), 0.3);
 }
@@ -67,11 +79,11 @@ TEST_F(Overhangs, ANotchHoldsABlockThatIsThrownIntoIt) {
     const Vec3& c = row.position[0];
     farthest = std::min(farthest, c.x());
     if (c.x() < 0) {
-      EXPECT_LT(c.z(), 4 + c.x() * 2.5 / 3) << row.time;   // below the roof
-      EXPECT_GT(c.z(), -c.x() * 0.5) << row.time;          // above the floor of the notch
+      EXPECT_LT(c.z(), 4 + c.x() * 2.5 / 3) << row.time;  // below the roof
+      EXPECT_GT(c.z(), -c.x() * 0.5) << row.time;         // above the floor of the notch
     }
   }
-  EXPECT_LT(farthest, -0.2);   // it was in the notch
+  EXPECT_LT(farthest, -0.2);  // it was in the notch
   EXPECT_GT(farthest, -2.6);
 }
 

@@ -151,9 +151,7 @@ TEST(RefinedWhereStruck, IsRefusedWhereItCannotBe) {
   const auto problems = [](const std::string& cells, const std::string& refine) {
     try {
       sim::Simulation(scene::read_scene_text(struck_pier(cells, refine), "/test.toml"));
-    } catch (const InputError& e) {
-      return std::string(e.what());
-    }
+    } catch (const InputError& e) { return std::string(e.what()); }
     return std::string();
   };
   EXPECT_NE(problems("cell_size = 0.25", "[[structure.refine]]\ncell_size = 0.1\n").find("needs its place"),

@@ -1,4 +1,5 @@
-// A structure rings on after a blow or a pulse: whatever way of going on `auto` takes, it is that of explicit steps within 1 % of the peak.
+// A structure rings on after a blow or a pulse: whatever way of going on `auto` takes, it is that of explicit
+// steps within 1 % of the peak.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,26 +15,38 @@ namespace {
 /// A leapfrog at nine tenths of its stable step is itself off by some tenths of a per cent.
 const std::string fine = "critical_step_fraction = 0.3\n";
 
-constexpr double kinetic = 0.5 * 2600 * 25;   // of the block [J]
+constexpr double kinetic = 0.5 * 2600 * 25;  // of the block [J]
 
 /// A column of 8 m, and a cube of 2.6 t that strikes it at three quarters of its height.
 Outcome struck(const std::string& integrator) {
   SceneText s(Method::by_accuracy(1e-3), 0.3, Vec3(0, 0, -9.81));
-  s.history(2.5e-3).material("rock", 2600, "young = 30e9\npoisson = 0.25").material("column", 2450, "young = 33e9\npoisson = 0.2");
+  s.history(2.5e-3)
+      .material("rock", 2600, "young = 30e9\npoisson = 0.25")
+      .material("column", 2450, "young = 33e9\npoisson = 0.2");
   s.interface("rock", "column", 0.6, "normal_stiffness = \"30 GPa/m\"");
   s.box("B", Vec3(1, 1, 1), Vec3(-1.02, 0, 6), velocity(Vec3(5, 0, 0)));
-  return run_scene(s.raw(structure_box("P", Vec3(1, 1, 8), Vec3(0, 0, 4), {2, 2, 16}, "column",
-      fmt::format("support = [\"-z\"]\npreload = \"gravity\"\nintegrator = \"{}\"\ndamping_ratio = 0.02\n{}[[structure.probe]]\nname = \"top\"\nat = [0, 0, 8]\n", integrator, fine))).str());
+  return run_scene(
+      s.raw(structure_box(
+                "P", Vec3(1, 1, 8), Vec3(0, 0, 4), {2, 2, 16}, "column",
+                fmt::format("support = [\"-z\"]\npreload = \"gravity\"\nintegrator = \"{}\"\ndamping_ratio = "
+                            "0.02\n{}[[structure.probe]]\nname = \"top\"\nat = [0, 0, 8]\n",
+                            integrator, fine)))
+          .str());
 }
 
 /// The same column with a pulse of 4 ms at half its height: a third of the first mode's period of the second.
 Outcome pulsed(const std::string& integrator, const std::string& more) {
   SceneText s(Method::by_accuracy(1e-3), 0.6, Vec3::Zero());
   s.history(2e-3).material("column", 2450, "f_cm = 38e6");
-  return run_scene(s.raw(fmt::format("[[structure]]\nname = \"P\"\nkind = \"column\"\nmaterial = \"column\"\nbase = [0, 0, 0]\nsection = [1, 1]\nheight = 8\ncells = [2, 2, 16]\n"
-      "integrator = \"{}\"\ndamping_ratio = 0.02\n{}"
-      "[[structure.load]]\nregion = {{ min = [-0.51, -0.5, 3.5], max = [-0.49, 0.5, 4.5] }}\ntraction = [1e6, 0, 0]\nhistory = [[0, 0], [0.002, 1], [0.004, 0]]\n"
-      "[[structure.probe]]\nname = \"top\"\nat = [0, 0, 8]\n", integrator, more)).str());
+  return run_scene(
+      s.raw(fmt::format("[[structure]]\nname = \"P\"\nkind = \"column\"\nmaterial = \"column\"\nbase = [0, "
+                        "0, 0]\nsection = [1, 1]\nheight = 8\ncells = [2, 2, 16]\n"
+                        "integrator = \"{}\"\ndamping_ratio = 0.02\n{}"
+                        "[[structure.load]]\nregion = {{ min = [-0.51, -0.5, 3.5], max = [-0.49, 0.5, 4.5] "
+                        "}}\ntraction = [1e6, 0, 0]\nhistory = [[0, 0], [0.002, 1], [0.004, 0]]\n"
+                        "[[structure.probe]]\nname = \"top\"\nat = [0, 0, 8]\n",
+                        integrator, more))
+          .str());
 }
 
 double motion(const sim::HistoryRow& row) { return row.structures[0].probe_displacement[0].x(); }
@@ -56,7 +69,8 @@ TEST(RingDown, AfterABlow) {
     const Outcome o = struck(how);
     ASSERT_TRUE(o.ok()) << how;
     EXPECT_LT(distance(o, reference), 0.01) << how;
-    EXPECT_NEAR(o.last().ledger.by_the_scheme(), reference.last().ledger.by_the_scheme(), 0.01 * kinetic) << how;
+    EXPECT_NEAR(o.last().ledger.by_the_scheme(), reference.last().ledger.by_the_scheme(), 0.01 * kinetic)
+        << how;
     EXPECT_NEAR(o.last().ledger.damping_work / reference.last().ledger.damping_work, 1, 0.01) << how;
   }
 }
@@ -69,7 +83,8 @@ TEST(RingDown, TwoModes) {
 
 /// With bars nothing goes on in modes: condensed steps, as long as what rings allows.
 TEST(RingDown, TwoModesWithBars) {
-  const std::string bars = "rebar = [{ kind = \"longitudinal\", bars = 8, diameter = \"28 mm\", cover = \"50 mm\" }]\n";
+  const std::string bars =
+      "rebar = [{ kind = \"longitudinal\", bars = 8, diameter = \"28 mm\", cover = \"50 mm\" }]\n";
   const Outcome reference = pulsed("explicit", bars + fine);
   ASSERT_TRUE(reference.ok());
   EXPECT_LT(distance(pulsed("auto", bars), reference), 0.01);

@@ -1,4 +1,5 @@
-// Method "dda-1988" at a structure: its blocks strike the undeformed skin, what they do to it is told and put on the structure.
+// Method "dda-1988" at a structure: its blocks strike the undeformed skin, what they do to it is told and put
+// on the structure.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -12,14 +13,18 @@
 namespace talus::verify {
 namespace {
 
-constexpr double mass = 2600;   // of a cube of 1 m [kg]
+constexpr double mass = 2600;  // of a cube of 1 m [kg]
 
 /// A cube that slides and comes down on an elastic slab.
 std::string on_a_slab(const std::string& coupling = {}, double speed = 3) {
   SceneText s(Method::paper(2e-5), 0.15, Vec3(0, 0, -9.81));
-  s.history(1e-3).material("concrete", 2400, "young = 30e9\npoisson = 0.2").material("rock", mass, "young = 20e9\npoisson = 0.25").interface("rock", "concrete", 0.5, {}, 5e8);
+  s.history(1e-3)
+      .material("concrete", 2400, "young = 30e9\npoisson = 0.2")
+      .material("rock", mass, "young = 20e9\npoisson = 0.25")
+      .interface("rock", "concrete", 0.5, {}, 5e8);
   s.box("B", Vec3::Ones(), Vec3(0, 0.1, 1.0), velocity(Vec3(1, 0, -speed)));
-  s.raw(structure_box("slab", Vec3(5, 3, 0.8), Vec3::Zero(), {10, 6, 2}, "concrete", "support = [\"-z\"]\npreload = \"gravity\"\ndamping_ratio = 0.05\n"));
+  s.raw(structure_box("slab", Vec3(5, 3, 0.8), Vec3::Zero(), {10, 6, 2}, "concrete",
+                      "support = [\"-z\"]\npreload = \"gravity\"\ndamping_ratio = 0.05\n"));
   return s.raw(coupling).str();
 }
 
@@ -30,27 +35,34 @@ TEST(Scheme1988AtStructures, TheStructureFeelsWhatStrikesIt) {
   Vec3 impulse = Vec3::Zero();
   for (const sim::ContactRow& r : o.structure_contacts) impulse += r.dt * r.force;
   // The block's momentum is lost to the slab, all but what gravity gave meanwhile.
-  const Vec3 lost = mass * (o.rows.front().velocity[0] - o.last().velocity[0] + o.last().time * Vec3(0, 0, -9.81));
+  const Vec3 lost =
+      mass * (o.rows.front().velocity[0] - o.last().velocity[0] + o.last().time * Vec3(0, 0, -9.81));
   EXPECT_LT((impulse - lost).norm(), 1e-9 * lost.norm()) << impulse.transpose() << " / " << lost.transpose();
   EXPECT_LT((o.result.audit.impulse_on_structure - lost).norm(), 1e-9 * lost.norm());
   EXPECT_GT(o.last().structures[0].peaks.force.value, 1e6);
   EXPECT_GT(o.result.audit.work_on_structure, 1);
   EXPECT_TRUE(o.result.audit_made);
-  for (const auto& r : o.rows) EXPECT_LT(std::abs(r.ledger.residual), 1e-9 * o.rows.front().ledger.kinetic) << r.time;
+  for (const auto& r : o.rows)
+    EXPECT_LT(std::abs(r.ledger.residual), 1e-9 * o.rows.front().ledger.kinetic) << r.time;
 }
 
 /// In the mean over time a slab carries the block that lies on it, beside its own weight.
 TEST(Scheme1988AtStructures, WhatRestsOnItPresses) {
   SceneText s(Method::paper(1e-4), 0.5, Vec3(0, 0, -9.81));
-  s.history(1e-3).material("concrete", 2400, "young = 30e9\npoisson = 0.2").material("rock", mass, "young = 20e9\npoisson = 0.25").interface("rock", "concrete", 0.5, {}, 5e8);
+  s.history(1e-3)
+      .material("concrete", 2400, "young = 30e9\npoisson = 0.2")
+      .material("rock", mass, "young = 20e9\npoisson = 0.25")
+      .interface("rock", "concrete", 0.5, {}, 5e8);
   s.box("B", Vec3::Ones(), Vec3(0, 0.1, 0.9));
-  s.raw(structure_box("slab", Vec3(5, 3, 0.8), Vec3::Zero(), {10, 6, 2}, "concrete", "support = [\"-z\"]\npreload = \"gravity\"\ndamping_ratio = 0.05\n"));
+  s.raw(structure_box("slab", Vec3(5, 3, 0.8), Vec3::Zero(), {10, 6, 2}, "concrete",
+                      "support = [\"-z\"]\npreload = \"gravity\"\ndamping_ratio = 0.05\n"));
   const Outcome o = run_scene(s.str());
   ASSERT_TRUE(o.ok()) << o.result.message;
   double sum = 0;
   int count = 0;
   for (const auto& r : o.rows)
-    if (r.time > 0.25) sum += r.structures[0].base_force.z() - o.rows.front().structures[0].base_force.z(), ++count;
+    if (r.time > 0.25)
+      sum += r.structures[0].base_force.z() - o.rows.front().structures[0].base_force.z(), ++count;
   EXPECT_NEAR(sum / count, -mass * 9.81, 0.03 * mass * 9.81);
 }
 
@@ -67,7 +79,7 @@ TEST_P(OneWayRestart, GoesOnToTheSameBits) {
   }();
   const Outcome whole = run_scene(text);
   ASSERT_TRUE(whole.ok()) << whole.result.message;
-  for (const double stop_at : {0.0123, 0.1}) {   // before the blow and after
+  for (const double stop_at : {0.0123, 0.1}) {  // before the blow and after
     sim::Simulation first(scene::read_scene_text(text, "/test.toml"));
     class StopAt : public sim::Sink {
      public:
@@ -75,6 +87,7 @@ TEST_P(OneWayRestart, GoesOnToTheSameBits) {
       void progress(double t, double, const sim::RunCounters&, double) override {
         if (t >= time_) stop_ = 2;
       }
+
      private:
       std::atomic<int>& stop_;
       double time_;
@@ -97,7 +110,8 @@ TEST_P(OneWayRestart, GoesOnToTheSameBits) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Methods, OneWayRestart, testing::Values(false, true), [](const auto& info) { return std::string(info.param ? "Scheme1988" : "Talus"); });
+INSTANTIATE_TEST_SUITE_P(Methods, OneWayRestart, testing::Values(false, true),
+                         [](const auto& info) { return std::string(info.param ? "Scheme1988" : "Talus"); });
 
 /// Dissipation is positive; what lagging friction drives is the scheme's.
 TEST(Scheme1988AtStructures, FrictionTakes) {
@@ -121,20 +135,22 @@ TEST(Scheme1988AtStructures, ARigidOneIsHitAndTold) {
 TEST(Scheme1988AtStructures, ThePlanSaysWhatTheyAre) {
   const auto plan = [](const std::string& coupling) {
     std::string all;
-    for (const std::string& line : sim::Simulation(scene::read_scene_text(on_a_slab(coupling), "/test.toml")).plan()) all += line + "\n";
+    for (const std::string& line :
+         sim::Simulation(scene::read_scene_text(on_a_slab(coupling), "/test.toml")).plan())
+      all += line + "\n";
     return all;
   };
-  EXPECT_NE(plan({}).find("structures do not give way to blocks (scheme one-way)"), std::string::npos) << plan({});
-  EXPECT_NE(plan("[coupling]\nscheme = \"rigid\"\n").find("structures are fixed surfaces (scheme rigid)"), std::string::npos);
+  EXPECT_NE(plan({}).find("structures do not give way to blocks (scheme one-way)"), std::string::npos)
+      << plan({});
+  EXPECT_NE(plan("[coupling]\nscheme = \"rigid\"\n").find("structures are fixed surfaces (scheme rigid)"),
+            std::string::npos);
 }
 
 TEST(Scheme1988AtStructures, TwoWayIsRefused) {
   const auto refusal = [](const std::string& coupling) -> std::string {
     try {
       scene::read_scene_text(on_a_slab(coupling), "/test.toml");
-    } catch (const InputError& e) {
-      return e.what();
-    }
+    } catch (const InputError& e) { return e.what(); }
     return {};
   };
   const std::string both = refusal("[coupling]\nscheme = \"two-way\"\n");

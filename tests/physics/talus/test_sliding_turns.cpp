@@ -11,7 +11,8 @@ namespace {
 constexpr double g = 9.81, friction = 0.3;
 
 /// A triangular prism on its face, 0.4 m high: three corners press, each as much as the moments ask.
-SceneText prism(const Method& m, double duration, const std::vector<Eigen::Vector2d>& corners, const std::string& motion) {
+SceneText prism(const Method& m, double duration, const std::vector<Eigen::Vector2d>& corners,
+                const std::string& motion) {
   std::vector<Vec3> points;
   for (const double z : {0.0, 0.4})
     for (const Eigen::Vector2d& c : corners) points.emplace_back(c.x(), c.y(), z);
@@ -21,7 +22,9 @@ SceneText prism(const Method& m, double duration, const std::vector<Eigen::Vecto
   return s;
 }
 
-double turned_by(const sim::HistoryRow& row) { return 2 * std::atan2(row.orientation[0][3], row.orientation[0][0]); }
+double turned_by(const sim::HistoryRow& row) {
+  return 2 * std::atan2(row.orientation[0][3], row.orientation[0][0]);
+}
 
 /// Equilateral, corners 1 m from its axis: the couple of friction is mu m g R at any speed, I = m R^2 / 4.
 TEST(SlidingTurns, SpinsToRest) {
@@ -32,7 +35,8 @@ TEST(SlidingTurns, SpinsToRest) {
     SceneText s = prism(Method::by_accuracy(1e-3), 1, corners, spin(Vec3(0, 0, spin0)));
     const Outcome o = run_scene(s.history(history).str());
     ASSERT_TRUE(o.ok());
-    EXPECT_NEAR(turned_by(o.last()), angle, 3e-3);   // 0.01 and 0.05 with friction against the slip at the end of the step
+    EXPECT_NEAR(turned_by(o.last()), angle,
+                3e-3);  // 0.01 and 0.05 with friction against the slip at the end of the step
     EXPECT_LT(o.last().spin[0].norm(), 1e-9);
   }
 }
@@ -41,7 +45,8 @@ TEST(SlidingTurns, SpinsToRest) {
 TEST(SlidingTurns, SlidesAndSpinsByTheAccuracyAskedFor) {
   const std::vector<Eigen::Vector2d> corners = {{1.1, 0}, {-0.5, 0.7}, {-0.6, -0.7}};
   const auto end = [&](double accuracy, double history) {
-    SceneText s = prism(Method::by_accuracy(accuracy), 1, corners, velocity(Vec3(2, 0.3, 0)) + spin(Vec3(0, 0, 3)));
+    SceneText s =
+        prism(Method::by_accuracy(accuracy), 1, corners, velocity(Vec3(2, 0.3, 0)) + spin(Vec3(0, 0, 3)));
     const Outcome o = run_scene(s.history(history).str());
     EXPECT_TRUE(o.ok());
     return o.last().position[0];

@@ -12,34 +12,41 @@ namespace {
 /// A cube of 1 m and 2500 kg on three contact points, or on a face of 1 m^2; its inradius is 0.5 m.
 std::string said(const std::string& stiffness) {
   SceneText s(Method::by_accuracy(1e-3), 0.01);
-  s.material("rock", 2500).interface("rock", "ground", 0.5, "normal_stiffness = " + stiffness).plane(Vec3::UnitZ()).box("B", Vec3::Ones(), Vec3(0, 0, 0.5));
+  s.material("rock", 2500)
+      .interface("rock", "ground", 0.5, "normal_stiffness = " + stiffness)
+      .plane(Vec3::UnitZ())
+      .box("B", Vec3::Ones(), Vec3(0, 0, 0.5));
   try {
     run_scene(s.str());
-  } catch (const InputError& e) {
-    return e.what();
-  }
+  } catch (const InputError& e) { return e.what(); }
   return {};
 }
 
 TEST(StiffnessCheck, WeightMayNotSinkABlockInByATenthOfItsInradius) {
   const double weight = 2500 * 9.81;
-  EXPECT_NE(said(number(0.99 * weight / (3 * 0.05))).find("interface.rock/ground.normal_stiffness"), std::string::npos);
+  EXPECT_NE(said(number(0.99 * weight / (3 * 0.05))).find("interface.rock/ground.normal_stiffness"),
+            std::string::npos);
   EXPECT_EQ(said(number(1.01 * weight / (3 * 0.05))), "");
-  EXPECT_NE(said("\"" + number(0.99 * weight / 0.05) + " Pa/m\"").find("block B sinks in by 0.0505 m under its own weight"), std::string::npos);
+  EXPECT_NE(said("\"" + number(0.99 * weight / 0.05) + " Pa/m\"")
+                .find("block B sinks in by 0.0505 m under its own weight"),
+            std::string::npos);
   EXPECT_EQ(said("\"" + number(1.01 * weight / 0.05) + " Pa/m\""), "");
 }
 
-/// The reader keeps laws of materials that something in the scene brings together, and those alone are judged: of two blocks on a plane, their own against each other.
+/// The reader keeps laws of materials that something in the scene brings together, and those alone are
+/// judged: of two blocks on a plane, their own against each other.
 TEST(StiffnessCheck, OnlyWhatCanMeetIsJudged) {
   const auto problems = [](bool second) {
     SceneText s(Method::by_accuracy(1e-3), 0.01);
-    s.material("rock", 2500).interface("rock", "ground", 0.5).interface("rock", "rock", 0.5, "normal_stiffness = 1e4").plane(Vec3::UnitZ()).box("B", Vec3::Ones(), Vec3(0, 0, 0.5));
+    s.material("rock", 2500)
+        .interface("rock", "ground", 0.5)
+        .interface("rock", "rock", 0.5, "normal_stiffness = 1e4")
+        .plane(Vec3::UnitZ())
+        .box("B", Vec3::Ones(), Vec3(0, 0, 0.5));
     if (second) s.box("C", Vec3::Ones(), Vec3(3, 0, 0.5));
     try {
       run_scene(s.str());
-    } catch (const InputError& e) {
-      return std::string(e.what());
-    }
+    } catch (const InputError& e) { return std::string(e.what()); }
     return std::string();
   };
   EXPECT_EQ(problems(false), "");

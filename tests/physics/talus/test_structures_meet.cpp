@@ -12,16 +12,21 @@
 namespace talus::verify {
 namespace {
 
-/// A bar of soft rock flies askew into a plate, friction 0.5: nodes sink below faces that bend and turn, and lie over none of their triangles where normals part. With weights cut off at nil there,
-/// and friction that met the face below the node, the angular momentum drifted by 2e-4 m of the linear one, 6e-4 m on springs.
+/// A bar of soft rock flies askew into a plate, friction 0.5: nodes sink below faces that bend and turn, and
+/// lie over none of their triangles where normals part. With weights cut off at nil there, and friction that
+/// met the face below the node, the angular momentum drifted by 2e-4 m of the linear one, 6e-4 m on springs.
 TEST(StructuresMeet, MomentaStay) {
   for (const char* law : {"normal_stiffness = \"hard\"", "normal_stiffness = \"20 GPa/m\""}) {
     SceneText s(Method::by_accuracy(1e-3), 0.012, Vec3::Zero());
-    s.history(1e-3).material("plate", 2450, "young = 3e9\npoisson = 0.2").material("bar", 2450, "young = 2e9\npoisson = 0.2");
+    s.history(1e-3)
+        .material("plate", 2450, "young = 3e9\npoisson = 0.2")
+        .material("bar", 2450, "young = 2e9\npoisson = 0.2");
     s.interface("*", "*", 0.5, law);
-    s.raw(structure_box("plate", Vec3(1.6, 1.6, 0.2), Vec3::Zero(), {6, 6, 2}, "plate", "support = []\npreload = \"none\"\n"));
+    s.raw(structure_box("plate", Vec3(1.6, 1.6, 0.2), Vec3::Zero(), {6, 6, 2}, "plate",
+                        "support = []\npreload = \"none\"\n"));
     s.raw(structure_box("bar", Vec3(0.4, 0.4, 0.8), Vec3(0.13, 0.07, 0.51), {4, 4, 8}, "bar",
-                        "support = []\npreload = \"none\"\ninitial_velocity = [4.0, 2.0, -15.0]\norientation = { rotation_vector = [0.04, 0.03, 0.2] }\n"));
+                        "support = []\npreload = \"none\"\ninitial_velocity = [4.0, 2.0, -15.0]\norientation "
+                        "= { rotation_vector = [0.04, 0.03, 0.2] }\n"));
     const Outcome o = run_scene(s.str());
     ASSERT_TRUE(o.ok()) << o.result.message;
     const sim::LedgerRow& first = o.rows.front().ledger;
@@ -31,19 +36,25 @@ TEST(StructuresMeet, MomentaStay) {
       angular = std::max(angular, (r.ledger.angular_momentum - first.angular_momentum).norm());
     }
     EXPECT_LT(linear, 1e-12 * first.linear_momentum.norm()) << law;
-    EXPECT_LT(angular, 1e-12 * first.linear_momentum.norm()) << law;   // over lengths of a metre
+    EXPECT_LT(angular, 1e-12 * first.linear_momentum.norm()) << law;  // over lengths of a metre
     EXPECT_GT(o.rows.back().ledger.friction_work, 1e-3 * first.kinetic) << law;
     EXPECT_GT(o.rows.back().ledger.strain + o.rows.back().ledger.damping_work, 1e-2 * first.kinetic) << law;
   }
 }
 
-/// Two free slabs meet face to face, on springs that the structures' own step does not resolve at their corners and rims, and on ones stiffer than a cell. Followed by their ends they took a quarter of the energy.
+/// Two free slabs meet face to face, on springs that the structures' own step does not resolve at their
+/// corners and rims, and on ones stiffer than a cell. Followed by their ends they took a quarter of the
+/// energy.
 TEST(StructuresMeet, FlushSlabsKeepTheirEnergy) {
   for (const char* stiffness : {"1e9 N/m", "1e10 N/m", "1e11 N/m", "1e10 Pa/m", "1e11 Pa/m"}) {
     SceneText s(Method::by_accuracy(1e-3), 0.006, Vec3::Zero());
-    s.history(1e-4).material("concrete", 2450, "young = 33e9\npoisson = 0.2").interface("*", "*", 0.3, std::string("normal_stiffness = \"") + stiffness + "\"");
-    s.raw(structure_box("below", Vec3(2, 2, 0.3), Vec3(0, 0, -0.15), {8, 8, 2}, "concrete", "support = []\npreload = \"none\"\n"));
-    s.raw(structure_box("above", Vec3(1.5, 1.5, 0.3), Vec3(0, 0, 0.16), {9, 9, 2}, "concrete", "support = []\npreload = \"none\"\ninitial_velocity = [0.0, 0.0, -3.0]\n"));
+    s.history(1e-4)
+        .material("concrete", 2450, "young = 33e9\npoisson = 0.2")
+        .interface("*", "*", 0.3, std::string("normal_stiffness = \"") + stiffness + "\"");
+    s.raw(structure_box("below", Vec3(2, 2, 0.3), Vec3(0, 0, -0.15), {8, 8, 2}, "concrete",
+                        "support = []\npreload = \"none\"\n"));
+    s.raw(structure_box("above", Vec3(1.5, 1.5, 0.3), Vec3(0, 0, 0.16), {9, 9, 2}, "concrete",
+                        "support = []\npreload = \"none\"\ninitial_velocity = [0.0, 0.0, -3.0]\n"));
     const Outcome o = run_scene(s.str());
     ASSERT_TRUE(o.ok()) << o.result.message;
     double taken = 0, made = 0;
@@ -53,30 +64,45 @@ TEST(StructuresMeet, FlushSlabsKeepTheirEnergy) {
     }
     EXPECT_LT(taken, 0.01 * o.rows.front().ledger.kinetic) << stiffness;
     EXPECT_LT(made, 0.01 * o.rows.front().ledger.kinetic) << stiffness;
-    EXPECT_GT(o.rows.back().ledger.strain, 0.01 * o.rows.front().ledger.kinetic) << stiffness;   // they did meet
+    EXPECT_GT(o.rows.back().ledger.strain, 0.01 * o.rows.front().ledger.kinetic)
+        << stiffness;  // they did meet
   }
 }
 
-/// Two equal slabs meet face to face: all their cells ring in phase. Without a block their steps began each stretch as long as could be, and the jump from 8 to 33 us made 1.2 % of the energy.
+/// Two equal slabs meet face to face: all their cells ring in phase. Without a block their steps began each
+/// stretch as long as could be, and the jump from 8 to 33 us made 1.2 % of the energy.
 std::string equal_slabs() {
   SceneText s(Method::by_accuracy(1e-3), 0.006, Vec3::Zero());
-  s.history(1e-4).material("concrete", 2450, "young = 33e9\npoisson = 0.2").interface("*", "*", 0.3, "normal_stiffness = \"1e10 N/m\"");
-  s.raw(structure_box("below", Vec3(2, 2, 0.3), Vec3(0, 0, -0.15), {8, 8, 2}, "concrete", "support = []\npreload = \"none\"\n"));
-  s.raw(structure_box("above", Vec3(2, 2, 0.3), Vec3(0, 0, 0.16), {8, 8, 2}, "concrete", "support = []\npreload = \"none\"\ninitial_velocity = [0.0, 0.0, -3.0]\n"));
+  s.history(1e-4)
+      .material("concrete", 2450, "young = 33e9\npoisson = 0.2")
+      .interface("*", "*", 0.3, "normal_stiffness = \"1e10 N/m\"");
+  s.raw(structure_box("below", Vec3(2, 2, 0.3), Vec3(0, 0, -0.15), {8, 8, 2}, "concrete",
+                      "support = []\npreload = \"none\"\n"));
+  s.raw(structure_box("above", Vec3(2, 2, 0.3), Vec3(0, 0, 0.16), {8, 8, 2}, "concrete",
+                      "support = []\npreload = \"none\"\ninitial_velocity = [0.0, 0.0, -3.0]\n"));
   return s.str();
 }
 
-/// A ball strikes a plate that is refined locally about the blow: rebound, impulse and energy are those of the uniformly fine plate, within 2 %, with half of its cells or less.
+/// A ball strikes a plate that is refined locally about the blow: rebound, impulse and energy are those of
+/// the uniformly fine plate, within 2 %, with half of its cells or less.
 TEST(LocalRefinement, BlowIsThatOfUniformCells) {
   std::vector<double> rebound, impulse, strain;
   std::vector<long> cells;
   for (const bool local : {false, true}) {
     SceneText s(Method::by_accuracy(1e-3), 0.006, Vec3(0, 0, -9.81));
-    s.history(1e-4).material("C", 2450, "young = 33e9\npoisson = 0.2").material("rock", 2600).interface("*", "*", 0.5, "normal_stiffness = \"2e8 N/m\"");
-    s.raw(structure_box("plate", Vec3(2.4, 2.4, 0.6), Vec3::Zero(), local ? std::array{12, 12, 3} : std::array{24, 24, 6}, "C",
+    s.history(1e-4)
+        .material("C", 2450, "young = 33e9\npoisson = 0.2")
+        .material("rock", 2600)
+        .interface("*", "*", 0.5, "normal_stiffness = \"2e8 N/m\"");
+    s.raw(structure_box("plate", Vec3(2.4, 2.4, 0.6), Vec3::Zero(),
+                        local ? std::array{12, 12, 3} : std::array{24, 24, 6}, "C",
                         std::string("support = [\"-x\", \"+x\"]\nintegrator = \"explicit\"\n") +
-                            (local ? "[[structure.refine]]\nregion = { min = [-0.55, -0.5, -0.3], max = [0.65, 0.7, 0.3] }\ncell_size = 0.1\nlocal = true\n" : "")));
-    s.raw("[[block]]\nname = \"B\"\nmaterial = \"rock\"\nshape = \"sphere\"\ndiameter = 0.5\nposition = [0.05, 0.1, 0.552]\nvelocity = [1, 0, -8]\ndeformable = false\n");
+                            (local ? "[[structure.refine]]\nregion = { min = [-0.55, -0.5, -0.3], max = "
+                                     "[0.65, 0.7, 0.3] }\ncell_size = 0.1\nlocal = true\n"
+                                   : "")));
+    s.raw(
+        "[[block]]\nname = \"B\"\nmaterial = \"rock\"\nshape = \"sphere\"\ndiameter = 0.5\nposition = [0.05, "
+        "0.1, 0.552]\nvelocity = [1, 0, -8]\ndeformable = false\n");
     const Outcome o = run_scene(s.str());
     ASSERT_TRUE(o.ok()) << o.result.message;
     Vec3 sum = Vec3::Zero();
@@ -88,7 +114,8 @@ TEST(LocalRefinement, BlowIsThatOfUniformCells) {
     cells.push_back(o.simulation->structures()[0]->elements());
     EXPECT_LT(o.result.audit.impulse_defect, 1e-11);
     EXPECT_LT(o.result.audit.worst_moment_imbalance, 1e-10);
-    for (const sim::HistoryRow& r : o.rows) EXPECT_LT(std::abs(r.ledger.residual), 1e-6 * o.rows.front().ledger.kinetic);
+    for (const sim::HistoryRow& r : o.rows)
+      EXPECT_LT(std::abs(r.ledger.residual), 1e-6 * o.rows.front().ledger.kinetic);
   }
   EXPECT_LT(cells[1], 0.6 * static_cast<double>(cells[0]));
   EXPECT_NEAR(rebound[1] / rebound[0], 1, 0.02);
@@ -96,13 +123,21 @@ TEST(LocalRefinement, BlowIsThatOfUniformCells) {
   EXPECT_NEAR(strain[1] / strain[0], 1, 0.02);
 }
 
-/// A free structure flies against a block that sleeps on a slab: the block is pushed along, with the momentum that the structure loses.
+/// A free structure flies against a block that sleeps on a slab: the block is pushed along, with the momentum
+/// that the structure loses.
 TEST(StructuresMeet, FreeStructureWakesASleepingBlock) {
   SceneText s(Method::by_accuracy(1e-3), 0.35, Vec3(0, 0, -9.81));
-  s.history(0.01).material("concrete", 2450, "young = 3e9\npoisson = 0.2").material("rock", 2600).interface("*", "*", 0.0, "normal_stiffness = \"hard\"");
-  s.raw(structure_box("slab", Vec3(6, 3, 0.5), Vec3(0, 0, -0.25), {6, 3, 1}, "concrete", "support = [\"-z\"]\n"));
-  s.raw(structure_box("striker", Vec3(0.4, 0.4, 0.4), Vec3(-1.5, 0, 1.0), {2, 2, 2}, "concrete", "support = []\npreload = \"none\"\ninitial_velocity = [4.0, 0.0, 0.0]\n"));
-  s.raw("[[block]]\nname = \"B\"\nmaterial = \"rock\"\nshape = \"box\"\nsize = [1, 1, 1]\nposition = [0, 0, 0.5]\n");
+  s.history(0.01)
+      .material("concrete", 2450, "young = 3e9\npoisson = 0.2")
+      .material("rock", 2600)
+      .interface("*", "*", 0.0, "normal_stiffness = \"hard\"");
+  s.raw(structure_box("slab", Vec3(6, 3, 0.5), Vec3(0, 0, -0.25), {6, 3, 1}, "concrete",
+                      "support = [\"-z\"]\n"));
+  s.raw(structure_box("striker", Vec3(0.4, 0.4, 0.4), Vec3(-1.5, 0, 1.0), {2, 2, 2}, "concrete",
+                      "support = []\npreload = \"none\"\ninitial_velocity = [4.0, 0.0, 0.0]\n"));
+  s.raw(
+      "[[block]]\nname = \"B\"\nmaterial = \"rock\"\nshape = \"box\"\nsize = [1, 1, 1]\nposition = [0, 0, "
+      "0.5]\n");
   const Outcome o = run_scene(s.str());
   ASSERT_TRUE(o.ok()) << o.result.message;
   const double brought = 4.0 * 2450 * 0.064;
@@ -114,8 +149,9 @@ TEST(StructuresMeet, FreeStructureWakesASleepingBlock) {
 TEST(StructuresMeet, StepsGrowSlowlyWithoutBlocks) {
   const Outcome o = run_scene(equal_slabs());
   ASSERT_TRUE(o.ok()) << o.result.message;
-  for (const sim::HistoryRow& r : o.rows) EXPECT_LT(std::abs(r.ledger.by_the_scheme()), 0.006 * o.rows.front().ledger.kinetic) << r.time;
-  EXPECT_GT(o.rows.back().ledger.strain, 0.01 * o.rows.front().ledger.kinetic);   // they did meet
+  for (const sim::HistoryRow& r : o.rows)
+    EXPECT_LT(std::abs(r.ledger.by_the_scheme()), 0.006 * o.rows.front().ledger.kinetic) << r.time;
+  EXPECT_GT(o.rows.back().ledger.strain, 0.01 * o.rows.front().ledger.kinetic);  // they did meet
 }
 
 TEST(StructuresMeet, StepsThatGrowResumeToTheBit) {
@@ -143,18 +179,26 @@ TEST(StructuresMeet, StepsThatGrowResumeToTheBit) {
   EXPECT_EQ(one.last.ledger.strain, two.last.ledger.strain);
 }
 
-/// Two slabs flush side by side, struck at once by a cube on the joint. Nodes on the border of the other's side lie over it or a hair's breadth beside: weights were cut off there, a moment of 6e-12 that failed the
+/// Two slabs flush side by side, struck at once by a cube on the joint. Nodes on the border of the other's
+/// side lie over it or a hair's breadth beside: weights were cut off there, a moment of 6e-12 that failed the
 /// audit.
 TEST(StructuresMeet, FlushSlabsKeepMoments) {
   SceneText s(Method::by_accuracy(1e-3), 0.03, Vec3::Zero());
-  s.history(1e-3).material("slab", 2500, "young = 30e9\npoisson = 0.2").material("rock", 2600).interface("rock", "slab", 0.3, "normal_stiffness = \"1e9 Pa/m\"").interface("slab", "slab", 0.5, "normal_stiffness = \"30 GPa/m\"");
+  s.history(1e-3)
+      .material("slab", 2500, "young = 30e9\npoisson = 0.2")
+      .material("rock", 2600)
+      .interface("rock", "slab", 0.3, "normal_stiffness = \"1e9 Pa/m\"")
+      .interface("slab", "slab", 0.5, "normal_stiffness = \"30 GPa/m\"");
   for (const double x : {-0.5, 0.5})
-    s.raw(structure_box(x < 0 ? "left" : "right", Vec3(1, 1, 0.5), Vec3(x, 0, -0.25), {4, 4, 2}, "slab", "support = [\"-z\"]\npreload = \"none\"\n"));
-  s.raw("[[block]]\nname = \"B\"\nmaterial = \"rock\"\nshape = \"box\"\nsize = [0.5, 0.5, 0.5]\nposition = [0, 0, 0.26]\nvelocity = [0, 0, -2]\n");
+    s.raw(structure_box(x < 0 ? "left" : "right", Vec3(1, 1, 0.5), Vec3(x, 0, -0.25), {4, 4, 2}, "slab",
+                        "support = [\"-z\"]\npreload = \"none\"\n"));
+  s.raw(
+      "[[block]]\nname = \"B\"\nmaterial = \"rock\"\nshape = \"box\"\nsize = [0.5, 0.5, 0.5]\nposition = [0, "
+      "0, 0.26]\nvelocity = [0, 0, -2]\n");
   const Outcome o = run_scene(s.str());
   ASSERT_TRUE(o.ok()) << o.result.message;
   EXPECT_LT(o.result.audit.worst_moment_imbalance, 1e-13);
-  EXPECT_GT(o.rows.back().velocity[0].z(), 1.9);   // it did strike
+  EXPECT_GT(o.rows.back().velocity[0].z(), 1.9);  // it did strike
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
-// Over the border of a terrain, and over the rim of a hole in it: the ground ends in a wall, and nothing gains energy there.
+// Over the border of a terrain, and over the rim of a hole in it: the ground ends in a wall, and nothing
+// gains energy there.
 #include <gtest/gtest.h>
 
 #include <unistd.h>
@@ -24,9 +25,14 @@ class TerrainBorders : public testing::Test {
   void TearDown() override { std::filesystem::remove(path_); }
   SceneText scene(double duration, double friction, const std::string& more) const {
     SceneText s(Method::by_accuracy(1e-3), duration);
-    return s.history(0.05).material("rock", 2500).interface("rock", "ground", friction, "normal_stiffness = \"hard\"\n" + more).raw("[site]\nterrain = \"" + path_ + "\"\nmaterial = \"ground\"\n");
+    return s.history(0.05)
+        .material("rock", 2500)
+        .interface("rock", "ground", friction, "normal_stiffness = \"hard\"\n" + more)
+        .raw("[site]\nterrain = \"" + path_ + "\"\nmaterial = \"ground\"\n");
   }
-  const std::string path_ = (std::filesystem::temp_directory_path() / ("talus_borders_" + std::to_string(::getpid()) + ".asc")).string();
+  const std::string path_ =
+      (std::filesystem::temp_directory_path() / ("talus_borders_" + std::to_string(::getpid()) + ".asc"))
+          .string();
 };
 
 double most_gained(const Outcome& o) {
@@ -43,16 +49,18 @@ TEST_F(TerrainBorders, FallsThroughAHoleWithoutGain) {
   s.box("A", Vec3(1, 1, 1), Vec3(-8, 0, 0.5), velocity(Vec3(6, 0, 0)));
   const Outcome o = run_scene(s.str());
   ASSERT_TRUE(o.ok());
-  EXPECT_LT(most_gained(o), 1e-4 * 45000);   // 5.6e3 J where the sheet ended in the air
+  EXPECT_LT(most_gained(o), 1e-4 * 45000);  // 5.6e3 J where the sheet ended in the air
   EXPECT_LT(o.last().position[0].z(), -3);
   const double fallen = o.last().velocity[0].z() - o.rows[o.rows.size() - 5].velocity[0].z();
-  EXPECT_NEAR(fallen, -g * 0.2, 1e-9);       // free
+  EXPECT_NEAR(fallen, -g * 0.2, 1e-9);  // free
 }
 
-/// A bar that slides flat over an oblique rim and tips: its upright edges lean towards the rim, far behind it.
+/// A bar that slides flat over an oblique rim and tips: its upright edges lean towards the rim, far behind
+/// it.
 TEST_F(TerrainBorders, TipsOverAnObliqueRimWithoutGain) {
   SceneText s = scene(1.1, 0.17, "restitution = 0.4");
-  s.box("A", Vec3(2, 0.4, 0.3), Vec3(4, -8, 0.2), velocity(Vec3(-2.93, 5, 0)) + spin(Vec3(0, 0, 1)) + turned(Vec3(0, 0, -0.423)));
+  s.box("A", Vec3(2, 0.4, 0.3), Vec3(4, -8, 0.2),
+        velocity(Vec3(-2.93, 5, 0)) + spin(Vec3(0, 0, 1)) + turned(Vec3(0, 0, -0.423)));
   const Outcome o = run_scene(s.str());
   ASSERT_TRUE(o.ok());
   EXPECT_LT(most_gained(o), 1e-4 * o.rows.front().ledger.kinetic);
@@ -60,7 +68,11 @@ TEST_F(TerrainBorders, TipsOverAnObliqueRimWithoutGain) {
 
 TEST_F(TerrainBorders, RollsOverACornerWithoutGain) {
   SceneText s = scene(3, 0.363997, "");
-  s.raw("[[block]]\nname = \"A\"\nmaterial = \"rock\"\nshape = \"dodecahedron\"\nvolume = 0.6\nposition = [17.5, 17.5, 0.9]\n" + velocity(Vec3(4, 4, 0)) + spin(Vec3(2.162, 0.477236, 0.346955)) + turned(Vec3(0.329478, 0.355343, 0.167197)));
+  s.raw(
+      "[[block]]\nname = \"A\"\nmaterial = \"rock\"\nshape = \"dodecahedron\"\nvolume = 0.6\nposition = "
+      "[17.5, 17.5, 0.9]\n" +
+      velocity(Vec3(4, 4, 0)) + spin(Vec3(2.162, 0.477236, 0.346955)) +
+      turned(Vec3(0.329478, 0.355343, 0.167197)));
   const Outcome o = run_scene(s.str());
   ASSERT_TRUE(o.ok());
   EXPECT_LT(most_gained(o), 1e-3 * o.rows.front().ledger.kinetic);

@@ -9,8 +9,21 @@ namespace {
 
 Polyhedron box(const Vec3& side) {
   std::vector<Vec3> x;
-  for (int k = 0; k < 8; ++k) x.emplace_back((k & 1 ? 0.5 : -0.5) * side.x(), (k & 2 ? 0.5 : -0.5) * side.y(), (k & 4 ? 0.5 : -0.5) * side.z());
-  return make_polyhedron(x, {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4}, {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}});
+  for (int k = 0; k < 8; ++k)
+    x.emplace_back((k & 1 ? 0.5 : -0.5) * side.x(), (k & 2 ? 0.5 : -0.5) * side.y(),
+                   (k & 4 ? 0.5 : -0.5) * side.z());
+  return make_polyhedron(x, {{0, 2, 3},
+                             {0, 3, 1},
+                             {4, 5, 7},
+                             {4, 7, 6},
+                             {0, 1, 5},
+                             {0, 5, 4},
+                             {2, 6, 7},
+                             {2, 7, 3},
+                             {0, 4, 6},
+                             {0, 6, 2},
+                             {1, 3, 7},
+                             {1, 7, 5}});
 }
 
 /// A slab of 10 x 10 x 1 m that leans at 45 degrees.
@@ -29,19 +42,20 @@ TEST(Apart, ObliqueSlabsWhoseBoxesOverlap) {
   const Polyhedron cube = box(Vec3::Ones());
   Pose pose;
   pose.F = slab.pose.F;
-  pose.c = 3 * slab.normal + 2 * slab.pose.F.col(0) + 3 * slab.pose.F.col(1);   // 2 m between the faces
+  pose.c = 3 * slab.normal + 2 * slab.pose.F.col(0) + 3 * slab.pose.F.col(1);  // 2 m between the faces
   ASSERT_TRUE(bounds(slab.shape, slab.pose).intersects(bounds(cube, pose)));
   EXPECT_TRUE(apart(slab.shape, slab.pose, cube, pose, 1.99));
   EXPECT_FALSE(apart(slab.shape, slab.pose, cube, pose, 2.01));
   EXPECT_TRUE(apart(cube, pose, slab.shape, slab.pose, 1.99));
-  pose.c = 0.9 * slab.normal;   // in each other
+  pose.c = 0.9 * slab.normal;  // in each other
   EXPECT_FALSE(apart(slab.shape, slab.pose, cube, pose, 0));
 }
 
 TEST(Apart, TrianglesBeyondAllOrBeforeAFace) {
   const Slab slab;
-  TriangleSurface s;   // one triangle parallel to the slab, 2 m before its face, another below its underside
-  const Vec3 a = slab.pose.F.col(0), b = slab.pose.F.col(1), up = 2.5 * slab.normal, down = -4.5 * slab.normal;
+  TriangleSurface s;  // one triangle parallel to the slab, 2 m before its face, another below its underside
+  const Vec3 a = slab.pose.F.col(0), b = slab.pose.F.col(1), up = 2.5 * slab.normal,
+             down = -4.5 * slab.normal;
   s.vertices = {up, up + a, up + b, down, down + b, down + a};
   s.triangles = {{0, 1, 2}, {3, 4, 5}};
   const SurfaceIndex index(s);

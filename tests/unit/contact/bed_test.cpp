@@ -1,4 +1,5 @@
-// Law of the columns of a bed: volume, crushing, unloading, and the halves that a leapfrog counts; Hertz's law at a cell.
+// Law of the columns of a bed: volume, crushing, unloading, and the halves that a leapfrog counts; Hertz's
+// law at a cell.
 #include "contact/bed.hpp"
 #include "contact/normal_law.hpp"
 #include "contact/skin_bed.hpp"
@@ -18,9 +19,10 @@ namespace {
 constexpr double k = 5e7, p = 5e5, yield = p / k;
 const Vec3 up = Vec3::UnitZ();
 
-std::vector<Column> wedge() {   // four columns of 0.1 m^2, the deepest at 0.04 m
+std::vector<Column> wedge() {  // four columns of 0.1 m^2, the deepest at 0.04 m
   std::vector<Column> c;
-  for (const double depth : {0.01, 0.02, 0.03, 0.04}) c.push_back({0.1, {depth, depth, depth}, {depth, depth, depth}, {}, up});
+  for (const double depth : {0.01, 0.02, 0.03, 0.04})
+    c.push_back({0.1, {depth, depth, depth}, {depth, depth, depth}, {}, up});
   return c;
 }
 
@@ -61,7 +63,9 @@ TEST(Bed, CraterCarriesNothingAboveItsFloor) {
 
 TEST(Bed, WhatRisesOutOfItsCraterCarriesNothing) {
   std::vector<Column> c = wedge();
-  for (Column& q : c) q.spring.fill(q.mean() > 0.02 ? yield : -0.003);   // the shallow ones have risen 3 mm out of what they crushed
+  for (Column& q : c)
+    q.spring.fill(q.mean() > 0.02 ? yield
+                                  : -0.003);  // the shallow ones have risen 3 mm out of what they crushed
   const Bed bed(c, up, 0.04, k, yield, 0.04, 0);
   EXPECT_DOUBLE_EQ(bed.force(0.04), p * 0.2);
   EXPECT_DOUBLE_EQ(bed.force(0.042), p * 0.2);
@@ -70,65 +74,79 @@ TEST(Bed, WhatRisesOutOfItsCraterCarriesNothing) {
 
 TEST(Bed, WhatLiesUnloadedComesBackAsFoundOnly) {
   const Bed bed(wedge(), up, 0.04, k, std::numeric_limits<double>::infinity(), 0.04, 0.05);
-  EXPECT_DOUBLE_EQ(bed.crushed_after(0.02), 0.04);   // not by the step's own way
+  EXPECT_DOUBLE_EQ(bed.crushed_after(0.02), 0.04);  // not by the step's own way
 }
 
-/// A bed that was found late and lies unloaded down to y, but is loaded beyond: on its way out, too, the mean of its force is one of its forces, and the way there and back does no work. Taken
-/// as if it had held nothing above x_0, the mean grew without bound as the way became short.
+/// A bed that was found late and lies unloaded down to y, but is loaded beyond: on its way out, too, the mean
+/// of its force is one of its forces, and the way there and back does no work. Taken as if it had held
+/// nothing above x_0, the mean grew without bound as the way became short.
 TEST(Bed, WhatIsLoadedBelowItsFloorKeepsItsEnergyOnItsWayOut) {
   NormalLaw law;
-  law.bed = std::make_shared<const Bed>(wedge_pressed_by(0.02), up, 0.04, k, std::numeric_limits<double>::infinity(), 0.04, 0.02);
+  law.bed = std::make_shared<const Bed>(wedge_pressed_by(0.02), up, 0.04, k,
+                                        std::numeric_limits<double>::infinity(), 0.04, 0.02);
   double slope = 0;
   for (const double end : {0.0405, 0.0409, 0.04099, 0.0409999, 0.0410001, 0.042}) {
     const double mean = law.secant(0.041, end, slope);
     EXPECT_GE(mean, law.force(std::min(0.041, end)) * (1 - 1e-9)) << end;
     EXPECT_LE(mean, law.force(std::max(0.041, end)) * (1 + 1e-9)) << end;
-    EXPECT_NEAR(mean * (end - 0.041), law.bed->stored(end) - law.bed->stored(0.041), 1e-9 * law.bed->stored(end)) << end;
+    EXPECT_NEAR(mean * (end - 0.041), law.bed->stored(end) - law.bed->stored(0.041),
+                1e-9 * law.bed->stored(end))
+        << end;
   }
 }
 
-/// What held nothing came with the block: its way begins where it lies, and no way makes its mean force greater than its force.
+/// What held nothing came with the block: its way begins where it lies, and no way makes its mean force
+/// greater than its force.
 TEST(Bed, WhatLayUnloadedBeginsItsWayWhereItLies) {
   NormalLaw law;
-  law.bed = std::make_shared<const Bed>(wedge_pressed_by(0), up, 0.04, k, std::numeric_limits<double>::infinity(), 0.04, 0.04, true);
+  law.bed = std::make_shared<const Bed>(wedge_pressed_by(0), up, 0.04, k,
+                                        std::numeric_limits<double>::infinity(), 0.04, 0.04, true);
   double slope = 0;
   EXPECT_EQ(law.secant(0.041, 0.039, slope), 0);
-  for (const double end : {0.0405, 0.0409999, 0.0410001, 0.042}) EXPECT_NEAR(law.secant(0.041, end, slope), law.bed->stored(end) / (end - 0.04), 1e-9 * law.force(end)) << end;
+  for (const double end : {0.0405, 0.0409999, 0.0410001, 0.042})
+    EXPECT_NEAR(law.secant(0.041, end, slope), law.bed->stored(end) / (end - 0.04), 1e-9 * law.force(end))
+        << end;
 }
 
-/// Area sunk in below a square face at z = 0, x and y from 0 to 1, by a cube of 0.5 m that lies 0.3 m deep and reaches `over` its rim.
+/// Area sunk in below a square face at z = 0, x and y from 0 to 1, by a cube of 0.5 m that lies 0.3 m deep
+/// and reaches `over` its rim.
 double sunk_area(double over) {
   TriangleSurface skin;
   skin.vertices = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0.5, 0.5, 0}};
   for (int i = 0; i < 4; ++i) skin.triangles.push_back({i, (i + 1) % 4, 4});
   const SurfaceIndex index(skin);
   std::vector<Footprint> parts;
-  skin_bed(index, testing::box(0.5, 0.5, 0.5), {Vec3(over - 0.25, 0.5, -0.05), Mat3::Identity()}, 1e-3, std::numeric_limits<double>::infinity(), parts);
+  skin_bed(index, testing::box(0.5, 0.5, 0.5), {Vec3(over - 0.25, 0.5, -0.05), Mat3::Identity()}, 1e-3,
+           std::numeric_limits<double>::infinity(), parts);
   double area = 0;
   for (const Footprint& part : parts)
     for (const Column& c : part.columns) area += c.mean() > 0 ? c.area : 0;
   return area;
 }
 
-/// Middles of the parts, by sector, below a box sunk into the middle of a face of 1 x 1 m whose normal leans by (x, y).
+/// Middles of the parts, by sector, below a box sunk into the middle of a face of 1 x 1 m whose normal leans
+/// by (x, y).
 std::vector<Vec3> middles_below_box(double x, double y) {
   TriangleSurface skin;
   skin.vertices = {{0, 0, 0}, {1, 0, -x}, {1, 1, -x - y}, {0, 1, -y}, {0.5, 0.5, -0.5 * (x + y)}};
   for (int i = 0; i < 4; ++i) skin.triangles.push_back({i, (i + 1) % 4, 4});
   const SurfaceIndex index(skin);
   std::vector<Footprint> parts;
-  skin_bed(index, testing::box(0.5, 0.3, 0.5), {Vec3(0.5, 0.5, 0.2), Mat3::Identity()}, 0.01, std::numeric_limits<double>::infinity(), parts);
+  skin_bed(index, testing::box(0.5, 0.3, 0.5), {Vec3(0.5, 0.5, 0.2), Mat3::Identity()}, 0.01,
+           std::numeric_limits<double>::infinity(), parts);
   std::vector<Vec3> middles(4, Vec3::Zero());
   for (const Footprint& part : parts) {
     double area = 0;
     Vec3& middle = middles[static_cast<std::size_t>(part.sector)];
-    for (const Column& c : part.columns) middle += c.area * (c.place[0] + c.place[1] + c.place[2]) / 3, area += c.area;
+    for (const Column& c : part.columns)
+      middle += c.area * (c.place[0] + c.place[1] + c.place[2]) / 3, area += c.area;
     middle /= area;
   }
   return middles;
 }
 
-/// The most common normals lie along an axis but for round-off. Whichever of the other two this makes the smaller one, the parts are the same and go on with their own shear springs.
+/// The most common normals lie along an axis but for round-off. Whichever of the other two this makes the
+/// smaller one, the parts are the same and go on with their own shear springs.
 TEST(Bed, FacesAlongTheAxesKeepTheirLines) {
   const std::vector<Vec3> one = middles_below_box(1e-9, 2e-9), other = middles_below_box(2e-9, -1e-9);
   for (std::size_t sector = 0; sector < 4; ++sector) {
@@ -137,8 +155,11 @@ TEST(Bed, FacesAlongTheAxesKeepTheirLines) {
   }
 }
 
-/// Sums over the bed below the corner of a turned cube, over the middle of a face, that was found with the corner `deep` below it and has moved down by `down` since.
-struct Corner { double force = 0, energy = 0; };
+/// Sums over the bed below the corner of a turned cube, over the middle of a face, that was found with the
+/// corner `deep` below it and has moved down by `down` since.
+struct Corner {
+  double force = 0, energy = 0;
+};
 Corner corner_bed(double deep, double down) {
   TriangleSurface skin;
   skin.vertices = {{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}, {0, 0, 0}};
@@ -149,17 +170,19 @@ Corner corner_bed(double deep, double down) {
   double lowest = 0;
   for (const Vec3& v : cube.vertices) lowest = std::min(lowest, (turned * v).z());
   std::vector<Footprint> parts;
-  skin_bed(index, cube, {Vec3(0, 0, -lowest - deep), turned}, 0.01, std::numeric_limits<double>::infinity(), parts);
+  skin_bed(index, cube, {Vec3(0, 0, -lowest - deep), turned}, 0.01, std::numeric_limits<double>::infinity(),
+           parts);
   Corner sum;
   for (const Footprint& part : parts) {
-    const Bed bed(part.columns, up, part.deepest, k, std::numeric_limits<double>::infinity(), part.deepest, 0);
+    const Bed bed(part.columns, up, part.deepest, k, std::numeric_limits<double>::infinity(), part.deepest,
+                  0);
     sum.force += bed.force(part.deepest + down), sum.energy += bed.stored(part.deepest + down);
   }
   return sum;
 }
 
-/// Columns that come into contact, or out of it, on the way of a step: what was found before it tells what will be found after it. Three points to a triangle
-/// missed 3 % of the energy.
+/// Columns that come into contact, or out of it, on the way of a step: what was found before it tells what
+/// will be found after it. Three points to a triangle missed 3 % of the energy.
 TEST(Bed, MovedIsAsFoundThere) {
   for (const double down : {0.004, -0.003, -0.012}) {
     const Corner moved = corner_bed(0.01, down), found = corner_bed(0.01 + down, 0);
@@ -168,11 +191,17 @@ TEST(Bed, MovedIsAsFoundThere) {
   }
 }
 
-/// Sums over the bed of a box's top and sides below a block whose corner has come down at `place`, past an edge of the box and with a facet that leans over.
-struct AtEdge { double energy = 0; Vec3 force = Vec3::Zero(); bool edge = false; };
+/// Sums over the bed of a box's top and sides below a block whose corner has come down at `place`, past an
+/// edge of the box and with a facet that leans over.
+struct AtEdge {
+  double energy = 0;
+  Vec3 force = Vec3::Zero();
+  bool edge = false;
+};
 AtEdge bed_at_edge(const Vec3& place) {
   TriangleSurface skin;
-  const auto face = [&](const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {   // counter-clockwise from outside
+  const auto face = [&](const Vec3& a, const Vec3& b, const Vec3& c,
+                        const Vec3& d) {  // counter-clockwise from outside
     const int first = static_cast<int>(skin.vertices.size());
     for (const Vec3& x : {a, b, c, d, Vec3(0.25 * (a + b + c + d))}) skin.vertices.push_back(x);
     for (int i = 0; i < 4; ++i) skin.triangles.push_back({first + i, first + (i + 1) % 4, first + 4});
@@ -181,8 +210,9 @@ AtEdge bed_at_edge(const Vec3& place) {
   face({0, 0, -1}, {1, 0, -1}, {1, 0, 0}, {0, 0, 0});
   const SurfaceIndex index(skin);
   const Polyhedron block = testing::box(0.5, 0.5, 0.5);
-  Mat3 turned;   // edges from the lowest corner
-  turned.col(0) = Vec3(0.8, 0.1, 0.1), turned.col(1) = Vec3(-0.1, 0.8, 0.15), turned.col(2) = Vec3(0.5, -0.3, 0.9);
+  Mat3 turned;  // edges from the lowest corner
+  turned.col(0) = Vec3(0.8, 0.1, 0.1), turned.col(1) = Vec3(-0.1, 0.8, 0.15),
+  turned.col(2) = Vec3(0.5, -0.3, 0.9);
   Vec3 lowest = Vec3::Constant(INFINITY);
   for (const Vec3& v : block.vertices)
     if ((turned * v).z() < lowest.z()) lowest = turned * v;
@@ -192,7 +222,8 @@ AtEdge bed_at_edge(const Vec3& place) {
   for (const Footprint& part : parts) {
     Vec3 lift = Vec3::Zero();
     for (const Column& c : part.columns) lift += c.area * std::max(0.0, c.mean()) * c.lift;
-    const Bed bed(part.columns, part.edge ? Vec3(lift.normalized()) : part.normal, part.deepest, k, std::numeric_limits<double>::infinity(), part.deepest, 0);
+    const Bed bed(part.columns, part.edge ? Vec3(lift.normalized()) : part.normal, part.deepest, k,
+                  std::numeric_limits<double>::infinity(), part.deepest, 0);
     sum.edge = sum.edge || part.edge;
     sum.energy += bed.stored(part.deepest);
     sum.force += bed.force(part.deepest) * (part.edge ? Vec3(lift.normalized()) : part.normal);
@@ -200,7 +231,9 @@ AtEdge bed_at_edge(const Vec3& place) {
   return sum;
 }
 
-/// What the columns push a block with across the face's normal, where the block reaches past an edge, is what their energy falls by as it moves. By its facets, of which one is not seen from the face, it was pushed along the edge, too.
+/// What the columns push a block with across the face's normal, where the block reaches past an edge, is what
+/// their energy falls by as it moves. By its facets, of which one is not seen from the face, it was pushed
+/// along the edge, too.
 TEST(Bed, AtAnEdgeTheForceIsTheEnergysGradient) {
   const Vec3 place(0.3, -0.1, -0.05);
   const AtEdge here = bed_at_edge(place);
@@ -236,13 +269,15 @@ TEST(Hertz, TakesOffWhatTheTouchedCellGivesItself) {
   law.stiffness = 1.6e10;
   law.relief = 3e-9;
   for (const double f : {0.1, 1.0, 5.0, 50.0}) {
-    const double s = std::pow(f / law.stiffness, 2.0 / 3), x = s - law.relief * f;   // the cell's own way is not the spring's
+    const double s = std::pow(f / law.stiffness, 2.0 / 3),
+                 x = s - law.relief * f;  // the cell's own way is not the spring's
     EXPECT_NEAR(law.force(x), f, 1e-9 * f);
     const double d = 1e-5 * x;
     EXPECT_NEAR(law.slope(x), (law.force(x + d) - law.force(x - d)) / (2 * d), 1e-6 * law.slope(x));
     EXPECT_NEAR(law.force(x), (law.work(x + d) - law.work(x - d)) / (2 * d), 1e-6 * f);
   }
-  // Far beyond, where the cell would give more than Hertz's law itself, half of the tangent is left, and force goes on being the work's derivative.
+  // Far beyond, where the cell would give more than Hertz's law itself, half of the tangent is left, and
+  // force goes on being the work's derivative.
   for (const double x : {1e-4, 1e-3}) {
     const double d = 1e-6 * x;
     EXPECT_NEAR(law.slope(x), (law.force(x + d) - law.force(x - d)) / (2 * d), 1e-5 * law.slope(x));

@@ -118,7 +118,8 @@ TEST(TimeOfImpact, NeedlesMeetTipFirstAndCrossing) {
 }
 
 TEST(TimeOfImpact, SpinOfAThousandRadiansPerSecondIsResolved) {
-  // A bar 2 m long turning at 1000 rad/s, centre 0.9 m above the ground: the tip comes down at cos(theta) = 0.9.
+  // A bar 2 m long turning at 1000 rad/s, centre 0.9 m above the ground: the tip comes down at cos(theta) =
+  // 0.9.
   const auto bar = box(0.01, 0.01, 2.0);
   Motion m;
   m.start.F = turn(Vec3::UnitX(), M_PI / 2);  // along y
@@ -184,7 +185,8 @@ TEST(TimeOfImpact, TouchingPairsThatSeparateOrRestAreNotHits) {
 }
 
 TEST(TimeOfImpact, ConcaveBodiesMeetWithTheirTrueShape) {
-  const auto ell = prism({{0, 0}, {2, 0}, {2, 1}, {1, 1}, {1, 2}, {0, 2}}, {{0, 1, 2}, {0, 2, 3}, {0, 3, 5}, {3, 4, 5}}, 0, 1);
+  const auto ell = prism({{0, 0}, {2, 0}, {2, 1}, {1, 1}, {1, 2}, {0, 2}},
+                         {{0, 1, 2}, {0, 2, 3}, {0, 3, 5}, {3, 4, 5}}, 0, 1);
   Motion still, m;
   m.start.c = {1.6, 4, 0.5};
   m.displacement = {0, -4, 0};  // into the notch: stops on the foot at y = 1, not on the hull

@@ -7,7 +7,8 @@
 namespace talus::contact::testing {
 namespace {
 
-std::vector<ContactPoint> contacts(const Polyhedron& a, const Pose& pa, const Polyhedron& b, const Pose& pb, double margin) {
+std::vector<ContactPoint> contacts(const Polyhedron& a, const Pose& pa, const Polyhedron& b, const Pose& pb,
+                                   double margin) {
   std::vector<ContactPoint> out;
   const int n = block_block(a, pa, b, pb, margin, out);
   EXPECT_EQ(n, static_cast<int>(out.size()));
@@ -117,8 +118,9 @@ TEST(ConvexContact, EdgeOnFaceGivesTwoPoints) {
   const auto slab = box(10, 10, 1);
   for (const double lift : {0.0, 1e-4}) {
     for_offsets([&](const Vec3& d) {
-      const auto c = contacts(slab, {Vec3::Zero()}, cube,
-                              {Vec3(0.1, 0.2, 0.5 + std::sqrt(0.5) + lift) + d, turn(Vec3::UnitX(), M_PI / 4)}, 1e-3);
+      const auto c =
+          contacts(slab, {Vec3::Zero()}, cube,
+                   {Vec3(0.1, 0.2, 0.5 + std::sqrt(0.5) + lift) + d, turn(Vec3::UnitX(), M_PI / 4)}, 1e-3);
       ASSERT_EQ(c.size(), 2u);
       EXPECT_EQ(total_area(c), 0.0);
       for (const auto& p : c) {
@@ -135,11 +137,13 @@ TEST(ConvexContact, VertexOnFace) {
   const Mat3 R = Quat::FromTwoVectors(Vec3(1, 1, 1).normalized(), Vec3::UnitZ()).toRotationMatrix();
   for (const double lift : {-1e-5, 0.0, 1e-4}) {
     for_offsets([&](const Vec3& d) {
-      const auto c = contacts(slab, {Vec3::Zero()}, cube, {Vec3(0, 0, 0.5 + std::sqrt(0.75) + lift) + d, R}, 1e-3);
+      const auto c =
+          contacts(slab, {Vec3::Zero()}, cube, {Vec3(0, 0, 0.5 + std::sqrt(0.75) + lift) + d, R}, 1e-3);
       ASSERT_EQ(c.size(), 1u);
       EXPECT_NEAR(c[0].normal.z(), 1, 1e-15);
       EXPECT_NEAR(c[0].gap, lift + d.z(), 1e-14);
-      const auto swapped = contacts(cube, {Vec3(0, 0, 0.5 + std::sqrt(0.75) + lift) + d, R}, slab, {Vec3::Zero()}, 1e-3);
+      const auto swapped =
+          contacts(cube, {Vec3(0, 0, 0.5 + std::sqrt(0.75) + lift) + d, R}, slab, {Vec3::Zero()}, 1e-3);
       ASSERT_EQ(swapped.size(), 1u);
       EXPECT_NEAR(swapped[0].normal.z(), -1, 1e-15);
       EXPECT_NEAR(swapped[0].gap, c[0].gap, 1e-14);
@@ -151,7 +155,8 @@ TEST(ConvexContact, CrossingEdges) {
   const Mat3 rx = turn(Vec3::UnitX(), M_PI / 4), ry = turn(Vec3::UnitY(), M_PI / 4);
   for (const double lift : {-1e-4, 0.0, 1e-3}) {
     for_offsets([&](const Vec3& d) {
-      const auto c = contacts(cube, {Vec3::Zero(), rx}, cube, {Vec3(0, 0, std::sqrt(2.0) + lift) + d, ry}, 1e-2);
+      const auto c =
+          contacts(cube, {Vec3::Zero(), rx}, cube, {Vec3(0, 0, std::sqrt(2.0) + lift) + d, ry}, 1e-2);
       ASSERT_EQ(c.size(), 1u);
       EXPECT_NEAR((c[0].normal - Vec3::UnitZ()).norm(), 0, 1e-9);
       EXPECT_NEAR(c[0].gap, lift + d.z(), 1e-14);
@@ -164,7 +169,8 @@ TEST(ConvexContact, TetrahedraTurnedAlikeMeetWithTheNearEdges) {
   // Upper and lower edge of each are at right angles, so that both pairs of directions have the normal z.
   const Polyhedron tetrahedron = hull({Vec3(1, 1, 1), Vec3(-1, -1, 1), Vec3(1, -1, -1), Vec3(-1, 1, -1)});
   for (const double lift : {-1e-6, 0.0, 1e-3}) {
-    const auto c = contacts(tetrahedron, {Vec3::Zero(), Mat3::Identity()}, tetrahedron, {Vec3(0.1, 0.2, 2 + lift), Mat3::Identity()}, 1e-2);
+    const auto c = contacts(tetrahedron, {Vec3::Zero(), Mat3::Identity()}, tetrahedron,
+                            {Vec3(0.1, 0.2, 2 + lift), Mat3::Identity()}, 1e-2);
     ASSERT_EQ(c.size(), 1u);
     EXPECT_NEAR(c[0].gap, lift, 1e-14);
     EXPECT_NEAR((c[0].normal - Vec3::UnitZ()).norm(), 0, 1e-12);
@@ -195,7 +201,8 @@ TEST(ConvexContact, VerticesSeparatedDiagonally) {
 
 TEST(ConvexContact, VertexBesideEdge) {
   // A cube standing on a vertex, beside the upper edge of another.
-  const Mat3 R = Quat::FromTwoVectors(Vec3(1, 1, 1).normalized(), Vec3(1, 0, 1).normalized()).toRotationMatrix();
+  const Mat3 R =
+      Quat::FromTwoVectors(Vec3(1, 1, 1).normalized(), Vec3(1, 0, 1).normalized()).toRotationMatrix();
   const Vec3 direction = Vec3(1, 0, 1).normalized();
   const Vec3 centre = Vec3(0.5, 0.1, 0.5) + direction * (std::sqrt(0.75) + 0.02);
   const auto c = contacts(cube, {Vec3::Zero()}, cube, {centre, R}, 0.1);
@@ -220,7 +227,8 @@ TEST(ConvexContact, ReversedOrderMirrorsTheContacts) {
   std::mt19937 rng(8);
   std::uniform_real_distribution<double> u(-0.9, 0.9);
   for (int i = 0; i < 300; ++i) {
-    const Pose pa{Vec3::Zero(), random_rotation(rng)}, pb{Vec3(u(rng), u(rng), u(rng)).normalized() * 1.3, random_rotation(rng)};
+    const Pose pa{Vec3::Zero(), random_rotation(rng)},
+        pb{Vec3(u(rng), u(rng), u(rng)).normalized() * 1.3, random_rotation(rng)};
     const auto c = contacts(cube, pa, cube, pb, 0.2), r = contacts(cube, pb, cube, pa, 0.2);
     ASSERT_EQ(c.empty(), r.empty());
     if (c.empty()) continue;
@@ -250,7 +258,8 @@ TEST(ConvexContact, ScalesWithTheUnitOfLength) {
 
 double point_triangle(const Vec3& x, const Vec3& a, const Vec3& b, const Vec3& c) {
   const Vec3 n = (b - a).cross(c - a).normalized();
-  if ((b - a).cross(x - a).dot(n) >= 0 && (c - b).cross(x - b).dot(n) >= 0 && (a - c).cross(x - c).dot(n) >= 0)
+  if ((b - a).cross(x - a).dot(n) >= 0 && (c - b).cross(x - b).dot(n) >= 0 &&
+      (a - c).cross(x - c).dot(n) >= 0)
     return std::abs(n.dot(x - a));
   double d = 1e300;
   const auto side = [&](const Vec3& p, const Vec3& q) {
@@ -262,7 +271,8 @@ double point_triangle(const Vec3& x, const Vec3& a, const Vec3& b, const Vec3& c
 }
 
 double line_gap(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
-  // Minimum over both parameters by nested ternary search would do; here the interior stationary point or nothing.
+  // Minimum over both parameters by nested ternary search would do; here the interior stationary point or
+  // nothing.
   const Vec3 u = b - a, v = d - c, w = a - c;
   Eigen::Matrix2d m;
   m << u.dot(u), -u.dot(v), -u.dot(v), v.dot(v);
@@ -341,8 +351,8 @@ TEST(ConvexContact, RandomHullsAgreeWithBruteForce) {
   compare_with_brute_force(shapes, 600, 1.2, 2.2);
 }
 
-/// The contacts are complete: every small rigid motion that keeps all of them open (to first order, plus what second order
-/// can take) keeps the bodies apart.
+/// The contacts are complete: every small rigid motion that keeps all of them open (to first order, plus what
+/// second order can take) keeps the bodies apart.
 TEST(ConvexContact, OpenContactsKeepTheBodiesApart) {
   std::mt19937 rng(21);
   std::normal_distribution<double> g;
@@ -382,7 +392,8 @@ TEST(PlaneContact, CubeLiesOnItsFaceEdgeAndVertex) {
   EXPECT_EQ(plane_block(plane, cube, {Vec3(1, 1, 2.5)}, 1e-3, c), 4);
   EXPECT_NEAR(total_area(c), 1, 1e-14);
   c.clear();
-  EXPECT_EQ(plane_block(plane, cube, {Vec3(1, 1, 2 + std::sqrt(0.5)), turn(Vec3::UnitX(), M_PI / 4)}, 1e-3, c), 2);
+  EXPECT_EQ(
+      plane_block(plane, cube, {Vec3(1, 1, 2 + std::sqrt(0.5)), turn(Vec3::UnitX(), M_PI / 4)}, 1e-3, c), 2);
   EXPECT_EQ(total_area(c), 0);
   c.clear();
   const Mat3 R = Quat::FromTwoVectors(Vec3(1, 1, 1).normalized(), Vec3::UnitZ()).toRotationMatrix();

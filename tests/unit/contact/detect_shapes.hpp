@@ -10,13 +10,25 @@ using Triangles = std::vector<std::array<int, 3>>;
 
 inline Polyhedron box(double x, double y, double z) {
   std::vector<Vec3> v;
-  for (int i = 0; i < 8; ++i) v.emplace_back((i & 1 ? x : -x) / 2, (i & 2 ? y : -y) / 2, (i & 4 ? z : -z) / 2);
-  return make_polyhedron(v, {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
-                             {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}});
+  for (int i = 0; i < 8; ++i)
+    v.emplace_back((i & 1 ? x : -x) / 2, (i & 2 ? y : -y) / 2, (i & 4 ? z : -z) / 2);
+  return make_polyhedron(v, {{0, 2, 3},
+                             {0, 3, 1},
+                             {4, 5, 7},
+                             {4, 7, 6},
+                             {0, 1, 5},
+                             {0, 5, 4},
+                             {2, 6, 7},
+                             {2, 7, 3},
+                             {0, 4, 6},
+                             {0, 6, 2},
+                             {1, 3, 7},
+                             {1, 7, 5}});
 }
 
 /// Prism over a polygon given counter-clockwise with its triangulation, between z0 and z1.
-inline Polyhedron prism(const std::vector<std::pair<double, double>>& outline, const Triangles& cap, double z0, double z1) {
+inline Polyhedron prism(const std::vector<std::pair<double, double>>& outline, const Triangles& cap,
+                        double z0, double z1) {
   const int n = static_cast<int>(outline.size());
   std::vector<Vec3> v;
   for (const double z : {z0, z1})
@@ -34,7 +46,8 @@ inline Polyhedron prism(const std::vector<std::pair<double, double>>& outline, c
   return make_polyhedron(v, t);
 }
 
-/// Convex hull of points by brute force: every triple whose plane has all others behind. For small general-position sets.
+/// Convex hull of points by brute force: every triple whose plane has all others behind. For small
+/// general-position sets.
 inline Polyhedron hull(const std::vector<Vec3>& points) {
   Vec3 c = Vec3::Zero();
   for (const auto& p : points) c += p;
@@ -67,13 +80,17 @@ inline Mat3 random_rotation(std::mt19937& rng) {
   return Quat(g(rng), g(rng), g(rng), g(rng)).normalized().toRotationMatrix();
 }
 
-inline Mat3 turn(const Vec3& axis, double angle) { return Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix(); }
+inline Mat3 turn(const Vec3& axis, double angle) {
+  return Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
+}
 
-/// Flat n x n grid of squares of side `cell` centred on the origin, each split along an alternating diagonal, tilted by R.
+/// Flat n x n grid of squares of side `cell` centred on the origin, each split along an alternating diagonal,
+/// tilted by R.
 inline TriangleSurface grid(int n, double cell, const Mat3& R = Mat3::Identity()) {
   TriangleSurface s;
   for (int j = 0; j <= n; ++j)
-    for (int i = 0; i <= n; ++i) s.vertices.push_back(R * Vec3((i - n / 2.0) * cell, (j - n / 2.0) * cell, 0));
+    for (int i = 0; i <= n; ++i)
+      s.vertices.push_back(R * Vec3((i - n / 2.0) * cell, (j - n / 2.0) * cell, 0));
   const auto id = [&](int i, int j) { return j * (n + 1) + i; };
   for (int j = 0; j < n; ++j)
     for (int i = 0; i < n; ++i) {

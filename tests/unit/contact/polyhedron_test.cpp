@@ -9,9 +9,7 @@ namespace {
 std::string key_of_error(const std::vector<Vec3>& v, const Triangles& t) {
   try {
     make_polyhedron(v, t);
-  } catch (const InputError& e) {
-    return e.problems().at(0).key + " | " + e.problems().at(0).rule;
-  }
+  } catch (const InputError& e) { return e.problems().at(0).key + " | " + e.problems().at(0).rule; }
   return "";
 }
 
@@ -52,7 +50,8 @@ TEST(Polyhedron, FacesRunCounterClockwiseAndEdgesFollowTheirLeftFace) {
 }
 
 TEST(Polyhedron, LShapeMergesCapsAndKnowsItsReentrantEdge) {
-  const auto p = prism({{0, 0}, {2, 0}, {2, 1}, {1, 1}, {1, 2}, {0, 2}}, {{0, 1, 2}, {0, 2, 3}, {0, 3, 5}, {3, 4, 5}}, 0, 1);
+  const auto p = prism({{0, 0}, {2, 0}, {2, 1}, {1, 1}, {1, 2}, {0, 2}},
+                       {{0, 1, 2}, {0, 2, 3}, {0, 3, 5}, {3, 4, 5}}, 0, 1);
   EXPECT_EQ(p.faces(), 8);
   EXPECT_EQ(p.edges.size(), 18u);
   EXPECT_FALSE(p.convex);

@@ -19,7 +19,7 @@ TEST(ShapePool, WhatDiffersInAVertexOrAFaceIsNotShared) {
   const auto first = pool.share(box(1, 2, 3));
   EXPECT_NE(pool.share(box(1, 2, 3 + 1e-15)), first);
   EXPECT_NE(pool.share(box(3, 2, 1)), first);
-  Polyhedron cut = box(1, 2, 3);   // the same surface, of which a joint made a face
+  Polyhedron cut = box(1, 2, 3);  // the same surface, of which a joint made a face
   cut.face_joint_set.assign(6, -1);
   cut.face_joint_set[2] = 1;
   const auto of_joint = pool.share(cut);

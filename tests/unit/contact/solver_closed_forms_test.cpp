@@ -15,8 +15,8 @@ SolveReport solve(Builder& b, double tolerance = 1e-12, bool exact = true, doubl
   settings.exact_coulomb = exact;
   settings.velocity_scale = scale;
   const SolveReport report = solver.solve(b.problem, settings);
-  EXPECT_TRUE(report.converged) << "tier " << report.tier << " residual " << report.residual << " newton " << report.newton
-                                << " outer " << report.outer;
+  EXPECT_TRUE(report.converged) << "tier " << report.tier << " residual " << report.residual << " newton "
+                                << report.newton << " outer " << report.outer;
   EXPECT_LE(coulomb_residual(b.problem, exact), 2 * tolerance * scale);
   return report;
 }
@@ -50,17 +50,20 @@ TEST(ContactSolverClosedForm, BlockOnInclineSticksByAMillionth) {
   EXPECT_NEAR(slides.velocity(0).x(), h * g * (std::sin(a) - 0.49 * std::cos(a)), 1e-12);
 }
 
-// A cube between two walls that it just fits: they could press on it as hard as they like, and nothing makes them.
+// A cube between two walls that it just fits: they could press on it as hard as they like, and nothing makes
+// them.
 TEST(ContactSolverClosedForm, WallsOfASnugChannelDoNotSqueezeWhatSlides) {
   const double a = 20 * M_PI / 180, mu = 0.3, h = 0.01;
   Builder b = incline(a, mu, h);
   b.patch(-1, 0, Vec3(0, -0.5, 0.5), 0.5 * X, 0.5 * Z, Y, mu);
   b.patch(-1, 0, Vec3(0, 0.5, 0.5), 0.5 * X, 0.5 * Z, -Y, mu);
   solve(b);
-  EXPECT_NEAR(b.velocity(0).x(), h * g * (std::sin(a) - mu * std::cos(a)), 1e-7 * h * g);   // a quarter of it with what sweeps leave between the walls
+  EXPECT_NEAR(b.velocity(0).x(), h * g * (std::sin(a) - mu * std::cos(a)),
+              1e-7 * h * g);  // a quarter of it with what sweeps leave between the walls
 }
 
-// In a step that an onset cut short a spring along the face gives 1e8 times what the dashpot of the normal does: no mean of the two may be what round-off is measured by.
+// In a step that an onset cut short a spring along the face gives 1e8 times what the dashpot of the normal
+// does: no mean of the two may be what round-off is measured by.
 TEST(ContactSolverClosedForm, ShearSpringOfAStepCutShortTakesWhatItsLawSays) {
   const double mass = 0.52, mu = 0.75, along = 1.75e11, normal = 884;
   const Vec3 arriving(-4.33, 3.3, 1.47);
@@ -71,7 +74,7 @@ TEST(ContactSolverClosedForm, ShearSpringOfAStepCutShortTakesWhatItsLawSays) {
   c.compliance = Vec3(normal, along, along);
   c.bias = arriving;
   const SolveReport report = solve(b, 1e-12, true, 6);
-  EXPECT_LT(report.newton, 60);   // hundreds before, and no solution
+  EXPECT_LT(report.newton, 60);  // hundreds before, and no solution
   const double w = 1 / mass;
   EXPECT_NEAR(c.impulse.x(), 2 * 4.33 / (w + normal), 1e-14);
   EXPECT_NEAR(c.impulse.y(), -2 * 3.3 / (w + along), 1e-12 * 2 * 3.3 / along);
@@ -152,7 +155,8 @@ TEST(ContactSolverClosedForm, HeavyOnLight) {
 }
 
 TEST(ContactSolverClosedForm, WedgeOnTwoPlanes) {
-  // Planes of strike along y through two dips, a wedge sliding along a line of plunge; frictionless and with friction.
+  // Planes of strike along y through two dips, a wedge sliding along a line of plunge; frictionless and with
+  // friction.
   const double h = 0.01;
   for (double mu : {0.0, 0.2, 0.9}) {
     const double half = 50 * M_PI / 180, plunge = 0.6;
@@ -214,7 +218,8 @@ TEST(ContactSolverClosedForm, CohesionAndTension) {
 }
 
 TEST(ContactSolverClosedForm, CompliantRowIsAnImplicitSpring) {
-  // One block on four springs k, end-of-step law p = -(u_n + gap/h) / R, R = 1/(k h^2) * h ... : p (1/m_eff + R) = -u_hat.
+  // One block on four springs k, end-of-step law p = -(u_n + gap/h) / R, R = 1/(k h^2) * h ... : p (1/m_eff +
+  // R) = -u_hat.
   const double m = 2500, R = 3e-4, h = 0.01;
   Builder b;
   b.box(Vec3(0, 0, 0.5), Vec3::Ones(), m, Vec3(0, 0, -g * h));
@@ -227,7 +232,8 @@ TEST(ContactSolverClosedForm, CompliantRowIsAnImplicitSpring) {
 }
 
 TEST(ContactSolverClosedForm, PainleveRodIsSolved) {
-  // Slender rod, tip sliding ahead at a steep friction: n^T W (n + mu t) < 0, no bounded acceleration; the impulse exists.
+  // Slender rod, tip sliding ahead at a steep friction: n^T W (n + mu t) < 0, no bounded acceleration; the
+  // impulse exists.
   const double L = 1, m = 1, theta = std::atan(2.0), h = 1e-3;
   for (double mu : {0.5, 1.2, 1.5, 5.0, 10.0}) {
     MatX A = MatX::Zero(6, 6);
@@ -251,7 +257,8 @@ TEST(ContactSolverClosedForm, PainleveRodIsSolved) {
 }
 
 TEST(ContactSolverClosedForm, HeldBodyAndNodes) {
-  // A block of 6 degrees of freedom on four structure nodes (3 each), one of them held: the momentum balance is exact.
+  // A block of 6 degrees of freedom on four structure nodes (3 each), one of them held: the momentum balance
+  // is exact.
   const double h = 0.01, m = 2500;
   Builder b;
   b.box(Vec3(0, 0, 0.5), Vec3::Ones(), m, Vec3(0, 0, -1));
@@ -276,7 +283,8 @@ TEST(ContactSolverClosedForm, HeldBodyAndNodes) {
   (void)h;
 }
 
-/// A block on four of the 40 nodes of a condensed skin, and impulses of its contacts. With a held node more the root of the skin's compliance is found column by column, without by blocks.
+/// A block on four of the 40 nodes of a condensed skin, and impulses of its contacts. With a held node more
+/// the root of the skin's compliance is found column by column, without by blocks.
 std::vector<Vec3> block_on_skin(int held) {
   constexpr int nodes = 40;
   const int m = 3 * (nodes + held);
@@ -287,7 +295,8 @@ std::vector<Vec3> block_on_skin(int held) {
   MatX half(3 * nodes, 3 * nodes);
   for (double& x : half.reshaped()) x = value(random);
   MatX W = MatX::Zero(m, m);
-  W.topLeftCorner(3 * nodes, 3 * nodes) = 1e-4 / (3 * nodes) * half * half.transpose() + 1e-4 * MatX::Identity(3 * nodes, 3 * nodes);
+  W.topLeftCorner(3 * nodes, 3 * nodes) =
+      1e-4 / (3 * nodes) * half * half.transpose() + 1e-4 * MatX::Identity(3 * nodes, 3 * nodes);
   b.body(MatX::Identity(m, m), VecX::Constant(m, 0.01));
   b.problem.bodies[1].mass = nullptr;
   b.store.emplace_back(W.data(), W.data() + W.size());

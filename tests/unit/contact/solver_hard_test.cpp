@@ -1,5 +1,6 @@
-// Hard problems of the contact solver, at random: touches that repeat or contradict each other, friction up to 10, mass ratios up to a
-// million, restitution. The exact-Coulomb residual is asserted, recomputed apart from the search.
+// Hard problems of the contact solver, at random: touches that repeat or contradict each other, friction up
+// to 10, mass ratios up to a million, restitution. The exact-Coulomb residual is asserted, recomputed apart
+// from the search.
 #include <gtest/gtest.h>
 
 #include "solver_problems.hpp"
@@ -31,7 +32,8 @@ Vec3 random_vector(std::mt19937& random, double size) {
   return size * Vec3(unit(random), unit(random), unit(random));
 }
 
-/// Two cubes that meet at several points of one face, tilted at random; the tangential conditions are off by `contradiction`.
+/// Two cubes that meet at several points of one face, tilted at random; the tangential conditions are off by
+/// `contradiction`.
 Builder two_cubes(unsigned seed, double contradiction) {
   std::mt19937 random(seed);
   const double mu = frictions[1 + seed % 6];
@@ -44,16 +46,19 @@ Builder two_cubes(unsigned seed, double contradiction) {
   for (int k = 0; k < points; ++k) {
     const Vec3 at = 0.5 * n + unit(random) * t + unit(random) * s;
     b.touch(0, 1, at, n, mu).bias = random_vector(random, contradiction);
-    if (k % 3 == 0) b.touch(0, 1, at + 1e-7 * t, n, mu).bias = random_vector(random, contradiction);   // all but the same point
+    if (k % 3 == 0)
+      b.touch(0, 1, at + 1e-7 * t, n, mu).bias =
+          random_vector(random, contradiction);  // all but the same point
   }
   return b;
 }
 
 TEST(ContactSolverHard, TouchesThatContradictEachOther) {
-  // Solutions exist, wedged until enough of them slip. Not all are found; those that are not are said not to be.
+  // Solutions exist, wedged until enough of them slip. Not all are found; those that are not are said not to
+  // be.
   int missed = 0;
   for (unsigned seed = 0; seed < 90; ++seed) {
-    Builder b = two_cubes(seed, std::pow(10.0, -12.0 + static_cast<double>(seed % 9)));   // 1e-12 to 1e-4 m/s
+    Builder b = two_cubes(seed, std::pow(10.0, -12.0 + static_cast<double>(seed % 9)));  // 1e-12 to 1e-4 m/s
     missed += solved(b, 1e-12, 1e-10) ? 0 : 1;
   }
   RecordProperty("missed", missed);
@@ -74,7 +79,7 @@ TEST(ContactSolverHard, WhatSufficesIsNoLastResort) {
     EXPECT_EQ(report.converged, report.tier != 'E') << seed;
     enough += report.converged && report.residual > 1e-6 ? 1 : 0;
   }
-  EXPECT_GT(enough, 5);   // tier E of five by a solver that forgot what suffices
+  EXPECT_GT(enough, 5);  // tier E of five by a solver that forgot what suffices
 }
 
 TEST(ContactSolverHard, AHeapThatNearlyRestsIsSolvedStepByStep) {
@@ -90,7 +95,8 @@ TEST(ContactSolverHard, AHeapThatNearlyRestsIsSolvedStepByStep) {
     const SolveReport report = solver.solve(b.problem, settings);
     const double residual = coulomb_residual(b.problem, true) / settings.velocity_scale;
     EXPECT_TRUE(report.converged) << seed;
-    EXPECT_LE(residual, 0.25 * settings.stalled) << seed;   // what may be taken is no end: from there it is half of that without proximal steps
+    EXPECT_LE(residual, 0.25 * settings.stalled)
+        << seed;  // what may be taken is no end: from there it is half of that without proximal steps
     EXPECT_NEAR(report.residual, residual, 1e-3 * settings.stalled) << seed;
     EXPECT_EQ(report.stalled, residual > settings.sufficient) << seed;
     EXPECT_LE(report.newton, 200) << seed;
@@ -103,7 +109,8 @@ TEST(ContactSolverHard, RedundantTouchesOfAWallAtRest) {
   for (unsigned seed = 0; seed < 7; ++seed) {
     Builder b = cubes(4, 1, 3, frictions[seed], 0.01, true);
     const std::size_t once = b.problem.contacts.size();
-    for (std::size_t k = 0; k < once; ++k) b.problem.contacts.push_back(b.problem.contacts[k]);   // every touch twice
+    for (std::size_t k = 0; k < once; ++k)
+      b.problem.contacts.push_back(b.problem.contacts[k]);  // every touch twice
     expect_solved(b, 1e-10, 0, "friction " + std::to_string(frictions[seed]));
   }
 }
@@ -111,22 +118,26 @@ TEST(ContactSolverHard, RedundantTouchesOfAWallAtRest) {
 TEST(ContactSolverHard, MassRatios) {
   for (unsigned seed = 0; seed < 70; ++seed) {
     std::mt19937 random(seed);
-    const double ratio = std::pow(10.0, -6.0 + 2.0 * static_cast<double>(seed % 7)), mu = frictions[(seed / 7) % 7];
+    const double ratio = std::pow(10.0, -6.0 + 2.0 * static_cast<double>(seed % 7)),
+                 mu = frictions[(seed / 7) % 7];
     const bool struck = seed % 2 == 1;
     Builder b;
     int below = -1;
     for (int k = 0; k < 3; ++k) {
       const Vec3 v = Vec3(0, 0, -0.1) + (struck ? random_vector(random, 1) : Vec3::Zero());
-      const int me = b.box(Vec3(0, 0, k + 0.5), Vec3::Ones(), k == 1 ? 2500 * ratio : 2500, v, struck ? random_vector(random, 1) : Vec3::Zero());
+      const int me = b.box(Vec3(0, 0, k + 0.5), Vec3::Ones(), k == 1 ? 2500 * ratio : 2500, v,
+                           struck ? random_vector(random, 1) : Vec3::Zero());
       b.patch(below, me, Vec3(0, 0, k), 0.4 * X, 0.4 * Y, Z, mu);
       below = me;
     }
-    expect_solved(b, 1e-12, 1e-10, "seed " + std::to_string(seed) + ", ratio " + std::to_string(ratio) + ", friction " + std::to_string(mu));
+    expect_solved(b, 1e-12, 1e-10,
+                  "seed " + std::to_string(seed) + ", ratio " + std::to_string(ratio) + ", friction " +
+                      std::to_string(mu));
   }
 }
 
 TEST(ContactSolverHard, RestitutionOfManyTouches) {
-  int missed = 0;   // at friction 10 alone
+  int missed = 0;  // at friction 10 alone
   for (unsigned seed = 0; seed < 60; ++seed) {
     std::mt19937 random(seed);
     Builder b = pile(1 + seed % 3, 2, 1 + seed % 2, frictions[seed % 7], 0.005, 1, seed);
@@ -135,17 +146,22 @@ TEST(ContactSolverHard, RestitutionOfManyTouches) {
       double approach = 0;
       for (int k = c.first_term; k < c.first_term + c.terms; ++k) {
         const ContactTerm& term = b.problem.terms[static_cast<std::size_t>(k)];
-        for (int i = 0; i < 6; ++i) approach += b.problem.jacobians[static_cast<std::size_t>(term.jacobian + 3 * i)] * b.v_hat(term.body)[i];
+        for (int i = 0; i < 6; ++i)
+          approach +=
+              b.problem.jacobians[static_cast<std::size_t>(term.jacobian + 3 * i)] * b.v_hat(term.body)[i];
       }
       if (approach < 0) c.bias.x() = e * approach;
     }
-    if (frictions[seed % 7] < 10) expect_solved(b, 1e-12, 1e-10, "seed " + std::to_string(seed) + ", restitution " + std::to_string(e));
-    else missed += solved(b, 1e-12, 1e-10) ? 0 : 1;
+    if (frictions[seed % 7] < 10)
+      expect_solved(b, 1e-12, 1e-10, "seed " + std::to_string(seed) + ", restitution " + std::to_string(e));
+    else
+      missed += solved(b, 1e-12, 1e-10) ? 0 : 1;
   }
   EXPECT_LE(missed, 1);
 }
 
-/// A cube of 1 m that comes down at 1 m/s aside of its centre on one of side 1 / ratio, which lies on the ground.
+/// A cube of 1 m that comes down at 1 m/s aside of its centre on one of side 1 / ratio, which lies on the
+/// ground.
 Builder boulder_on_pebble(double ratio, double friction) {
   const double side = 1 / ratio;
   Builder b;
@@ -160,8 +176,8 @@ Builder boulder_on_pebble(double ratio, double friction) {
 }
 
 TEST(ContactSolverHard, PebblesBearBoulders) {
-  // The pebble stays, to 16 last digits of what it bears where nothing holds it; the boulder turns about the pebble's edge, at b aside of its centre:
-  // without friction v = -b^2/(b^2 + k^2), k^2 = 1/6.
+  // The pebble stays, to 16 last digits of what it bears where nothing holds it; the boulder turns about the
+  // pebble's edge, at b aside of its centre: without friction v = -b^2/(b^2 + k^2), k^2 = 1/6.
   for (const double ratio : {1e1, 1e2, 1e3})
     for (const double friction : {0.0, 0.5}) {
       Builder b = boulder_on_pebble(ratio, friction);
@@ -171,8 +187,10 @@ TEST(ContactSolverHard, PebblesBearBoulders) {
       settings.sufficient = 1e-9;
       const SolveReport report = solver.solve(b.problem, settings);
       EXPECT_TRUE(report.converged) << ratio << " " << report.residual;
-      const double lever = 0.3 - 0.5 / ratio, expected = friction > 0 ? 0 : -lever * lever / (lever * lever + 1.0 / 6);
-      EXPECT_LE(b.velocity(1).norm(), friction > 0 ? 2e-9 : std::max(2e-9, 16 * 2.2e-16 * std::pow(ratio, 3))) << ratio;
+      const double lever = 0.3 - 0.5 / ratio,
+                   expected = friction > 0 ? 0 : -lever * lever / (lever * lever + 1.0 / 6);
+      EXPECT_LE(b.velocity(1).norm(), friction > 0 ? 2e-9 : std::max(2e-9, 16 * 2.2e-16 * std::pow(ratio, 3)))
+          << ratio;
       if (friction == 0) { EXPECT_NEAR(b.velocity(0).z(), expected, 1e-9) << ratio; }
     }
 }

@@ -1,4 +1,5 @@
-// H = 1 + sum J^T D J of a heap whose contacts open and close: its pattern follows what is closed, and its solutions meet the sum written out.
+// H = 1 + sum J^T D J of a heap whose contacts open and close: its pattern follows what is closed, and its
+// solutions meet the sum written out.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -12,7 +13,7 @@ namespace {
 using detail::System;
 
 struct Heap {
-  Builder b = cubes(12, 12, 6, 0.5, 0.01);   // 720 pairs of cubes
+  Builder b = cubes(12, 12, 6, 0.5, 0.01);  // 720 pairs of cubes
   System system;
   detail::Hessian hessian;
   std::vector<Mat3> D;
@@ -24,17 +25,22 @@ struct Heap {
     std::uniform_real_distribution<double> any(0, 1);
     for (const detail::Touch& t : system.touch) {
       Mat3 d = Mat3(Vec3(any(random), any(random), any(random)).asDiagonal());
-      d(1, 0) = 0.4 * any(random);   // friction couples the tangential to the normal impulse, not the other way round
+      d(1, 0) =
+          0.4 *
+          any(random);  // friction couples the tangential to the normal impulse, not the other way round
       D.push_back(100 / t.w * d);
     }
     hessian.prepare(system);
   }
-  /// Closes the contacts of pairs whose upper block is below the floor `floor`; all, without asking for states, if it is negative.
+  /// Closes the contacts of pairs whose upper block is below the floor `floor`; all, without asking for
+  /// states, if it is negative.
   void close_below(int floor) {
     state.clear();
     if (floor < 0) return;
     for (const detail::Touch& t : system.touch) {
-      const double z = b.centre[static_cast<std::size_t>(system.body[static_cast<std::size_t>(system.terms[static_cast<std::size_t>(t.first + t.count - 1)].body)])].z();
+      const double z = b.centre[static_cast<std::size_t>(system.body[static_cast<std::size_t>(
+                                    system.terms[static_cast<std::size_t>(t.first + t.count - 1)].body)])]
+                           .z();
       state.push_back(z < floor ? detail::closed : detail::open);
     }
   }
@@ -48,7 +54,11 @@ struct Heap {
     hessian.lu.solve(x.data());
     std::vector<double> left = x;
     for (int i = 0; i < system.contacts(); ++i)
-      if (state.empty() || state[static_cast<std::size_t>(i)] != detail::open) system.push(system.touch[static_cast<std::size_t>(i)], D[static_cast<std::size_t>(i)] * system.relative(system.touch[static_cast<std::size_t>(i)], x.data()), left.data());
+      if (state.empty() || state[static_cast<std::size_t>(i)] != detail::open)
+        system.push(system.touch[static_cast<std::size_t>(i)],
+                    D[static_cast<std::size_t>(i)] *
+                        system.relative(system.touch[static_cast<std::size_t>(i)], x.data()),
+                    left.data());
     double worst = 0;
     for (std::size_t k = 0; k < f.size(); ++k) worst = std::max(worst, std::abs(left[k] - f[k]));
     return worst;
@@ -63,15 +73,15 @@ TEST(Hessian, ThePatternFollowsWhatIsClosed) {
     EXPECT_LT(heap.error(), 1e-10) << "floor " << floor;
     entries.push_back(heap.hessian.lu.factor_entries());
   }
-  EXPECT_LT(2 * entries[1], entries[0]);   // most are open
-  EXPECT_GT(entries[2], entries[1]);       // others have closed
+  EXPECT_LT(2 * entries[1], entries[0]);  // most are open
+  EXPECT_GT(entries[2], entries[1]);      // others have closed
   EXPECT_LT(entries[4], entries[3]);
-  EXPECT_EQ(entries[5], entries[0]);       // whatever was before
+  EXPECT_EQ(entries[5], entries[0]);  // whatever was before
 }
 
 TEST(Hessian, AProblemDoesNotKnowTheOneBefore) {
   Heap heap;
-  heap.close_below(5);   // four fifths of the pairs: few enough to go on with the pattern of all
+  heap.close_below(5);  // four fifths of the pairs: few enough to go on with the pattern of all
   EXPECT_LT(heap.error(), 1e-10);
   const std::size_t before = heap.hessian.lu.factor_entries();
   heap.close_below(-1);

@@ -1,4 +1,5 @@
-// Sweeps where they are needed: what a disturbance does not reach stays as it is, and frictionless piles take hardly a factorisation.
+// Sweeps where they are needed: what a disturbance does not reach stays as it is, and frictionless piles take
+// hardly a factorisation.
 #include <gtest/gtest.h>
 
 #include "contact/solver_normal.hpp"
@@ -32,7 +33,8 @@ TEST(LocalSweeps, VisitOnlyWhatADisturbanceReaches) {
   local.run(system, p, v, 1e-6, 1000);
   system.velocities(p, v);
   EXPECT_LT(system.residual(v, p), 1e-5);
-  for (int i = 12; i < 24; ++i) EXPECT_EQ(p[i], solved[i]) << "contact " << i << " of the tower that nobody touched";
+  for (int i = 12; i < 24; ++i)
+    EXPECT_EQ(p[i], solved[i]) << "contact " << i << " of the tower that nobody touched";
 }
 
 TEST(NormalSweeps, LeaveLittleOfAFrictionlessPile) {
@@ -44,19 +46,18 @@ TEST(NormalSweeps, LeaveLittleOfAFrictionlessPile) {
   const SolveReport report = solver.solve(b.problem, settings);
   EXPECT_TRUE(report.converged);
   EXPECT_LE(report.newton, 4);
-  for (const ProblemContact& c : b.problem.contacts) {   // Signorini by hand
+  for (const ProblemContact& c : b.problem.contacts) {  // Signorini by hand
     double u = c.bias.x();
     for (int k = c.first_term; k < c.first_term + c.terms; ++k) {
       const ContactTerm& t = b.problem.terms[static_cast<std::size_t>(k)];
       const ProblemBody& body = b.problem.bodies[static_cast<std::size_t>(t.body)];
       for (int j = 0; j < body.ndof; ++j)
-        u += b.problem.jacobians[static_cast<std::size_t>(t.jacobian + 3 * j)] * b.problem.v[static_cast<std::size_t>(body.offset + j)];
+        u += b.problem.jacobians[static_cast<std::size_t>(t.jacobian + 3 * j)] *
+             b.problem.v[static_cast<std::size_t>(body.offset + j)];
     }
     EXPECT_GE(c.impulse.x(), 0);
     EXPECT_GT(u, -5e-3);
-    if (c.impulse.x() > 10) {
-      EXPECT_LT(u, 5e-3);
-    }
+    if (c.impulse.x() > 10) { EXPECT_LT(u, 5e-3); }
     EXPECT_TRUE(c.impulse.tail<2>().isZero(0));
   }
 }
@@ -74,7 +75,8 @@ TEST(NormalSweeps, CarryTheWeightOfATallTowerDown) {
   detail::NormalSweeps sweeps;
   sweeps.run(system, p, v, 1e-4, 300);
   system.velocities(p, from_impulses);
-  for (std::size_t k = 0; k < v.size(); ++k) EXPECT_NEAR(v[k], from_impulses[k], 1e-9);   // the field was kept up
+  for (std::size_t k = 0; k < v.size(); ++k)
+    EXPECT_NEAR(v[k], from_impulses[k], 1e-9);  // the field was kept up
   const double residual = system.residual(from_impulses, p);
   EXPECT_LE(residual, 1.1e-4);
   system.velocities(plain, v);
@@ -83,8 +85,9 @@ TEST(NormalSweeps, CarryTheWeightOfATallTowerDown) {
 }
 
 TEST(NormalSweeps, GoOnToWhatIsEnoughWhereTheyWouldGiveUp) {
-  // A tower that sweeps do not bring to 1e-9 m/s: given up after a few looks, but where a fiftieth of its speed is enough not before.
-  constexpr double enough = 2e-3;   // of 0.098 m/s
+  // A tower that sweeps do not bring to 1e-9 m/s: given up after a few looks, but where a fiftieth of its
+  // speed is enough not before.
+  constexpr double enough = 2e-3;  // of 0.098 m/s
   Builder b = cubes(1, 1, 40, 0, 0.01);
   detail::System system;
   system.assemble(b.problem, false);
@@ -102,12 +105,16 @@ TEST(NormalSweeps, GoOnToWhatIsEnoughWhereTheyWouldGiveUp) {
 }
 
 /// Largest natural-map residual, every contact by all of its rows [m/s].
-double residual_by_all_rows(const detail::System& system, const std::vector<double>& v, const std::vector<Vec3>& p) {
+double residual_by_all_rows(const detail::System& system, const std::vector<double>& v,
+                            const std::vector<Vec3>& p) {
   double worst = 0;
   for (int i = 0; i < system.contacts(); ++i) {
     const detail::Touch& t = system.touch[static_cast<std::size_t>(i)];
     const Vec3& impulse = p[static_cast<std::size_t>(i)];
-    worst = std::max(worst, detail::natural_residual(t.law, system.relative(t, v.data()) + t.bias + t.compliance.cwiseProduct(impulse), impulse, t.scale(), 0));
+    worst =
+        std::max(worst, detail::natural_residual(
+                            t.law, system.relative(t, v.data()) + t.bias + t.compliance.cwiseProduct(impulse),
+                            impulse, t.scale(), 0));
   }
   return worst;
 }
@@ -130,7 +137,7 @@ TEST(OpenContacts, AreSolvedAsTheyAreByTheirNormalRow) {
     const Vec3 u = system.relative(t, v.data()) + t.bias;
     EXPECT_EQ(detail::solve_one(t, u, Vec3::Zero()), Vec3(0, 0, 0));
     EXPECT_LE(detail::natural_residual(t.law, u, Vec3::Zero(), t.scale(), 0), 1e-15);
-    EXPECT_FALSE(system.open_still(t, Vec3(1, 0, 0), v.data()));   // it bears something
+    EXPECT_FALSE(system.open_still(t, Vec3(1, 0, 0), v.data()));  // it bears something
   }
   EXPECT_GT(open, 20);
   EXPECT_GT(closed, 20);
@@ -141,7 +148,8 @@ TEST(OpenContacts, AreSolvedAsTheyAreByTheirNormalRow) {
 }
 
 TEST(OpenContacts, OfWhichSlidingPressesMayJam) {
-  // A rod of 2 m that leans on its end: sliding turns it into the ground where mu |W_nt| > W_nn, and then it has two solutions while it parts.
+  // A rod of 2 m that leans on its end: sliding turns it into the ground where mu |W_nt| > W_nn, and then it
+  // has two solutions while it parts.
   for (const double mu : {0.1, 0.5, 1.0, 2.0, 5.0}) {
     Builder b;
     const int rod = b.box(Vec3(0, 0, 0.5), Vec3(0.05, 0.05, 2), 2500, Vec3::Zero());
@@ -156,7 +164,8 @@ TEST(OpenContacts, OfWhichSlidingPressesMayJam) {
 }
 
 TEST(NormalSweeps, BodiesOfAnySizeAndHeldPartners) {
-  // A point mass on a fixed plane under a spring-like compliance: p = (v_hat + b) / (1/m + R), and none where it parts.
+  // A point mass on a fixed plane under a spring-like compliance: p = (v_hat + b) / (1/m + R), and none where
+  // it parts.
   Builder b;
   const double m = 4, R = 0.5;
   const int me = b.body(m * Mat3::Identity(), Vec3(0, 0, -3));

@@ -1,4 +1,5 @@
-// A problem of which a figure is no number has no solution, and none is told: to the comparisons of the law such a contact would be open.
+// A problem of which a figure is no number has no solution, and none is told: to the comparisons of the law
+// such a contact would be open.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -11,7 +12,8 @@
 namespace talus::contact::testing {
 namespace {
 
-constexpr double none = std::numeric_limits<double>::quiet_NaN(), without_bound = std::numeric_limits<double>::infinity();
+constexpr double none = std::numeric_limits<double>::quiet_NaN(),
+                 without_bound = std::numeric_limits<double>::infinity();
 
 /// Boxes side by side on the ground, four contacts each, and one without any body at the end.
 Builder boxes(int count, double friction) {
@@ -58,23 +60,27 @@ TEST_P(NotFiniteProblem, IsToldUnsolvedAndKeepsItsOwnSize) {
   const auto [count, friction] = GetParam();
   ContactSolver solver;
   Builder larger = boxes(count + 7, friction);
-  ASSERT_TRUE(solver.solve(larger.problem, {}).converged);   // whose impulses the solver keeps
+  ASSERT_TRUE(solver.solve(larger.problem, {}).converged);  // whose impulses the solver keeps
   for (const bool velocity : {true, false}) {
     Builder b = boxes(count, friction);
-    if (velocity) b.problem.v_hat[2] = none;
-    else b.problem.contacts[1].bias.x() = none;
+    if (velocity)
+      b.problem.v_hat[2] = none;
+    else
+      b.problem.contacts[1].bias.x() = none;
     const SolveReport r = solver.solve(b.problem, {});
     EXPECT_FALSE(r.converged);
     EXPECT_EQ(r.tier, 'E');
     EXPECT_FALSE(r.residual < 1);
-    EXPECT_EQ(r.newton, 0);   // nothing is searched for
-    for (const ProblemContact& c : b.problem.contacts) EXPECT_EQ(c.impulse, Vec3::Zero());   // and nothing of the problem before
+    EXPECT_EQ(r.newton, 0);  // nothing is searched for
+    for (const ProblemContact& c : b.problem.contacts)
+      EXPECT_EQ(c.impulse, Vec3::Zero());  // and nothing of the problem before
   }
   Builder again = boxes(count, friction);
   EXPECT_TRUE(solver.solve(again.problem, {}).converged);
 }
 
-INSTANTIATE_TEST_SUITE_P(Sizes, NotFiniteProblem, ::testing::Combine(::testing::Values(3, 30), ::testing::Values(0.0, 0.5)));
+INSTANTIATE_TEST_SUITE_P(Sizes, NotFiniteProblem,
+                         ::testing::Combine(::testing::Values(3, 30), ::testing::Values(0.0, 0.5)));
 
 /// A wild start is no reason to give up.
 TEST(NotFinite, AStartWithoutBoundIsLeft) {

@@ -1,4 +1,5 @@
-/// Contact problems built by hand for tests and benchmarks: boxes with known masses, patches of contact points.
+/// Contact problems built by hand for tests and benchmarks: boxes with known masses, patches of contact
+/// points.
 #pragma once
 #include <cmath>
 #include <deque>
@@ -35,7 +36,8 @@ struct Builder {
     const double m = density * side.prod();
     Vec6 diagonal;
     diagonal << m, m, m, m / 12 * (side.y() * side.y() + side.z() * side.z()),
-        m / 12 * (side.x() * side.x() + side.z() * side.z()), m / 12 * (side.x() * side.x() + side.y() * side.y());
+        m / 12 * (side.x() * side.x() + side.z() * side.z()),
+        m / 12 * (side.x() * side.x() + side.y() * side.y());
     Vec6 v_hat;
     v_hat << v, w;
     return body(diagonal.asDiagonal().toDenseMatrix(), v_hat, at);
@@ -87,7 +89,8 @@ struct Builder {
 inline const Vec3 X = Vec3::UnitX(), Y = Vec3::UnitY(), Z = Vec3::UnitZ();
 
 /// Wall or stack: nx by ny columns of nz unit cubes, resting; bricks shifted by half in odd layers if `bond`.
-inline Builder cubes(int nx, int ny, int nz, double mu, double h, bool bond = false, const Vec3& g = Vec3(0, 0, -9.81)) {
+inline Builder cubes(int nx, int ny, int nz, double mu, double h, bool bond = false,
+                     const Vec3& g = Vec3(0, 0, -9.81)) {
   Builder b;
   auto id = [&](int i, int j, int k) { return (k * ny + j) * nx + i; };
   for (int k = 0; k < nz; ++k)
@@ -117,8 +120,9 @@ inline Builder cubes(int nx, int ny, int nz, double mu, double h, bool bond = fa
   return b;
 }
 
-/// A pile in motion: cubes on a lattice with disturbed positions; every neighbour touches with 1 to 4 points whose normal is
-/// disturbed; random velocities of `speed` besides gravity. Never infeasible (v = 0 is admissible).
+/// A pile in motion: cubes on a lattice with disturbed positions; every neighbour touches with 1 to 4 points
+/// whose normal is disturbed; random velocities of `speed` besides gravity. Never infeasible (v = 0 is
+/// admissible).
 inline Builder pile(int nx, int ny, int nz, double mu, double h, double speed, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> unit(-1, 1);
@@ -138,9 +142,11 @@ inline Builder pile(int nx, int ny, int nz, double mu, double h, double speed, u
         auto meet = [&](int other, const Vec3& axis) {
           const Vec3 n = (axis + vec(0.3)).normalized();
           const Vec3 t = n.unitOrthogonal(), s = n.cross(t);
-          const Vec3 c = other < 0 ? Vec3(b.centre[me] - 0.5 * Z) : Vec3(0.5 * (b.centre[me] + b.centre[other]));
+          const Vec3 c =
+              other < 0 ? Vec3(b.centre[me] - 0.5 * Z) : Vec3(0.5 * (b.centre[me] + b.centre[other]));
           const int points = 1 + static_cast<int>(random() % 4);
-          const Vec3 q[4] = {0.35 * t + 0.35 * s, -0.35 * t - 0.35 * s, 0.35 * t - 0.35 * s, -0.35 * t + 0.35 * s};
+          const Vec3 q[4] = {0.35 * t + 0.35 * s, -0.35 * t - 0.35 * s, 0.35 * t - 0.35 * s,
+                             -0.35 * t + 0.35 * s};
           for (int m = 0; m < points; ++m) b.touch(other, me, points == 1 ? c : Vec3(c + q[m]), n, mu);
         };
         if (k == 0) meet(-1, Z);

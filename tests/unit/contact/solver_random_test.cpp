@@ -1,5 +1,5 @@
-// Properties of the contact solver on random problems: the exact-Coulomb residual, the cone, the dynamics, the agreement of the
-// dense and the sparse path, determinism.
+// Properties of the contact solver on random problems: the exact-Coulomb residual, the cone, the dynamics,
+// the agreement of the dense and the sparse path, determinism.
 #include <gtest/gtest.h>
 
 #include "solver_problems.hpp"
@@ -7,7 +7,8 @@
 namespace talus::contact::testing {
 namespace {
 
-SolveReport solve(ContactProblem& problem, double tolerance, bool exact = true, ContactSolver* reuse = nullptr) {
+SolveReport solve(ContactProblem& problem, double tolerance, bool exact = true,
+                  ContactSolver* reuse = nullptr) {
   ContactSolver fresh;
   ContactSolver& solver = reuse ? *reuse : fresh;
   SolveSettings settings;
@@ -28,9 +29,13 @@ double complementarity_defect(const ContactProblem& q) {
     }
     const double slip = u.tail<2>().norm(), limit = c.friction * c.impulse.x() + c.cohesion;
     // Signorini: no approach beyond the tolerance; friction: maximum dissipation, u_t . p_t = -limit |u_t|.
-    worst = std::max({worst, -u.x(), c.impulse.x() > 1e-9 * (1 + c.impulse.norm()) && c.tension == 0 ? u.x() : 0.0});
-    if (limit > 0) worst = std::max(worst, (u.tail<2>().dot(c.impulse.tail<2>()) + limit * slip) / (limit + 1e-3));
-    worst = std::max(worst, c.impulse.tail<2>().norm() > limit * (1 + 1e-9) + 1e-7 ? 1.0 : 0.0);   // a residual of 1e-10 m/s of a cube of 1 t
+    worst = std::max(
+        {worst, -u.x(), c.impulse.x() > 1e-9 * (1 + c.impulse.norm()) && c.tension == 0 ? u.x() : 0.0});
+    if (limit > 0)
+      worst = std::max(worst, (u.tail<2>().dot(c.impulse.tail<2>()) + limit * slip) / (limit + 1e-3));
+    worst = std::max(worst, c.impulse.tail<2>().norm() > limit * (1 + 1e-9) + 1e-7
+                                ? 1.0
+                                : 0.0);  // a residual of 1e-10 m/s of a cube of 1 t
   }
   return worst;
 }
@@ -65,7 +70,8 @@ TEST(ContactSolverRandom, SmallIslandsOfEveryKind) {
   for (unsigned seed = 0; seed < 300; ++seed) {
     Builder b = small_island(seed);
     const SolveReport report = solve(b.problem, 1e-10);
-    EXPECT_TRUE(report.converged) << "seed " << seed << " mu " << frictions[seed % 7] << " kind " << kind_of(seed) << " residual " << report.residual;
+    EXPECT_TRUE(report.converged) << "seed " << seed << " mu " << frictions[seed % 7] << " kind "
+                                  << kind_of(seed) << " residual " << report.residual;
     EXPECT_LE(coulomb_residual(b.problem, true), 2e-10);
     if (report.converged && kind_of(seed) == 0) {
       EXPECT_LE(complementarity_defect(b.problem), 1e-7) << seed;
@@ -107,8 +113,8 @@ TEST(ContactSolverRandom, ConvexProblemAlwaysConverges) {
 }
 
 TEST(ContactSolverRandom, DenseAndSparsePathsAgree) {
-  // Seven blocks or fewer are one dense front. The same island beside a far tower is in the sparse path; the velocities of the
-  // strongly convex problem are unique.
+  // Seven blocks or fewer are one dense front. The same island beside a far tower is in the sparse path; the
+  // velocities of the strongly convex problem are unique.
   for (unsigned seed = 0; seed < 20; ++seed) {
     Builder alone = pile(2, 2, 1, 0.5, 0.005, 0.3, seed), both = pile(2, 2, 1, 0.5, 0.005, 0.3, seed);
     const int island = static_cast<int>(both.problem.bodies.size());

@@ -1,4 +1,5 @@
-// Products with the three rows of a Jacobian beside those of Eigen, for every number of columns that bodies have and for others.
+// Products with the three rows of a Jacobian beside those of Eigen, for every number of columns that bodies
+// have and for others.
 #include <gtest/gtest.h>
 
 #include "contact/solver_rows.hpp"

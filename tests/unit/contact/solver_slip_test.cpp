@@ -1,4 +1,5 @@
-// One contact that slips: Newton's method on the direction and the iteration it replaces find the same impulse, which obeys the law.
+// One contact that slips: Newton's method on the direction and the iteration it replaces find the same
+// impulse, which obeys the law.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -29,8 +30,10 @@ TEST(SlipOfOneContact, DirectionAndIterationAgree) {
   int slips = 0;
   for (int k = 0; k < 2000; ++k) {
     const detail::Touch t = random_touch(random, 0.1 + 0.5 * (k % 3));
-    const Vec3 q(-std::abs(normal(random)), 2 * normal(random), 2 * normal(random)), start(1, 0.1 * normal(random), 0);
-    const Vec3 by_direction = solve_one(t, q, start, {30, 1e-9, true}), by_turns = solve_one(t, q, start, {4000, 1e-15, false});
+    const Vec3 q(-std::abs(normal(random)), 2 * normal(random), 2 * normal(random)),
+        start(1, 0.1 * normal(random), 0);
+    const Vec3 by_direction = solve_one(t, q, start, {30, 1e-9, true}),
+               by_turns = solve_one(t, q, start, {4000, 1e-15, false});
     EXPECT_LT((by_direction - by_turns).norm(), 1e-6 * (1 + by_turns.norm())) << "contact " << k;
     const Vec3 u = q + t.W * by_direction;
     const double bound = t.law.mu * by_direction.x(), tangential = by_direction.tail<2>().norm();
@@ -38,7 +41,9 @@ TEST(SlipOfOneContact, DirectionAndIterationAgree) {
     ++slips;
     EXPECT_NEAR(u.x(), 0, 1e-8) << "contact " << k;
     EXPECT_NEAR(tangential, bound, 1e-9 * bound) << "contact " << k;
-    EXPECT_NEAR(u.tail<2>().dot(by_direction.tail<2>()), -u.tail<2>().norm() * tangential, 1e-6 * (1 + u.norm()) * tangential) << "contact " << k;
+    EXPECT_NEAR(u.tail<2>().dot(by_direction.tail<2>()), -u.tail<2>().norm() * tangential,
+                1e-6 * (1 + u.norm()) * tangential)
+        << "contact " << k;
   }
   EXPECT_GT(slips, 500);
 }

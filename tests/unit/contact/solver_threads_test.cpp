@@ -1,4 +1,5 @@
-// The solver gives the same bits on one thread and on several, in problems large enough that they share its loops.
+// The solver gives the same bits on one thread and on several, in problems large enough that they share its
+// loops.
 #include <gtest/gtest.h>
 #include <tbb/task_arena.h>
 
@@ -32,7 +33,8 @@ TEST(SolverThreads, GiveTheSameBits) {
   ASSERT_GE(b.problem.contacts.size(), static_cast<std::size_t>(2 * detail::VisitingOrder::contacts_of_part));
   SolveSettings settings;
   settings.tolerance = 2e-3;
-  const Solved one = solve_on(1, b, settings), two = solve_on(2, b, settings), three = solve_on(3, b, settings);
+  const Solved one = solve_on(1, b, settings), two = solve_on(2, b, settings),
+               three = solve_on(3, b, settings);
   EXPECT_TRUE(one.report.converged);
   EXPECT_GT(one.report.newton, 0);
   EXPECT_EQ(one.report.newton, two.report.newton);
@@ -41,11 +43,12 @@ TEST(SolverThreads, GiveTheSameBits) {
 }
 
 TEST(BlockLU, FrontsThatWaitForOthersGiveTheSameBitsAndTheSolution) {
-  constexpr int nx = 12, ny = 12, nz = 5, m = 6;   // bodies of a grid, each coupled to its neighbours
+  constexpr int nx = 12, ny = 12, nz = 5, m = 6;  // bodies of a grid, each coupled to its neighbours
   const std::vector<int> sizes(nx * ny * nz, m);
   std::vector<std::pair<int, int>> pairs;
   for (int i = 0; i < nx * ny * nz; ++i)
-    for (const auto& [step, last] : {std::pair(1, (i + 1) % nx == 0), std::pair(nx, (i / nx + 1) % ny == 0), std::pair(nx * ny, i / (nx * ny) + 1 == nz)})
+    for (const auto& [step, last] : {std::pair(1, (i + 1) % nx == 0), std::pair(nx, (i / nx + 1) % ny == 0),
+                                     std::pair(nx * ny, i / (nx * ny) + 1 == nz)})
       if (!last) pairs.emplace_back(i, i + step);
   std::sort(pairs.begin(), pairs.end());
   std::mt19937 random(7);
@@ -60,7 +63,7 @@ TEST(BlockLU, FrontsThatWaitForOthersGiveTheSameBitsAndTheSolution) {
       detail::BlockLU lu;
       lu.analyse(sizes, pairs);
       EXPECT_GT(lu.levels(), 2);
-      for (int again = 0; again < 2; ++again) {   // the factor serves again
+      for (int again = 0; again < 2; ++again) {  // the factor serves again
         lu.set_zero();
         for (std::size_t a = 0; a < sizes.size(); ++a)
           for (int k = 0; k < m; ++k) lu.diagonal(static_cast<int>(a))[k * (m + 1)] = 20;
@@ -75,14 +78,17 @@ TEST(BlockLU, FrontsThatWaitForOthersGiveTheSameBitsAndTheSolution) {
     return x;
   };
   const std::vector<double> x = solution_on(1);
-  std::vector<double> rest = b;   // b - H x
+  std::vector<double> rest = b;  // b - H x
   for (std::size_t i = 0; i < rest.size(); ++i) rest[i] -= 20 * x[i];
   for (std::size_t p = 0; p < pairs.size(); ++p)
     for (int c = 0; c < m; ++c)
       for (int r = 0; r < m; ++r) {
         const int a = m * pairs[p].first, d = m * pairs[p].second;
-        rest[static_cast<std::size_t>(a + r)] -= off[2 * p * m * m + static_cast<std::size_t>(c * m + r)] * x[static_cast<std::size_t>(d + c)];
-        rest[static_cast<std::size_t>(d + r)] -= off[(2 * p + 1) * m * m + static_cast<std::size_t>(c * m + r)] * x[static_cast<std::size_t>(a + c)];
+        rest[static_cast<std::size_t>(a + r)] -=
+            off[2 * p * m * m + static_cast<std::size_t>(c * m + r)] * x[static_cast<std::size_t>(d + c)];
+        rest[static_cast<std::size_t>(d + r)] -=
+            off[(2 * p + 1) * m * m + static_cast<std::size_t>(c * m + r)] *
+            x[static_cast<std::size_t>(a + c)];
       }
   for (const double r : rest) ASSERT_NEAR(r, 0, 1e-12);
   EXPECT_EQ(x, solution_on(2));
@@ -101,7 +107,8 @@ TEST(VisitingOrder, GroupsThatAreVisitedTogetherShareNoBody) {
       for (const int i : system.order.group(level, g)) {
         const detail::Touch& t = system.touch[static_cast<std::size_t>(i)];
         for (int k = t.first; k < t.first + t.count; ++k) {
-          int& group = group_of_body[static_cast<std::size_t>(system.terms[static_cast<std::size_t>(k)].body)];
+          int& group =
+              group_of_body[static_cast<std::size_t>(system.terms[static_cast<std::size_t>(k)].body)];
           EXPECT_TRUE(group < 0 || group == g) << "level " << level << ", contact " << i;
           group = g;
         }
@@ -139,7 +146,7 @@ TEST(BlockLU, BodiesOfManyDegreesOfFreedom) {
       for (int c = 0; c < columns; ++c)
         for (int r = 0; r < rows; ++r) H(row + r, column + c) = entry(random);
     };
-    fill(0, 0, 6 + many, 6 + many);   // no diagonal stands out: rows are exchanged
+    fill(0, 0, 6 + many, 6 + many);  // no diagonal stands out: rows are exchanged
     fill(6, 6 + many, many, 6);
     fill(6 + many, 6, 6, many);
     fill(6 + many, 6 + many, 6, 6);
@@ -149,7 +156,8 @@ TEST(BlockLU, BodiesOfManyDegreesOfFreedom) {
     lu.analyse(sizes, pairs);
     lu.set_zero();
     const std::vector<int> at{0, 6, 6 + many};
-    for (int b = 0; b < 3; ++b) Eigen::Map<MatX>(lu.diagonal(b), sizes[b], sizes[b]) = H.block(at[b], at[b], sizes[b], sizes[b]);
+    for (int b = 0; b < 3; ++b)
+      Eigen::Map<MatX>(lu.diagonal(b), sizes[b], sizes[b]) = H.block(at[b], at[b], sizes[b], sizes[b]);
     for (int p = 0; p < 2; ++p) {
       const auto [a, b] = pairs[static_cast<std::size_t>(p)];
       Eigen::Map<MatX>(lu.upper(p), sizes[a], sizes[b]) = H.block(at[a], at[b], sizes[a], sizes[b]);

@@ -44,7 +44,8 @@ const Polyhedron cube = box(2.2, 1.7, 1.0);
 
 std::vector<ContactPoint> contacts(const SurfaceIndex& index, const Vec3& at) {
   std::vector<ContactPoint> out;
-  skin_block(index, cube, {at, Quat(Eigen::AngleAxisd(0.3, Vec3(0.1, 0.2, 1).normalized())).toRotationMatrix()}, 0.1, out);
+  skin_block(index, cube,
+             {at, Quat(Eigen::AngleAxisd(0.3, Vec3(0.1, 0.2, 1).normalized())).toRotationMatrix()}, 0.1, out);
   return out;
 }
 
@@ -62,9 +63,10 @@ void expect_same(const SurfaceIndex& part, const TriangleSurface& s, const Vec3&
     EXPECT_EQ(a[i].face_a, b[i].face_a);
     EXPECT_EQ(a[i].normal, b[i].normal);
     EXPECT_EQ(a[i].point_a, b[i].point_a);
-    if (a[i].face_a < 0) continue;   // an edge or a vertex
+    if (a[i].face_a < 0) continue;  // an edge or a vertex
     for (const int v : s.triangles[static_cast<std::size_t>(a[i].face_a)])
-      EXPECT_EQ(part.surface().velocities[static_cast<std::size_t>(v)], s.velocities[static_cast<std::size_t>(v)]);
+      EXPECT_EQ(part.surface().velocities[static_cast<std::size_t>(v)],
+                s.velocities[static_cast<std::size_t>(v)]);
   }
 }
 
@@ -76,11 +78,11 @@ TEST(SurfaceFocus, FollowsThePartThatIsAskedForThroughMotionAndErosion) {
   index.refit(s);
   index.focus(s, {bounds(cube, {near}, 0.5)});
   expect_same(index, s, near);
-  EXPECT_TRUE(contacts(index, far).empty());   // outside, and told so in detect.hpp
+  EXPECT_TRUE(contacts(index, far).empty());  // outside, and told so in detect.hpp
   s = plate(n, 0.01, 0, 1);
   index.refit(s);
   expect_same(index, s, near);
-  s = plate(n, 0.02, 8 * n + 9, 2);   // faces beside the block are gone, all others have new numbers
+  s = plate(n, 0.02, 8 * n + 9, 2);  // faces beside the block are gone, all others have new numbers
   index.refit(s);
   expect_same(index, s, near);
   s = plate(n, 0.03, 8 * n + 9, 2);

@@ -63,7 +63,9 @@ TEST(SurfaceOrder, KeepsTheSurfaceAndItsContacts) {
     contacts += surface_block(a, box, pose, 0.05, from_a);
     surface_block(b, box, pose, 0.05, from_b);
     ASSERT_EQ(from_a.size(), from_b.size()) << k;
-    const auto by_place = [](const ContactPoint& p, const ContactPoint& q) { return std::tie(p.point_b[0], p.point_b[1], p.gap) < std::tie(q.point_b[0], q.point_b[1], q.gap); };
+    const auto by_place = [](const ContactPoint& p, const ContactPoint& q) {
+      return std::tie(p.point_b[0], p.point_b[1], p.gap) < std::tie(q.point_b[0], q.point_b[1], q.gap);
+    };
     std::sort(from_a.begin(), from_a.end(), by_place);
     std::sort(from_b.begin(), from_b.end(), by_place);
     for (std::size_t i = 0; i < from_a.size(); ++i) {
@@ -74,7 +76,8 @@ TEST(SurfaceOrder, KeepsTheSurfaceAndItsContacts) {
   EXPECT_GT(contacts, 300);
 }
 
-/// Boxes of the tree are rounded to single precision: none of the triangles that a box meets may be lost by it, far from the origin above all.
+/// Boxes of the tree are rounded to single precision: none of the triangles that a box meets may be lost by
+/// it, far from the origin above all.
 TEST(SurfaceOrder, FarFromTheOriginNothingIsLost) {
   TriangleSurface s = rough_ground(20);
   const Vec3 far(4.1e6 + 0.3, -2.7e6 - 0.7, 1234.5);

@@ -21,15 +21,22 @@ namespace talus {
 namespace {
 
 TEST(Names, AreShortTextsWithoutSlashesAndControlCharacters) {
-  for (const char* good : {"B1", "Pier <A> & \"B\"", "\u00e9", "=1+1", "\U0001F5FF", "..."}) EXPECT_TRUE(is_name(good)) << good;
-  for (const char* bad : {"", ".", "..", "*", "../x", "a\\b", "a\nb", "a\x1b[31m", "a\x7f", "a\xc2\x9b" "31m", "Fels\xe9", "\xc0\xaf", "\xed\xa0\x80", "\xf4\x90\x80\x80", "\xe2\x82"}) EXPECT_FALSE(is_name(bad)) << printable(bad);
+  for (const char* good : {"B1", "Pier <A> & \"B\"", "\u00e9", "=1+1", "\U0001F5FF", "..."})
+    EXPECT_TRUE(is_name(good)) << good;
+  for (const char* bad : {"", ".", "..", "*", "../x", "a\\b", "a\nb", "a\x1b[31m", "a\x7f",
+                          "a\xc2\x9b"
+                          "31m",
+                          "Fels\xe9", "\xc0\xaf", "\xed\xa0\x80", "\xf4\x90\x80\x80", "\xe2\x82"})
+    EXPECT_FALSE(is_name(bad)) << printable(bad);
   EXPECT_TRUE(is_name(std::string(100, 'x')));
   EXPECT_FALSE(is_name(std::string(101, 'x')));
 }
 
 TEST(Names, OfPiecesAreToldFromOthers) {
   EXPECT_TRUE(is_fragment_name(fragment_name("pier", 12), "pier"));
-  for (const char* other : {"pier", "pier.fragment", "pier.fragments", "pier.fragment1-1", "pier2.fragment1", "a.pier.fragment1"}) EXPECT_FALSE(is_fragment_name(other, "pier")) << other;
+  for (const char* other :
+       {"pier", "pier.fragment", "pier.fragments", "pier.fragment1-1", "pier2.fragment1", "a.pier.fragment1"})
+    EXPECT_FALSE(is_fragment_name(other, "pier")) << other;
 }
 
 TEST(Names, AreShownWithoutWhatSteersATerminal) {
@@ -40,17 +47,23 @@ TEST(Names, AreShownWithoutWhatSteersATerminal) {
 TEST(Text, OtherEncodingsBecomeUtf8) {
   const auto units = [](const std::vector<int>& list, bool little) {
     std::string s;
-    for (const int u : list) s += little ? std::string({static_cast<char>(u & 255), static_cast<char>(u >> 8)}) : std::string({static_cast<char>(u >> 8), static_cast<char>(u & 255)});
+    for (const int u : list)
+      s += little ? std::string({static_cast<char>(u & 255), static_cast<char>(u >> 8)})
+                  : std::string({static_cast<char>(u >> 8), static_cast<char>(u & 255)});
     return s;
   };
   const std::vector<int> fels{0xFEFF, 'F', 0xE9, 0x20AC, 0xD83D, 0xDDFF, '\n'};
-  for (const bool little : {true, false}) EXPECT_EQ(as_utf8(units(fels, little), "t"), "F\u00e9\u20ac\U0001F5FF\n") << little;
-  EXPECT_EQ(as_utf8("\xEF\xBB\xBF" "a = 1\n", "t"), "a = 1\n");
+  for (const bool little : {true, false})
+    EXPECT_EQ(as_utf8(units(fels, little), "t"), "F\u00e9\u20ac\U0001F5FF\n") << little;
+  EXPECT_EQ(as_utf8("\xEF\xBB\xBF"
+                    "a = 1\n",
+                    "t"),
+            "a = 1\n");
   EXPECT_EQ(as_utf8("a\rb\r", "t"), "a\nb\n");
   EXPECT_EQ(as_utf8("a\r\nb", "t"), "a\r\nb");
-  EXPECT_THROW(as_utf8(units({0xFEFF, 0xD83D, 'a'}, true), "t"), InputError);   // half of a pair
-  EXPECT_THROW(as_utf8(units({0xFEFF, 'a'}, true) + "b", "t"), InputError);     // cut short
-  EXPECT_THROW(as_utf8(std::string("\xFF\xFE\0\0a\0\0\0", 8), "t"), InputError);   // UTF-32
+  EXPECT_THROW(as_utf8(units({0xFEFF, 0xD83D, 'a'}, true), "t"), InputError);     // half of a pair
+  EXPECT_THROW(as_utf8(units({0xFEFF, 'a'}, true) + "b", "t"), InputError);       // cut short
+  EXPECT_THROW(as_utf8(std::string("\xFF\xFE\0\0a\0\0\0", 8), "t"), InputError);  // UTF-32
 }
 
 TEST(SolidMesh, NodesThatLieOnEachOtherUnmergedAreFound) {
@@ -62,18 +75,19 @@ TEST(SolidMesh, NodesThatLieOnEachOtherUnmergedAreFound) {
   EXPECT_EQ(found.parts, 2);
   EXPECT_EQ(found.count, 4u);
   EXPECT_EQ(found.first, Vec3(0, 0, 1));
-  mesh.hexes[1] = {4, 5, 7, 6, 12, 13, 15, 14};   // merged
+  mesh.hexes[1] = {4, 5, 7, 6, 12, 13, 15, 14};  // merged
   EXPECT_EQ(unmerged_nodes(mesh).count, 0u);
   EXPECT_EQ(unmerged_nodes(mesh).parts, 1);
   mesh.hexes[1] = {8, 9, 11, 10, 12, 13, 15, 14};
-  for (int k = 8; k < 16; ++k) mesh.nodes[static_cast<std::size_t>(k)].z() += 0.01;   // apart
+  for (int k = 8; k < 16; ++k) mesh.nodes[static_cast<std::size_t>(k)].z() += 0.01;  // apart
   EXPECT_EQ(unmerged_nodes(mesh).parts, 2);
   EXPECT_EQ(unmerged_nodes(mesh).count, 0u);
 }
 
 TEST(Csv, NamesAreNoFormulas) {
   EXPECT_EQ(csv_field("B1.position.x [m]"), "B1.position.x [m]");
-  for (const char first : {'=', '+', '-', '@'}) EXPECT_EQ(csv_field(std::string(1, first) + "1"), std::string("'") + first + "1");
+  for (const char first : {'=', '+', '-', '@'})
+    EXPECT_EQ(csv_field(std::string(1, first) + "1"), std::string("'") + first + "1");
   EXPECT_EQ(csv_field("=HYPERLINK(\"a\",1)"), "\"'=HYPERLINK(\"\"a\"\",1)\"");
 }
 
@@ -81,7 +95,7 @@ TEST(EditDistance, KnownValues) {
   EXPECT_EQ(edit_distance("", ""), 0);
   EXPECT_EQ(edit_distance("kitten", "sitting"), 3);
   EXPECT_EQ(edit_distance("dip", "pid"), 2);
-  EXPECT_EQ(edit_distance("veloctiy", "velocity"), 1);   // neighbours swapped
+  EXPECT_EQ(edit_distance("veloctiy", "velocity"), 1);  // neighbours swapped
   EXPECT_EQ(edit_distance("Young", "young"), 0);
   EXPECT_EQ(edit_distance("", "abc"), 3);
 }
@@ -98,8 +112,10 @@ TEST(NearestName, FindsTheNearAndNothingFar) {
 TEST(Sha256, KnownValues) {
   EXPECT_EQ(sha256(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
   EXPECT_EQ(sha256("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
-  EXPECT_EQ(sha256("abcdbcdecdefdefgefghfghighijhijkijkljklmklmnlmnomnopnopq"), "248d6a61d20638b8e5c026930c3e6039a33ce45964ff2167f6ecedd419db06c1");
-  EXPECT_EQ(sha256(std::string(1000000, 'a')), "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
+  EXPECT_EQ(sha256("abcdbcdecdefdefgefghfghighijhijkijkljklmklmnlmnomnopnopq"),
+            "248d6a61d20638b8e5c026930c3e6039a33ce45964ff2167f6ecedd419db06c1");
+  EXPECT_EQ(sha256(std::string(1000000, 'a')),
+            "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
 }
 
 TEST(Sha256, PiecesGiveTheSameAsTheWhole) {
@@ -130,17 +146,21 @@ TEST(JsonQuoted, EscapesAndRepairs) {
   EXPECT_EQ(json_quoted("a\"b\\c\n\x01"), "\"a\\\"b\\\\c\\u000a\\u0001\"");
   EXPECT_EQ(json_quoted("\u00e9\u4e2d"), "\"\u00e9\u4e2d\"");
   EXPECT_EQ(json_quoted("\xff\xc0\x80"), "\"\xef\xbf\xbd\xef\xbf\xbd\xef\xbf\xbd\"");
-  EXPECT_EQ(json_quoted("\xed\xa0\x80"), "\"\xef\xbf\xbd\xef\xbf\xbd\xef\xbf\xbd\"");   // a lone surrogate
+  EXPECT_EQ(json_quoted("\xed\xa0\x80"), "\"\xef\xbf\xbd\xef\xbf\xbd\xef\xbf\xbd\"");  // a lone surrogate
 }
 
 TEST(JsonLog, OneWholeLineAnEventFromAnyThread) {
-  const std::string path = (std::filesystem::temp_directory_path() / ("talus-log-" + std::to_string(::getpid()))).string();
+  const std::string path =
+      (std::filesystem::temp_directory_path() / ("talus-log-" + std::to_string(::getpid()))).string();
   {
     JsonLog log(path);
     std::vector<std::thread> threads;
-    for (long i = 0; i < 4; ++i) threads.emplace_back([&log, i] {
-      for (long j = 0; j < 50; ++j) log.info("step", {{"thread", i}, {"n", j}, {"dt", 1e-3}, {"ok", true}, {"name", std::string("B\"1")}});
-    });
+    for (long i = 0; i < 4; ++i)
+      threads.emplace_back([&log, i] {
+        for (long j = 0; j < 50; ++j)
+          log.info("step",
+                   {{"thread", i}, {"n", j}, {"dt", 1e-3}, {"ok", true}, {"name", std::string("B\"1")}});
+      });
     for (auto& t : threads) t.join();
     log.warning("nan", {{"x", std::nan("")}});
   }

@@ -36,7 +36,8 @@ TEST(Units, TheExamplesOfTheSceneFile) {
   EXPECT_EQ(read("30 GPa/m").dimension, dimension::stiffness_per_area);
 }
 
-// A prefix shifts the decimal exponent, so the result is the double nearest to the decimal number; a product would miss it.
+// A prefix shifts the decimal exponent, so the result is the double nearest to the decimal number; a product
+// would miss it.
 TEST(Units, PrefixesAreExact) {
   EXPECT_EQ(read("44.8 g").value, 0.0448);
   EXPECT_NE(1e-3 * 0.9, 0.0009);

@@ -7,7 +7,7 @@
 namespace talus::coupling {
 namespace {
 
-constexpr double h = 1.0 / 60;   // [s]
+constexpr double h = 1.0 / 60;  // [s]
 
 dda::Model on_earth() {
   dda::Model model;
@@ -15,8 +15,9 @@ dda::Model on_earth() {
   return model;
 }
 
-/// Points that stand, of 1 kg, each pressed from below and from above by rows that contradict each other by `off` [m/s]: u = v_z + b and -v_z + b with
-/// b = -off. No impulses leave less than that; the search is given up.
+/// Points that stand, of 1 kg, each pressed from below and from above by rows that contradict each other by
+/// `off` [m/s]: u = v_z + b and -v_z + b with b = -off. No impulses leave less than that; the search is given
+/// up.
 struct Jammed {
   contact::ContactProblem problem;
   Mat3 unit = Mat3::Identity();
@@ -37,7 +38,7 @@ struct Jammed {
         c.bias = Vec3(-off, 0, 0);
         problem.contacts.push_back(c);
         problem.terms.push_back({i, static_cast<int>(problem.jacobians.size())});
-        Mat3 rows = Mat3::Zero();   // n, t1, t2: along z, x, y
+        Mat3 rows = Mat3::Zero();  // n, t1, t2: along z, x, y
         rows(0, 2) = sign;
         rows(1, 0) = rows(2, 1) = 1;
         problem.jacobians.insert(problem.jacobians.end(), rows.data(), rows.data() + 9);
@@ -52,7 +53,7 @@ StepToSolve standing() {
   step.h = h;
   step.still = step.heap = step.blocks = true;
   step.length = 1;
-  step.speed = 4.4;   // sqrt(2 g L)
+  step.speed = 4.4;  // sqrt(2 g L)
   step.at_rest = still_speed(on_earth(), h);
   step.gravity = 9.81;
   step.accuracy = 1e-3;
@@ -62,7 +63,7 @@ StepToSolve standing() {
 struct Solved {
   bool taken, certified;
   char tier;
-  double residual;   // [m/s]
+  double residual;  // [m/s]
 };
 
 /// A heap of 80 contacts that no impulses solve closer than `off` [m/s].
@@ -79,15 +80,15 @@ Solved solved(double off) {
 TEST(Closeness, AHeapWhoseSearchStallsRestsWithinWhatABlockAtRestMayMoveBy) {
   const double allowed = 1e-6 * 9.81 * h;
   const Solved less = solved(0.5 * allowed);
-  EXPECT_GT(less.residual, 0.4 * allowed);   // it did stall, far above 1e-9 of the island's speed
+  EXPECT_GT(less.residual, 0.4 * allowed);  // it did stall, far above 1e-9 of the island's speed
   EXPECT_TRUE(less.taken);
   EXPECT_TRUE(less.certified);
   EXPECT_EQ(less.tier, 'C');
   const Solved more = solved(2 * allowed);
-  EXPECT_TRUE(more.taken) << more.residual;   // the step goes on
-  EXPECT_FALSE(more.certified);               // and proves nothing
+  EXPECT_TRUE(more.taken) << more.residual;  // the step goes on
+  EXPECT_FALSE(more.certified);              // and proves nothing
   EXPECT_FALSE(solved(5 * allowed).certified);
-  EXPECT_FALSE(solved(1e-2).taken);           // the caller makes better rows or a shorter step
+  EXPECT_FALSE(solved(1e-2).taken);  // the caller makes better rows or a shorter step
 }
 
 /// The same contacts in a heap that comes to rest, its fastest block at 0.25 m/s.
@@ -106,14 +107,15 @@ contact::SolveReport stalled_at(double off, bool large, bool* certified = nullpt
 }
 
 TEST(Closeness, OfALargeHeapAFiftiethOfWhatMovesIsTakenWhereTheSearchStalls) {
-  const contact::SolveReport near = stalled_at(0.01 * 0.25, true), far = stalled_at(0.05 * 0.25, true), small = stalled_at(0.01 * 0.25, false);
+  const contact::SolveReport near = stalled_at(0.01 * 0.25, true), far = stalled_at(0.05 * 0.25, true),
+                             small = stalled_at(0.01 * 0.25, false);
   EXPECT_TRUE(near.converged);
   EXPECT_TRUE(near.stalled);
   EXPECT_EQ(near.tier, 'C');
-  EXPECT_NEAR(near.residual, 0.01, 1e-3);   // told as it is
+  EXPECT_NEAR(near.residual, 0.01, 1e-3);  // told as it is
   EXPECT_FALSE(far.converged);
   EXPECT_FALSE(small.converged);
-  EXPECT_FALSE(stalled_at(1e-4 * 0.25, true).stalled);   // within what is sufficient
+  EXPECT_FALSE(stalled_at(1e-4 * 0.25, true).stalled);  // within what is sufficient
 }
 
 /// It is solved over the next steps: what moves by less than that residual may be about to move.
@@ -132,7 +134,7 @@ TEST(Closeness, OfALargeHeapTwiceAsMuchIsLeftAStep) {
   const double small = how_closely(step).tolerance, sufficient = how_closely(step).sufficient;
   step.large = true;
   EXPECT_NEAR(how_closely(step).tolerance, 2 * small, 1e-12);
-  EXPECT_NEAR(how_closely(step).sufficient, sufficient, 1e-12);   // what a search ends at is the same
+  EXPECT_NEAR(how_closely(step).sufficient, sufficient, 1e-12);  // what a search ends at is the same
   step.h = 0;
   step.large = false;
   const double impulse = how_closely(step).tolerance;
@@ -149,17 +151,20 @@ TEST(Closeness, OfALargeHeapThatCreepsNearlyAThirdIsTakenWhereTheSearchStalls) {
     step.fastest = fastest;
     const contact::SolveSettings settings = how_closely(step);
     EXPECT_GE(settings.stalled, std::max(0.02, last)) << fastest;
-    EXPECT_LE(settings.stalled * std::max(fastest, 1e-4 * step.speed), std::max(0.3 * fastest, 3.001e-4 * step.speed)) << fastest;   // less than what moves, so that creep dies out, or next to nothing
-    EXPECT_EQ(settings.steps_first, fastest < 0.5 * step.speed) << fastest;   // all but a few at rest
-    step.mean = fastest;   // all as one
+    EXPECT_LE(settings.stalled * std::max(fastest, 1e-4 * step.speed),
+              std::max(0.3 * fastest, 3.001e-4 * step.speed))
+        << fastest;  // less than what moves, so that creep dies out, or next to nothing
+    EXPECT_EQ(settings.steps_first, fastest < 0.5 * step.speed) << fastest;  // all but a few at rest
+    step.mean = fastest;                                                     // all as one
     EXPECT_EQ(how_closely(step).steps_first, fastest < 0.05 * step.speed) << fastest;
     step.mean = 0;
     last = settings.stalled;
   }
-  step.still = true;   // a certificate of rest is none where the search stalls
+  step.still = true;  // a certificate of rest is none where the search stalls
   EXPECT_EQ(how_closely(step).stalled, 0);
   step.fastest = 0;
-  EXPECT_GE(how_closely(step).most_factorisations, 200);   // and it may take many: a stack of 1000 has none after 40
+  EXPECT_GE(how_closely(step).most_factorisations,
+            200);  // and it may take many: a stack of 1000 has none after 40
 }
 
 TEST(Closeness, WhatIsSolvedToRoundOffProvesRest) {

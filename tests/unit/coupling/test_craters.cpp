@@ -1,4 +1,5 @@
-// Planes of what a block has crushed: what they take from the springs is what is crushed, and what turns presses where it still lies.
+// Planes of what a block has crushed: what they take from the springs is what is crushed, and what turns
+// presses where it still lies.
 #include "coupling/craters.hpp"
 
 #include <gtest/gtest.h>
@@ -30,7 +31,9 @@ contact::Footprint cell(double mean, double slope) {
   return part;
 }
 
-struct Sums { double volume = 0, energy = 0, greatest = 0, least = 1; };   // int s, int s^2/2, of s
+struct Sums {
+  double volume = 0, energy = 0, greatest = 0, least = 1;
+};  // int s, int s^2/2, of s
 
 Sums sums(const contact::Footprint& part) {
   Sums all;
@@ -77,7 +80,7 @@ TEST(Craters, WhatSinksEvenlyIsCrushedToItsLimit) {
 /// Where the block yields in part of the cell only, the rest is compressed by its depth.
 TEST(Craters, YieldsInPart) {
   Cell c;
-  const double slope = 2 * limit / side;   // from 0 to 2 L
+  const double slope = 2 * limit / side;  // from 0 to 2 L
   c.lie(limit, slope);
   EXPECT_NEAR(c.part.crushed, 0.25 * limit * side * side, 1e-12 * side);
   const Sums s = sums(c.part);
@@ -85,19 +88,22 @@ TEST(Craters, YieldsInPart) {
   EXPECT_NEAR(s.volume, 0.75 * limit * side * side, 1e-12 * side);
 }
 
-/// A crushed cell under a block that turns to and fro about an axis beside it, unloading: it gives back what it took.
+/// A crushed cell under a block that turns to and fro about an axis beside it, unloading: it gives back what
+/// it took.
 TEST(Craters, WhatTurnsGivesBackWhatItTook) {
   Cell c;
   c.lie(3 * limit, 0);
   const double energy = sums(c.part).energy;
   double work = 0, before = sums(c.part).volume;
   const int n = 400;
-  for (int i = 1; i <= n; ++i) {   // the axis at -0.1 m: work is int s dd
+  for (int i = 1; i <= n; ++i) {  // the axis at -0.1 m: work is int s dd
     const double turned = -5e-3 * i / n, last = -5e-3 * (i - 1) / n;
     double moment = 0;
     c.lie(3 * limit + 0.1 * turned, turned);
     for (const contact::Column& q : c.part.columns)
-      for (std::size_t k = 0; k < 3; ++k) moment += q.area / 12 * (q.spring[k] + q.spring[0] + q.spring[1] + q.spring[2]) * (q.place[k].x() + 0.1);
+      for (std::size_t k = 0; k < 3; ++k)
+        moment +=
+            q.area / 12 * (q.spring[k] + q.spring[0] + q.spring[1] + q.spring[2]) * (q.place[k].x() + 0.1);
     work += moment * (turned - last);
     EXPECT_EQ(c.part.crushed, 0);
   }
@@ -105,7 +111,8 @@ TEST(Craters, WhatTurnsGivesBackWhatItTook) {
   EXPECT_LT(sums(c.part).volume, before);
 }
 
-/// Turned about its middle under full pressure one side sinks and the other rises: springs lose what is crushed, the mean pressure stays at most p, and nothing goes on without motion.
+/// Turned about its middle under full pressure one side sinks and the other rises: springs lose what is
+/// crushed, the mean pressure stays at most p, and nothing goes on without motion.
 TEST(Craters, WhatIsCrushedIsWhatTheSpringsLose) {
   Cell c;
   c.lie(3 * limit, 0);
@@ -117,7 +124,8 @@ TEST(Craters, WhatIsCrushedIsWhatTheSpringsLose) {
     c.lie(3 * limit, step * i);
     crushed += c.part.crushed;
     for (const contact::Column& q : c.part.columns)
-      for (std::size_t k = 0; k < 3; ++k) work += q.area / 12 * (q.spring[k] + q.spring[0] + q.spring[1] + q.spring[2]) * q.place[k].x() * step;
+      for (std::size_t k = 0; k < 3; ++k)
+        work += q.area / 12 * (q.spring[k] + q.spring[0] + q.spring[1] + q.spring[2]) * q.place[k].x() * step;
     EXPECT_LE(sums(c.part).volume, limit * side * side * (1 + 1e-12));
   }
   const Sums end = sums(c.part);

@@ -31,11 +31,17 @@ TEST(Formulas, ByHand) {
   in.set("contact_stiffness", 4e8);
   const auto r = evaluate(in);
   // 200 kJ, in kN and m: 1.765 x 3200^0.4 x 0.45^0.2 x 200^0.6 = 25.24 x 0.8524 x 24.02 x 1.765 = 912.1 kN.
-  EXPECT_NEAR(value(r, "labiouse") / 1e3, 1.765 * std::pow(3200, 0.4) * std::pow(0.45, 0.2) * std::pow(200, 0.6), 0.1);
+  EXPECT_NEAR(value(r, "labiouse") / 1e3,
+              1.765 * std::pow(3200, 0.4) * std::pow(0.45, 0.2) * std::pow(200, 0.6), 0.1);
   EXPECT_NEAR(value(r, "labiouse") / 1e3, 912.1, 0.5);
-  EXPECT_NEAR(value(r, "switzerland") / 1e3, 2.8 / std::sqrt(0.6) * std::pow(0.45, 0.7) * std::pow(3200, 0.4) * std::tan(35 * 3.14159265358979 / 180) * std::pow(200, 0.6), 0.1);
+  EXPECT_NEAR(value(r, "switzerland") / 1e3,
+              2.8 / std::sqrt(0.6) * std::pow(0.45, 0.7) * std::pow(3200, 0.4) *
+                  std::tan(35 * 3.14159265358979 / 180) * std::pow(200, 0.6),
+              0.1);
   const double h = 400 / 19.62;
-  EXPECT_NEAR(value(r, "japan") / 1e3, 2.108 * std::pow(9.81, 2.0 / 3) * std::pow(1000, 0.4) * std::pow(h, 0.6) * std::sqrt(0.9 / 0.6), 0.1);
+  EXPECT_NEAR(value(r, "japan") / 1e3,
+              2.108 * std::pow(9.81, 2.0 / 3) * std::pow(1000, 0.4) * std::pow(h, 0.6) * std::sqrt(0.9 / 0.6),
+              0.1);
   EXPECT_NEAR(value(r, "en1991-hard"), 20 * std::sqrt(4e8 * 1000), 1);
 }
 
@@ -46,7 +52,8 @@ TEST(Formulas, PunchingByHand) {
   in.set("gamma_c", 1.5);
   in.set("f_ck", 30e6);
   in.set("load_diameter", 0.4);
-  // k = 1 + sqrt(200/450) = 1.6667; v = 0.12 x 1.6667 x 15^(1/3) = 0.49324 MPa; v_min = 0.035 x 2.1517 x 5.4772 = 0.41248; u1 = 6.9115 m
+  // k = 1 + sqrt(200/450) = 1.6667; v = 0.12 x 1.6667 x 15^(1/3) = 0.49324 MPa; v_min = 0.035 x 2.1517
+  // x 5.4772 = 0.41248; u1 = 6.9115 m
   EXPECT_NEAR(value(evaluate(in), "en1992-punching"), 0.49324e6 * 6.9115 * 0.45, 200);
   in.set("load_diameter", 0.05);  // the edge of a small area crushes first: 0.24 x 0.88 x 20 MPa
   EXPECT_NEAR(value(evaluate(in), "en1992-punching"), 0.24 * 0.88 * 20e6 * 3.14159265 * 0.05 * 0.45, 200);
@@ -57,20 +64,29 @@ TEST(Formulas, PunchingKeepsWithinTheMember) {
   Inputs in(1000, 20, 0.8);
   in.set("effective_depth", 0.4);
   in.set("load_diameter", 0.4);
-  const double whole = value(evaluate(in), "en1992-punching");   // 2 m across
+  const double whole = value(evaluate(in), "en1992-punching");  // 2 m across
   in.set("width", 2.001), in.set("width_across", 2.001);
   EXPECT_EQ(value(evaluate(in), "en1992-punching"), whole);
   // As wide as 5d and no slab's edge within reach.
   in.set("load_diameter", 0.8);
-  const double wide = [&] { Inputs free = in; free.set("width", 1000.0), free.set("width_across", 1000.0); return value(evaluate(free), "en1992-punching"); }();
+  const double wide = [&] {
+    Inputs free = in;
+    free.set("width", 1000.0), free.set("width_across", 1000.0);
+    return value(evaluate(free), "en1992-punching");
+  }();
   in.set("width_across", 1000.0);
   // r = 1.2 m, half width 1.0005 m: of each quadrant asin(1.0005 / 1.2) of pi / 2 lies within.
-  EXPECT_NEAR(value(evaluate(in), "en1992-punching") / wide, std::asin(1.0005 / 1.2) / (3.14159265358979 / 2), 1e-9);
+  EXPECT_NEAR(value(evaluate(in), "en1992-punching") / wide, std::asin(1.0005 / 1.2) / (3.14159265358979 / 2),
+              1e-9);
   in.set("width", 1.9);
   for (const Result& r : evaluate(in)) {
     if (r.id != "en1992-punching") continue;
     EXPECT_TRUE(std::isnan(r.value));
-    EXPECT_NE(r.note.find("not applicable: the control perimeter at 2d, 2.4 m across, is wider than the member (1.9 m)"), std::string::npos) << r.note;
+    EXPECT_NE(
+        r.note.find(
+            "not applicable: the control perimeter at 2d, 2.4 m across, is wider than the member (1.9 m)"),
+        std::string::npos)
+        << r.note;
   }
   EXPECT_EQ(table(in, evaluate(in)).find("nan"), std::string::npos);
 }
@@ -80,7 +96,9 @@ TEST(Formulas, EveryResultSaysWhatItIs) {
   std::set<std::string> ids;
   for (const Result& r : evaluate(in)) {
     ids.insert(r.id);
-    EXPECT_FALSE(r.equation.empty() || r.source.empty() || r.status.empty() || r.note.empty() || r.inputs.empty()) << r.id;
+    EXPECT_FALSE(r.equation.empty() || r.source.empty() || r.status.empty() || r.note.empty() ||
+                 r.inputs.empty())
+        << r.id;
     EXPECT_TRUE(r.status == "verified: closed form" || r.status == "as commonly cited, unverified");
     EXPECT_GT(r.value, 0);
     for (const InputValue& v : r.inputs) EXPECT_FALSE(v.symbol.empty() || v.origin.empty());

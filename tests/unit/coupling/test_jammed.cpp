@@ -9,7 +9,7 @@
 namespace talus::coupling {
 namespace {
 
-constexpr double asked = 0.01;   // speed that the rows ask for [m/s]
+constexpr double asked = 0.01;  // speed that the rows ask for [m/s]
 
 /// A body of 1 kg and 3 degrees of freedom, and rows on it that ask to be led out along their normals.
 struct Jam {
@@ -54,7 +54,8 @@ struct Jam {
   }
 };
 
-const Partner skin{Partner::Kind::structure, 0}, ground{Partner::Kind::terrain, 0}, neighbour{Partner::Kind::block, 1}, other{Partner::Kind::block, 2};
+const Partner skin{Partner::Kind::structure, 0}, ground{Partner::Kind::terrain, 0},
+    neighbour{Partner::Kind::block, 1}, other{Partner::Kind::block, 2};
 
 TEST(Jammed, BetweenTwoSidesIsNotLedOut) {
   Jam jam;
@@ -62,11 +63,12 @@ TEST(Jammed, BetweenTwoSidesIsNotLedOut) {
   jam.row(skin, -Vec3::UnitX(), -asked);
   jam.row(ground, Vec3::UnitZ(), 0);
   Jam asks = jam;
-  EXPECT_FALSE(asks.solve().converged);   // what it is spared
-  for (int side : {0, 1}) jam.problem.contacts[static_cast<std::size_t>(side)].impulse[0] = 1e6;   // of an earlier step
+  EXPECT_FALSE(asks.solve().converged);  // what it is spared
+  for (int side : {0, 1})
+    jam.problem.contacts[static_cast<std::size_t>(side)].impulse[0] = 1e6;  // of an earlier step
   spare_jammed(jam.touches, 1e-7, 0, jam.problem);
   EXPECT_TRUE(jam.solve().converged);
-  EXPECT_LT(jam.largest_impulse(), 0.2);   // the body brings 0.1 N s
+  EXPECT_LT(jam.largest_impulse(), 0.2);  // the body brings 0.1 N s
 }
 
 /// Of the rows that are spared, and of no other.
@@ -77,7 +79,8 @@ TEST(Jammed, WhatIsKeptOfAStartIsAsked) {
   jam.row(ground, Vec3::UnitZ(), 0);
   for (contact::ProblemContact& c : jam.problem.contacts) c.impulse = Vec3(8, 2, -4);
   spare_jammed(jam.touches, 1e-7, 0.75, jam.problem);
-  for (int side : {0, 1}) EXPECT_EQ(jam.problem.contacts[static_cast<std::size_t>(side)].impulse, Vec3(6, 1.5, -3));
+  for (int side : {0, 1})
+    EXPECT_EQ(jam.problem.contacts[static_cast<std::size_t>(side)].impulse, Vec3(6, 1.5, -3));
   EXPECT_EQ(jam.problem.contacts[2].impulse, Vec3(8, 2, -4));
 }
 
@@ -92,7 +95,7 @@ TEST(Jammed, WhatIsFreeOnTheOtherSideIsLedOut) {
 }
 
 TEST(Jammed, ReboundsAreSparedInANotchAlone) {
-  Jam stack;   // struck from below, something else lies on it
+  Jam stack;  // struck from below, something else lies on it
   stack.row(neighbour, Vec3::UnitZ(), -asked);
   stack.row(other, -Vec3::UnitZ(), 0);
   spare_jammed(stack.touches, 1e-7, 0, stack.problem);
@@ -106,24 +109,27 @@ TEST(Jammed, ReboundsAreSparedInANotchAlone) {
 
 TEST(Jammed, AskedForNoMotionAProblemHasASolution) {
   Jam jam;
-  for (int k = 0; k < 3; ++k) jam.row(skin, Vec3(std::cos(2 * M_PI * k / 3), std::sin(2 * M_PI * k / 3), 0), -asked);
+  for (int k = 0; k < 3; ++k)
+    jam.row(skin, Vec3(std::cos(2 * M_PI * k / 3), std::sin(2 * M_PI * k / 3), 0), -asked);
   Jam asks = jam;
   EXPECT_FALSE(asks.solve().converged);
   EXPECT_TRUE(ask_for_no_motion(jam.touches, jam.problem, 1e-4));
   EXPECT_TRUE(jam.solve().converged);
-  EXPECT_FALSE(ask_for_no_motion(jam.touches, jam.problem, 1e-4));   // nothing is asked any more
+  EXPECT_FALSE(ask_for_no_motion(jam.touches, jam.problem, 1e-4));  // nothing is asked any more
 }
 
-/// A thousandth of the speeds around, not of those that gravity might give: among what rests nothing is led out.
+/// A thousandth of the speeds around, not of those that gravity might give: among what rests nothing is led
+/// out.
 TEST(Jammed, LedOutAsFastAsThereIsMotion) {
   constexpr double h = 1e-4;
   EXPECT_EQ(left_inside(-1e-4, 0, h), -1e-4);
   EXPECT_DOUBLE_EQ(left_inside(-1e-4, 2, h), -1e-4 + 2e-3 * h);
-  EXPECT_DOUBLE_EQ(left_inside(-1e-7, 20, h), -0.95e-7);   // no more than a twentieth of it
+  EXPECT_DOUBLE_EQ(left_inside(-1e-7, 20, h), -0.95e-7);  // no more than a twentieth of it
   EXPECT_EQ(left_inside(1e-6, 2, h), 0);
 }
 
-/// Sides that press on each other through the body start from what they had: the least impulses solve the rows that give, any such those that do not.
+/// Sides that press on each other through the body start from what they had: the least impulses solve the
+/// rows that give, any such those that do not.
 TEST(Jammed, ImpulsesThatBalanceEachOtherAreNotHandedOn) {
   const auto pressed = [](bool gives) {
     Jam jam;
@@ -137,7 +143,7 @@ TEST(Jammed, ImpulsesThatBalanceEachOtherAreNotHandedOn) {
     return jam.largest_impulse();
   };
   EXPECT_GT(pressed(false), 1e5);
-  EXPECT_LT(pressed(true), 0.2);   // the body brings 0.1 N s
+  EXPECT_LT(pressed(true), 0.2);  // the body brings 0.1 N s
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
-// Momenta of what a projection of positions moves: kept where nothing fixed holds it, the same for every observer.
+// Momenta of what a projection of positions moves: kept where nothing fixed holds it, the same for every
+// observer.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -13,14 +14,18 @@ std::vector<MovedBody> row() {
   std::vector<MovedBody> bodies;
   for (int i = 0; i < 5; ++i) {
     const double x = i;
-    bodies.push_back({std::pow(1e3, x), false, 1e-4 * Vec3(std::cos(x), std::sin(3 * x), 1 - x), Vec3(0.3 * x, std::sin(2 * x), 1 - x * x)});
+    bodies.push_back({std::pow(1e3, x), false, 1e-4 * Vec3(std::cos(x), std::sin(3 * x), 1 - x),
+                      Vec3(0.3 * x, std::sin(2 * x), 1 - x * x)});
   }
   return bodies;
 }
 
 const std::vector<MovedPair> chain{{0, 1}, {1, 2}, {2, 3}, {3, 4}};
 
-struct Sums { Vec3 mass_ways = Vec3::Zero(), gained = Vec3::Zero(), given = Vec3::Zero(); double size = 0; };
+struct Sums {
+  Vec3 mass_ways = Vec3::Zero(), gained = Vec3::Zero(), given = Vec3::Zero();
+  double size = 0;
+};
 
 Sums sums(const std::vector<MovedBody>& bodies, const std::vector<Vec3>& moments) {
   Sums s;
@@ -66,8 +71,10 @@ TEST(KeepMomenta, FixedThingsTakeUpAny) {
   for (const bool held : {true, false}) {
     std::vector<MovedBody> bodies = row();
     std::vector<MovedPair> pairs = chain;
-    if (held) bodies[2].held = true;
-    else pairs.push_back({-1, 2});
+    if (held)
+      bodies[2].held = true;
+    else
+      pairs.push_back({-1, 2});
     const std::vector<MovedBody> before = bodies;
     for (const Vec3& m : keep_momenta(bodies, pairs)) EXPECT_EQ(m, Vec3::Zero());
     for (std::size_t i = 0; i < bodies.size(); ++i) EXPECT_EQ(bodies[i].way, before[i].way);

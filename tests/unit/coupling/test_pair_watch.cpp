@@ -13,7 +13,18 @@ namespace {
 std::shared_ptr<const Polyhedron> cube() {
   std::vector<Vec3> x;
   for (int k = 0; k < 8; ++k) x.emplace_back(k & 1 ? 0.5 : -0.5, k & 2 ? 0.5 : -0.5, k & 4 ? 0.5 : -0.5);
-  return std::make_shared<Polyhedron>(make_polyhedron(x, {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4}, {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}}));
+  return std::make_shared<Polyhedron>(make_polyhedron(x, {{0, 2, 3},
+                                                          {0, 3, 1},
+                                                          {4, 5, 7},
+                                                          {4, 7, 6},
+                                                          {0, 1, 5},
+                                                          {0, 5, 4},
+                                                          {2, 6, 7},
+                                                          {2, 7, 3},
+                                                          {0, 4, 6},
+                                                          {0, 6, 2},
+                                                          {1, 3, 7},
+                                                          {1, 7, 5}}));
 }
 
 /// Two cubes of 1 m, the second `apart` above the first.
@@ -55,13 +66,13 @@ TEST(PairWatch, GapsOfWhatTouchesAreRightToSecondOrder) {
   Pair two(1e-3);
   PairWatch watch;
   ASSERT_EQ(two.watched(watch, 0.01).size(), two.anew(0.01).size());
-  two.move(5e-5);   // carried along: below 3e-3 of the radius
+  two.move(5e-5);  // carried along: below 3e-3 of the radius
   const auto kept = two.watched(watch, 0.01), fresh = two.anew(0.01);
   ASSERT_EQ(kept.size(), fresh.size());
   for (std::size_t i = 0; i < kept.size(); ++i) {
     EXPECT_EQ(kept[i].at.key, fresh[i].at.key);
     EXPECT_NEAR(kept[i].at.gap, fresh[i].at.gap, 1e-8);
-    EXPECT_LT(kept[i].at.gap, 1e-3 - 2e-5);   // it did sink
+    EXPECT_LT(kept[i].at.gap, 1e-3 - 2e-5);  // it did sink
   }
 }
 
@@ -87,7 +98,8 @@ TEST(PairWatch, NothingIsMissedThatComesWithinTheMargin) {
 }
 
 TEST(PairWatch, WhatWasSeenFarOffIsMetWhenItComesNear) {
-  // The first search reaches beyond the cubes' gap: its features wait until they may have come within the margin.
+  // The first search reaches beyond the cubes' gap: its features wait until they may have come within the
+  // margin.
   Pair two(0.05);
   PairWatch watch;
   EXPECT_TRUE(two.watched(watch, 0.01, 0.01).empty());
@@ -132,7 +144,7 @@ TEST(PairWatch, WhatFliesAlongWithASkinKeepsItsContacts) {
     EXPECT_NEAR((kept[i].at.point_a - fresh[i].at.point_a).norm(), 0, 1e-8);
     carried = carried || kept[i].at.gap != fresh[i].at.gap || kept[i].at.point_b != fresh[i].at.point_b;
   }
-  EXPECT_TRUE(carried);   // to the last digit it would be a new search's
+  EXPECT_TRUE(carried);  // to the last digit it would be a new search's
 }
 
 TEST(PairWatch, ServesHardContactAlone) {

@@ -28,9 +28,11 @@ struct Pair {
     t.stored = 100;
     remember(feature, 99.5, 0.5, normal);
   }
-  void remember(std::uint64_t feature, double normal_energy, double shear_energy, const Vec3& normal = Vec3::UnitX()) {
+  void remember(std::uint64_t feature, double normal_energy, double shear_energy,
+                const Vec3& normal = Vec3::UnitX()) {
     ContactMemory& m = memory.emplace_back();
-    m.partner = pier, m.feature = feature, m.normal = normal, m.normal_energy = normal_energy, m.shear_energy = shear_energy;
+    m.partner = pier, m.feature = feature, m.normal = normal, m.normal_energy = normal_energy,
+    m.shear_energy = shear_energy;
   }
   void leave(double before = 1e-3) {
     leave_to_others(pier, touches, memory, [before](const Touch&) { return before; });
@@ -52,7 +54,7 @@ TEST(SkinCarry, EnergyGoesToTheOthers) {
   const double normal = Pair::energy(p.touches[0], 1e-3) + Pair::energy(p.touches[1], 1e-3);
   p.leave();
   EXPECT_NEAR(Pair::energy(p.touches[0], 1e-3) + Pair::energy(p.touches[1], 1e-3), normal + 7, 1e-9);
-  EXPECT_NEAR(p.touches[0].at.gap / p.touches[1].at.gap, 10.0 / 6, 1e-12);   // by one factor
+  EXPECT_NEAR(p.touches[0].at.gap / p.touches[1].at.gap, 10.0 / 6, 1e-12);  // by one factor
   EXPECT_NEAR(p.touches[0].stored + p.touches[1].stored, 200 + 7 + 1, 1e-9);
   EXPECT_NEAR(p.touches[0].sheared + p.touches[1].sheared, 2, 1e-12);
   EXPECT_NEAR(p.touches[0].shear.y(), 1e-3 * std::sqrt(2), 1e-15);

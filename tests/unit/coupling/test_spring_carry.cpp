@@ -6,7 +6,7 @@
 namespace talus::coupling {
 namespace {
 
-constexpr double stiffness = 2e5, yields_at = 0.04, deep = 0.118;   // [N/m], [m]
+constexpr double stiffness = 2e5, yields_at = 0.04, deep = 0.118;  // [N/m], [m]
 
 /// A feature that appears deep inside, as another that held this much vanishes.
 struct Appears {
@@ -25,7 +25,8 @@ struct Appears {
     t.normal_law.crushed = crushed;
     t.at.key = 2, t.at.gap = -deep, t.at.normal = Vec3::UnitZ();
     ContactMemory& m = memory[0];
-    m.partner = pair.a.id(), m.feature = 1, m.normal = Vec3::UnitZ(), m.normal_energy = held, m.stiffness = stiffness, m.indentation = 0.03;
+    m.partner = pair.a.id(), m.feature = 1, m.normal = Vec3::UnitZ(), m.normal_energy = held,
+    m.stiffness = stiffness, m.indentation = 0.03;
     carry_springs(pair, touches, memory, false, loose);
   }
   const contact::NormalLaw& spring() const { return touches[0].normal_law; }
@@ -34,7 +35,8 @@ struct Appears {
 
 }  // namespace
 
-/// As deep as it is, the columns below it were crushed for good by what vanished, but for what that left: nothing is crushed again. With all of its depth to crush anew a block of 244 kJ was booked 493 kJ of it.
+/// As deep as it is, the columns below it were crushed for good by what vanished, but for what that left:
+/// nothing is crushed again. With all of its depth to crush anew a block of 244 kJ was booked 493 kJ of it.
 TEST(SpringCarry, WhatAppearsDeepInsideIsCrushed) {
   const Appears a(100);
   EXPECT_DOUBLE_EQ(a.depth(), deep);

@@ -26,17 +26,19 @@ TriangleSurface warped_face() {
   }
   skin.nodes.emplace_back();
   skin.nodes.back().count = 4;
-  for (std::size_t i = 0; i < 4; ++i) skin.nodes.back().node[i] = 10 + static_cast<int>(i), skin.nodes.back().weight[i] = 0.25;
+  for (std::size_t i = 0; i < 4; ++i)
+    skin.nodes.back().node[i] = 10 + static_cast<int>(i), skin.nodes.back().weight[i] = 0.25;
   return skin;
 }
 
-/// Columns are measured from the face's mean plane: what turns and shifts that moves them, and what only warps the face does not. A row that did work on the warp
-/// made energy.
+/// Columns are measured from the face's mean plane: what turns and shifts that moves them, and what only
+/// warps the face does not. A row that did work on the warp made energy.
 TEST(SkinWeights, OfABedGoWithTheMeanPlane) {
   const TriangleSurface skin = warped_face();
   Touch t;
   t.at.face_a = 2;
-  t.normal_law.bed = std::make_shared<const contact::Bed>(std::vector<contact::Column>{}, Vec3::UnitZ(), 0.0, 1.0, 1.0, 0.0, 0.0);
+  t.normal_law.bed = std::make_shared<const contact::Bed>(std::vector<contact::Column>{}, Vec3::UnitZ(), 0.0,
+                                                          1.0, 1.0, 0.0, 0.0);
   const Vec3 x(0.3, 0.8, 0);
   const SurfaceWeights w = skin_weights(t, skin, x);
   ASSERT_EQ(w.count, 4);
@@ -48,13 +50,15 @@ TEST(SkinWeights, OfABedGoWithTheMeanPlane) {
     point += w.weight[i] * skin.vertices[i];
     warp += w.weight[i] * (i % 2 == 0 ? 1 : -1);
   }
-  const Vec3 normal = (skin.vertices[2] - skin.vertices[0]).cross(skin.vertices[3] - skin.vertices[1]).normalized();
+  const Vec3 normal =
+      (skin.vertices[2] - skin.vertices[0]).cross(skin.vertices[3] - skin.vertices[1]).normalized();
   EXPECT_NEAR(sum, 1, 1e-14);
   EXPECT_LT((point - x).cross(normal).norm(), 1e-14);
   EXPECT_NEAR(warp, 0, 1e-14);
 }
 
-/// A sheet of n x n faces of 1 m below or above z = height, outward up or down, as the skin of a structure has it.
+/// A sheet of n x n faces of 1 m below or above z = height, outward up or down, as the skin of a structure
+/// has it.
 TriangleSurface sheet(int n, double height, bool up) {
   TriangleSurface skin;
   const auto add = [&](const Vec3& x, int count, std::array<int, 4> node) {
@@ -83,7 +87,8 @@ TriangleSurface sheet(int n, double height, bool up) {
   return skin;
 }
 
-/// Of two skins whose indices follow only what lies near the other, nodes and faces are found as if they followed all, also after both have moved.
+/// Of two skins whose indices follow only what lies near the other, nodes and faces are found as if they
+/// followed all, also after both have moved.
 TEST(SkinFocus, FindsWhatTheWholeSkinFinds) {
   constexpr double reach = 0.4, followed = 0.8;
   TriangleSurface below = sheet(12, 0, true), above = sheet(3, 0.3, false);
@@ -93,7 +98,8 @@ TEST(SkinFocus, FindsWhatTheWholeSkinFinds) {
     std::vector<Box3> of;
     for (std::size_t t = 0; t < skin.triangles.size(); t += 4) {
       Box3 box;
-      for (std::size_t k = 0; k < 4; ++k) box.extend(skin.vertices[static_cast<std::size_t>(skin.triangles[t + k][0])]);
+      for (std::size_t k = 0; k < 4; ++k)
+        box.extend(skin.vertices[static_cast<std::size_t>(skin.triangles[t + k][0])]);
       box.min().array() -= followed;
       box.max().array() += followed;
       of.push_back(box);
@@ -115,8 +121,10 @@ TEST(SkinFocus, FindsWhatTheWholeSkinFinds) {
     const Vec3 tributary = contact::tributary_area(all_above, v);
     EXPECT_EQ(tributary, contact::tributary_area(part_above, v));
     contact::ContactPoint a, b;
-    ASSERT_TRUE(contact::node_surface(all_below, above.vertices[static_cast<std::size_t>(v)], tributary.normalized(), reach, a));
-    ASSERT_TRUE(contact::node_surface(part_below, above.vertices[static_cast<std::size_t>(v)], tributary.normalized(), reach, b));
+    ASSERT_TRUE(contact::node_surface(all_below, above.vertices[static_cast<std::size_t>(v)],
+                                      tributary.normalized(), reach, a));
+    ASSERT_TRUE(contact::node_surface(part_below, above.vertices[static_cast<std::size_t>(v)],
+                                      tributary.normalized(), reach, b));
     EXPECT_EQ(a.gap, b.gap);
     EXPECT_EQ(a.face_a, b.face_a);
     EXPECT_EQ(a.normal, b.normal);

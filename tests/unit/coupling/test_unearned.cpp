@@ -42,8 +42,8 @@ struct Points {
 
 TEST(Unearned, LoadsThatSinkOrPartAndFrictionThatDrives) {
   Points p;
-  p.contact(p.body(Vec3(0.1, 0, -1e-3)), -1, Vec3(10, 3, 0));    // sinks, driven: 0.01 + 0.3
-  p.contact(p.body(Vec3(0.1, 0, 2e-3)), -1, Vec3(10, -3, 0));    // parts, braked: 0.02
+  p.contact(p.body(Vec3(0.1, 0, -1e-3)), -1, Vec3(10, 3, 0));  // sinks, driven: 0.01 + 0.3
+  p.contact(p.body(Vec3(0.1, 0, 2e-3)), -1, Vec3(10, -3, 0));  // parts, braked: 0.02
   EXPECT_NEAR(unearned(p.problem, 0), 0.33, 1e-12);
 }
 
@@ -69,7 +69,8 @@ TEST(Unearned, WhatRestsPassesItsSinkingOnToWhatMovesOnIt) {
 }
 
 TEST(Unearned, NeverMoreThanAllContactsDo) {
-  // What counts as at rest slides fast below what moves faster: friction at the face between them is not unearned.
+  // What counts as at rest slides fast below what moves faster: friction at the face between them is not
+  // unearned.
   Points p;
   const int slow = p.body(Vec3(0.1, 0, 0));
   p.contact(slow, -1, Vec3(10, -5, 0));

@@ -47,9 +47,7 @@ std::string text_of(const fs::path& file) {
   std::ifstream in(file);
   return {std::istreambuf_iterator<char>(in), {}};
 }
-Json json_of(const fs::path& file) {
-  return Json::parse(text_of(file));
-}
+Json json_of(const fs::path& file) { return Json::parse(text_of(file)); }
 
 /// A column of 0.4 x 0.4 x 2 m that boxes of 166 kg strike from two sides, low and high, at 1 or 24 m/s.
 const std::string struck = R"(schema = 1
@@ -246,9 +244,7 @@ TEST(Fragility, WhatCannotBeIsSaid) {
   const auto message = [&](FragilityRequest r) {
     try {
       write_fragility(r);
-    } catch (const InputError& error) {
-      return std::string(error.what());
-    }
+    } catch (const InputError& error) { return std::string(error.what()); }
     return std::string();
   };
   EXPECT_NE(message(request_of(out, 1)).find("no member hits the structure"), std::string::npos);

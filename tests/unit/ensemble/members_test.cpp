@@ -1,4 +1,5 @@
-// Ensembles of small scenes: a block that slides down a plane against what is known of it, the same bits by any way of running, mistakes.
+// Ensembles of small scenes: a block that slides down a plane against what is known of it, the same bits by
+// any way of running, mistakes.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -39,7 +40,8 @@ class Place {
   fs::path path_;
 };
 
-/// A box that slides down a plane of 40 degrees along -y, from rest at y = 0, with friction to be drawn. The line lies at y = -2 in plan.
+/// A box that slides down a plane of 40 degrees along -y, from rest at y = 0, with friction to be drawn. The
+/// line lies at y = -2 in plan.
 const std::string slide = R"(schema = 1
 [simulation]
 duration = "1.6 s"
@@ -95,9 +97,7 @@ std::string changed(std::string text, const std::string& from, const std::string
 std::string message(const fs::path& scene) {
   try {
     const Ensemble ensemble(scene.string(), {});
-  } catch (const InputError& error) {
-    return error.what();
-  }
+  } catch (const InputError& error) { return error.what(); }
   return {};
 }
 
@@ -112,12 +112,14 @@ long run(Ensemble& ensemble, const fs::path& directory, int threads, int rank = 
   return run_members(ensemble, r);
 }
 
-// m v^2 / 2 = m g s (sin a - mu cos a) with s cos a the way in plan: exact for a block that slides without turning.
+// m v^2 / 2 = m g s (sin a - mu cos a) with s cos a the way in plan: exact for a block that slides without
+// turning.
 TEST(Members, EnergyAtALineOfASlidingBlock) {
   const Place place;
   Ensemble ensemble(place.put("scene.toml", tilted()).string(), {});
   ASSERT_EQ(run(ensemble, place.path() / "out", 2), 24);
-  const double a = 40 * M_PI / 180, start = -0.12855752193730787, way = (2.0 + start) / std::cos(a), mass = 2600 * 0.4, g = 9.81;
+  const double a = 40 * M_PI / 180, start = -0.12855752193730787, way = (2.0 + start) / std::cos(a),
+               mass = 2600 * 0.4, g = 9.81;
   std::vector<double> energies;
   long crossings = 0;
   each_member(place.path() / "out", ensemble.identity(), [&](Member&& m) {
@@ -127,7 +129,8 @@ TEST(Members, EnergyAtALineOfASlidingBlock) {
     ASSERT_EQ(m.crossings.size(), 1u) << "member " << m.index << " mu " << mu;
     const Crossing& c = m.crossings.front();
     const double acceleration = g * (std::sin(a) - mu * std::cos(a));
-    EXPECT_NEAR(c.energy() / (mass * acceleration * way), 1, 2e-3);       // the accuracy of the run is 1e-3 of the block's size
+    EXPECT_NEAR(c.energy() / (mass * acceleration * way), 1,
+                2e-3);  // the accuracy of the run is 1e-3 of the block's size
     EXPECT_NEAR(c.time, std::sqrt(2 * way / acceleration), 2e-3);
     EXPECT_NEAR(c.position.y(), -2, 1e-9);
     EXPECT_NEAR(c.height, 0.2 / std::cos(a), 2e-3);
@@ -142,7 +145,9 @@ TEST(Members, EnergyAtALineOfASlidingBlock) {
   // Of the uniform friction itself: the median of the energy is at mu = 0.3.
   const Estimate& p50 = summary.lines.at(0).percentiles[0][0];
   const double exact = mass * g * way * (std::sin(a) - 0.3 * std::cos(a));
-  EXPECT_LE(std::abs(p50.value - exact), 1.7 * 0.5 * (p50.high - p50.low));   // 3.3 standard errors: passed by chance in 1 of 1000 ensembles
+  EXPECT_LE(
+      std::abs(p50.value - exact),
+      1.7 * 0.5 * (p50.high - p50.low));  // 3.3 standard errors: passed by chance in 1 of 1000 ensembles
   EXPECT_EQ(summary.lines[0].crossings, 24);
   EXPECT_EQ(summary.done, 24);
   io::Hdf5File file = io::Hdf5File::open(place.path() / "out" / "ensemble.h5");
@@ -180,7 +185,8 @@ TEST(Members, SameBitsForThreadsRanksOrderAndAfterAStop) {
   // Killed in the middle of a record.
   fs::create_directories(place.path() / "killed" / "journal");
   fs::copy_file(place.path() / "one" / "journal" / "0.bin", place.path() / "killed" / "journal" / "0.bin");
-  fs::resize_file(place.path() / "killed" / "journal" / "0.bin", fs::file_size(place.path() / "one" / "journal" / "0.bin") * 2 / 3);
+  fs::resize_file(place.path() / "killed" / "journal" / "0.bin",
+                  fs::file_size(place.path() / "one" / "journal" / "0.bin") * 2 / 3);
   Ensemble again(scene, {});
   EXPECT_LT(bits_of(again, place.path() / "killed").size(), 24u);
   run(again, place.path() / "killed", 2);
@@ -196,7 +202,8 @@ TEST(Members, AMemberIsTheSceneThatTalusRunRepeats) {
   Ensemble ensemble(place.put("scene.toml", tilted()).string(), {});
   const auto member = ensemble.run(5, nullptr);
   ASSERT_TRUE(member);
-  sim::Simulation alone(scene::read_scene(place.put("5.toml", ensemble.scene_file(5, "as it was\nin two lines")).string()));
+  sim::Simulation alone(
+      scene::read_scene(place.put("5.toml", ensemble.scene_file(5, "as it was\nin two lines")).string()));
   sim::Sink none;
   alone.run(none);
   const auto& state = alone.world().system->state().blocks;
@@ -206,14 +213,16 @@ TEST(Members, AMemberIsTheSceneThatTalusRunRepeats) {
 // The copy of the scene in the output directory, with what was set on the command line, is the same ensemble.
 TEST(Members, TheWrittenSceneIsTheSameEnsemble) {
   const Place place;
-  const Ensemble ensemble(place.put("scene.toml", tilted()).string(), {{"simulation.accuracy", "1e-2"}, {"block.B.spin", "[0.0, 0.0, 0.0]"}});
+  const Ensemble ensemble(place.put("scene.toml", tilted()).string(),
+                          {{"simulation.accuracy", "1e-2"}, {"block.B.spin", "[0.0, 0.0, 0.0]"}});
   const Ensemble copy(place.put("copy.toml", ensemble.whole_scene()).string(), {});
   EXPECT_EQ(copy.identity(), ensemble.identity());
 }
 
 TEST(Members, StepLimitStopsAndCounts) {
   const Place place;
-  Ensemble ensemble(place.put("scene.toml", changed(tilted(), "seed = 3", "seed = 3\nstep_limit = 3")).string(), {});
+  Ensemble ensemble(
+      place.put("scene.toml", changed(tilted(), "seed = 3", "seed = 3\nstep_limit = 3")).string(), {});
   const auto member = ensemble.run(0, nullptr);
   ASSERT_TRUE(member);
   EXPECT_EQ(member->status, Status::over_limit);
@@ -226,7 +235,9 @@ TEST(Members, StepLimitStopsAndCounts) {
 TEST(Members, FactorialTakesEveryCombination) {
   const Place place;
   std::string text = changed(tilted(), "members = 24", "design = \"factorial\"");
-  text = changed(text, "uniform = [0.1, 0.5]", "list = [0.2, \"15 deg\", 0.4]\n[[ensemble.vary]]\nkey = \"material.rock.density\"\nlist = [2500, 2700]");
+  text = changed(text, "uniform = [0.1, 0.5]",
+                 "list = [0.2, \"15 deg\", 0.4]\n[[ensemble.vary]]\nkey = \"material.rock.density\"\nlist = "
+                 "[2500, 2700]");
   Ensemble ensemble(place.put("scene.toml", text).string(), {});
   EXPECT_EQ(ensemble.design().members(), 6);
   std::set<std::pair<double, double>> seen;
@@ -239,11 +250,19 @@ TEST(Members, FactorialTakesEveryCombination) {
 
 TEST(Members, MistakesAreNamedBeforeTheFirstMember) {
   const Place place;
-  const auto with = [&](const std::string& from, const std::string& to) { return message(place.put("bad.toml", changed(tilted(), from, to))); };
-  EXPECT_NE(with("key = \"interface.rock/ground.friction\"", "key = \"block.B.volum\"").find("volum"), std::string::npos);
-  EXPECT_NE(with("uniform = [0.1, 0.5]", "normal = [0.3, 0.4]").find("of the first 24 members draw a value that the key does not take"), std::string::npos);
-  EXPECT_NE(with("uniform = [0.1, 0.5]", "uniform = [0.5, 0.1]").find("low must be less than high"), std::string::npos);
-  EXPECT_NE(with("uniform = [0.1, 0.5]", "uniform = [0.1, 0.5]\nlike = 0").find("must name an earlier variable"), std::string::npos);
+  const auto with = [&](const std::string& from, const std::string& to) {
+    return message(place.put("bad.toml", changed(tilted(), from, to)));
+  };
+  EXPECT_NE(with("key = \"interface.rock/ground.friction\"", "key = \"block.B.volum\"").find("volum"),
+            std::string::npos);
+  EXPECT_NE(with("uniform = [0.1, 0.5]", "normal = [0.3, 0.4]")
+                .find("of the first 24 members draw a value that the key does not take"),
+            std::string::npos);
+  EXPECT_NE(with("uniform = [0.1, 0.5]", "uniform = [0.5, 0.1]").find("low must be less than high"),
+            std::string::npos);
+  EXPECT_NE(
+      with("uniform = [0.1, 0.5]", "uniform = [0.1, 0.5]\nlike = 0").find("must name an earlier variable"),
+      std::string::npos);
   EXPECT_NE(with("members = 24", "").find("members"), std::string::npos);
   EXPECT_NE(with("uniform = [0.1, 0.5]", "").find("has no distribution"), std::string::npos);
   EXPECT_NE(with("duration = \"1.6 s\"", "duration = \"-1 s\"").find("duration"), std::string::npos);
@@ -319,10 +338,15 @@ TEST(Members, ReleaseDrawsOnePlaceOfTheAreaForEach) {
   sim::Sink none;
   alone.run(none);
   EXPECT_EQ((alone.world().system->state().blocks.c[0] - a->end[0]).norm(), 0);
-  place.put("source.geojson", changed(source, "[-10,4],[10,4],[10,10],[-10,10],[-10,4]", "[900,4],[910,4],[910,10],[900,10],[900,4]"));
-  EXPECT_NE(message(place.path() / "scene.toml").find("no place of the area lies over ground"), std::string::npos);
+  place.put("source.geojson", changed(source, "[-10,4],[10,4],[10,10],[-10,10],[-10,4]",
+                                      "[900,4],[910,4],[910,10],[900,10],[900,4]"));
+  EXPECT_NE(message(place.path() / "scene.toml").find("no place of the area lies over ground"),
+            std::string::npos);
   place.put("source.geojson", source);
-  EXPECT_NE(message(place.put("off.toml", changed(slope, "[[-25.0, 36.0], [25.0, 36.0]]", "[[925.0, 36.0], [975.0, 36.0]]"))).find("lies off the terrain"), std::string::npos);
+  EXPECT_NE(message(place.put("off.toml", changed(slope, "[[-25.0, 36.0], [25.0, 36.0]]",
+                                                  "[[925.0, 36.0], [975.0, 36.0]]")))
+                .find("lies off the terrain"),
+            std::string::npos);
 }
 
 }  // namespace

@@ -12,7 +12,7 @@ namespace {
 TEST(Percentile, InterpolatesBetweenOrderStatistics) {
   const std::vector<double> x{1, 2, 4, 8};
   EXPECT_DOUBLE_EQ(percentile(x, 50), 3);
-  EXPECT_DOUBLE_EQ(percentile(x, 90), 6.8);   // place 2.7: 4 + 0.7 (8 - 4)
+  EXPECT_DOUBLE_EQ(percentile(x, 90), 6.8);  // place 2.7: 4 + 0.7 (8 - 4)
   EXPECT_DOUBLE_EQ(percentile(x, 100), 8);
   EXPECT_TRUE(std::isnan(percentile({}, 50)));
 }
@@ -21,7 +21,8 @@ TEST(Percentile, InterpolatesBetweenOrderStatistics) {
 TEST(Wilson, ClosedForm) {
   const Estimate e = wilson(7, 20);
   EXPECT_DOUBLE_EQ(e.value, 0.35);
-  const double z = 1.959963984540054, c = (0.35 + z * z / 40) / (1 + z * z / 20), h = z / (1 + z * z / 20) * std::sqrt(0.35 * 0.65 / 20 + z * z / 1600);
+  const double z = 1.959963984540054, c = (0.35 + z * z / 40) / (1 + z * z / 20),
+               h = z / (1 + z * z / 20) * std::sqrt(0.35 * 0.65 / 20 + z * z / 1600);
   EXPECT_NEAR(e.low, c - h, 1e-15);
   EXPECT_NEAR(e.high, c + h, 1e-15);
   EXPECT_EQ(wilson(0, 10).low, 0);
@@ -32,12 +33,14 @@ std::vector<Sample> exponential(int members, std::uint32_t seed, double crossing
   std::vector<Sample> s;
   for (int i = 0; i < members; ++i) {
     const auto k = static_cast<std::uint64_t>(i);
-    s.push_back({i, uniform_of(bits(seed, for_draws, k, 1, 0)) < crossing, -std::log(uniform_of(bits(seed, for_draws, k, 0, 0)))});
+    s.push_back({i, uniform_of(bits(seed, for_draws, k, 1, 0)) < crossing,
+                 -std::log(uniform_of(bits(seed, for_draws, k, 0, 0)))});
   }
   return s;
 }
 
-// 95 % intervals hold the true percentile in about 95 of 100 ensembles: of 100, at least 88 (a share of 0.95 gives less in 1 of 300).
+// 95 % intervals hold the true percentile in about 95 of 100 ensembles: of 100, at least 88 (a share of 0.95
+// gives less in 1 of 300).
 TEST(Bootstrap, IntervalsHoldTheTruth) {
   int median = 0, ninety = 0;
   const std::vector<double> percents{50, 90};
@@ -53,7 +56,8 @@ TEST(Bootstrap, IntervalsHoldTheTruth) {
 TEST(Bootstrap, IsTheSameForTheSameSeedAndNotOfNothing) {
   const std::vector<double> percents{95};
   const auto s = exponential(300, 5, 0.5);
-  const Estimate a = Bootstrap(s, 9, false).percentiles(percents)[0], b = Bootstrap(s, 9, false).percentiles(percents)[0];
+  const Estimate a = Bootstrap(s, 9, false).percentiles(percents)[0],
+                 b = Bootstrap(s, 9, false).percentiles(percents)[0];
   EXPECT_EQ(a.low, b.low);
   EXPECT_EQ(a.high, b.high);
   EXPECT_TRUE(std::isnan(Bootstrap(exponential(50, 1, 0), 1, false).percentiles(percents)[0].value));

@@ -35,12 +35,14 @@ inline std::string bars_of_20_mm(const std::string& test, const std::vector<std:
   std::ofstream out(path);
   out << "bar,diameter,x,y,z,grade\n";
   for (std::size_t i = 0; i < bars.size(); ++i)
-    for (const Vec3& x : bars[i]) out << i + 1 << ",0.02," << x.x() << ',' << x.y() << ',' << x.z() << ",B500B\n";
+    for (const Vec3& x : bars[i])
+      out << i + 1 << ",0.02," << x.x() << ',' << x.y() << ',' << x.z() << ",B500B\n";
   return path;
 }
 
-/// A beam of 6 x 0.3 x 0.4 m of concrete that cracks, between walls, with a bar of 20 mm in each corner. Elastic, its weight w brings w L^2 / (12 W) at the walls: 1.1 MPa at 9.81 m/s^2, beyond
-/// f_t = 2.9 MPa from 26 m/s^2 on.
+/// A beam of 6 x 0.3 x 0.4 m of concrete that cracks, between walls, with a bar of 20 mm in each corner.
+/// Elastic, its weight w brings w L^2 / (12 W) at the walls: 1.1 MPa at 9.81 m/s^2, beyond f_t = 2.9 MPa from
+/// 26 m/s^2 on.
 inline StructureSpec beam_between_walls(const std::string& test, int cells_high) {
   std::vector<std::array<Vec3, 2>> bars;
   for (const double y : {-0.1, 0.1})

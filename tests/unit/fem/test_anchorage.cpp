@@ -1,12 +1,13 @@
-// Bars at what holds the structure: rules run to it, files are warned, and the base section yields where its steel says.
+// Bars at what holds the structure: rules run to it, files are warned, and the base section yields where its
+// steel says.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <fstream>
 
-#include "fem/rebar/bar_anchorage.hpp"
 #include "fem/members/members.hpp"
+#include "fem/rebar/bar_anchorage.hpp"
 #include "unit/fem/fem_specs.hpp"
 
 using namespace talus;
@@ -41,12 +42,14 @@ std::vector<std::string> warnings(const StructureSpec& spec) {
   return found;
 }
 
-/// Moment of the section without axial force when its outermost steel strains by `strain`: bars ideally plastic, concrete by a parabola and a rectangle.
+/// Moment of the section without axial force when its outermost steel strains by `strain`: bars ideally
+/// plastic, concrete by a parabola and a rectangle.
 double section_moment(double strain) {
-  const double at = side / 2 - cover - bar_diameter / 2, area = M_PI / 4 * bar_diameter * bar_diameter, f_c = 38e6, eps_c = 2.2e-3;
+  const double at = side / 2 - cover - bar_diameter / 2, area = M_PI / 4 * bar_diameter * bar_diameter,
+               f_c = 38e6, eps_c = 2.2e-3;
   const double rows[3] = {-at, 0, at};
   const int in_row[3] = {3, 2, 3};
-  double low = -side / 2, high = 0.99 * at, moment = 0;   // of the neutral axis
+  double low = -side / 2, high = 0.99 * at, moment = 0;  // of the neutral axis
   for (int k = 0; k < 60; ++k) {
     const double axis = 0.5 * (low + high), curvature = strain / (at - axis);
     double force = 0;
@@ -62,7 +65,7 @@ double section_moment(double strain) {
       const double f = -f_c * (e < 1 ? 2 * e - e * e : 1) * side * side / strips;
       force += f, moment += f * y;
     }
-    (force > 0 ? low : high) = axis;   // more compression is wanted: the axis moves towards the tension side
+    (force > 0 ? low : high) = axis;  // more compression is wanted: the axis moves towards the tension side
   }
   return moment;
 }
@@ -82,7 +85,7 @@ TEST(Anchorage, RulesRunToHeldSectionsOnly) {
   EXPECT_NEAR(ends(s)[1], height - cover, 1e-12);
   s.supports.push_back({"+z", "", {}, {true, true, true}});
   EXPECT_NEAR(ends(s)[1], height, 1e-12);
-  s.supports = {{"-z", "", {}, {false, false, true}}};   // a roller holds no bar
+  s.supports = {{"-z", "", {}, {false, false, true}}};  // a roller holds no bar
   EXPECT_NEAR(ends(s)[0], cover, 1e-12);
 }
 
@@ -90,7 +93,10 @@ TEST(Anchorage, FilesThatStopShortAreWarnedOf) {
   StructureSpec s = column();
   s.rebar_rules.clear();
   s.rebar_file = std::string(TALUS_BINARY_DIR) + "/anchorage.csv";
-  const auto write = [&](double from) { std::ofstream(s.rebar_file) << "bar,diameter,x,y,z,grade\nL1,0.02,0.2,0.2," << from << ",B500B\nL1,0.02,0.2,0.2,1.4,B500B\n"; };
+  const auto write = [&](double from) {
+    std::ofstream(s.rebar_file) << "bar,diameter,x,y,z,grade\nL1,0.02,0.2,0.2," << from
+                                << ",B500B\nL1,0.02,0.2,0.2,1.4,B500B\n";
+  };
   write(0.05);
   const auto told = warnings(s);
   ASSERT_EQ(told.size(), 1u);
@@ -104,7 +110,8 @@ TEST(Anchorage, TheBaseSectionYieldsWhereItsSteelSays) {
   const double arm = height - 0.0625, expected = section_moment(0.01);
   // On half a cell's height below the top, pushed slowly against the first period of some 8 ms.
   StructureSpec::Load load;
-  load.region = Box3(Vec3(-side / 2 - 0.01, -side, height - 0.125 - 0.001), Vec3(-side / 2 + 0.01, side, height + 0.001));
+  load.region = Box3(Vec3(-side / 2 - 0.01, -side, height - 0.125 - 0.001),
+                     Vec3(-side / 2 + 0.01, side, height + 0.001));
   load.traction = Vec3(1.3 * expected / arm / (side * 0.125), 0, 0);
   load.history = {{0, 0}, {0.2, 1}};
   s.loads.push_back(load);
@@ -121,7 +128,8 @@ TEST(Anchorage, TheBaseSectionYieldsWhereItsSteelSays) {
   EXPECT_LT(most / expected, 1.15);
 }
 
-// A tied column pushed at its top bears the moment of its foot over its height; by rule M_Rd of the same section, as the hand calculation, and N_Rd = f_cd A_c + f_yd A_s.
+// A tied column pushed at its top bears the moment of its foot over its height; by rule M_Rd of the same
+// section, as the hand calculation, and N_Rd = f_cd A_c + f_yd A_s.
 TEST(Capacity, LateralForceIsTheMomentOfTheFootOverTheHeight) {
   StructureSpec s = column();
   s.rebar_rules.push_back({"stirrups", "pier", 0, 0.010, 0.02, 0.1, 500e6, 0.05, 0});
@@ -130,9 +138,11 @@ TEST(Capacity, LateralForceIsTheMomentOfTheFootOverTheHeight) {
   const double hand = section_moment(0.01), steel = bar_count * M_PI / 4 * bar_diameter * bar_diameter;
   for (const int axis : {0, 1}) {
     EXPECT_NEAR(rule.mean.moment[static_cast<std::size_t>(axis)] / hand, 1, 0.05);
-    EXPECT_LT(rule.design.moment[static_cast<std::size_t>(axis)], rule.mean.moment[static_cast<std::size_t>(axis)]);
+    EXPECT_LT(rule.design.moment[static_cast<std::size_t>(axis)],
+              rule.mean.moment[static_cast<std::size_t>(axis)]);
   }
-  EXPECT_NEAR(rule.design.compression / (side * side * 30e6 / 1.2 + steel * 400e6), 1, 0.05);   // bars at 2 per mille
+  EXPECT_NEAR(rule.design.compression / (side * side * 30e6 / 1.2 + steel * 400e6), 1,
+              0.05);  // bars at 2 per mille
   EXPECT_NEAR(rule.design.tension / (steel * 500e6), 1, 1e-6);
   const std::vector<PushDown> over = structure.push_over();
   ASSERT_EQ(over.size(), 2u);
@@ -141,5 +151,5 @@ TEST(Capacity, LateralForceIsTheMomentOfTheFootOverTheHeight) {
     EXPECT_GT(p.capacity * height / hand, 0.9);
     EXPECT_LT(p.capacity * height / hand, 1.25);
   }
-  EXPECT_NEAR(over[0].capacity / over[1].capacity, 1, 0.01);   // a square section
+  EXPECT_NEAR(over[0].capacity / over[1].capacity, 1, 0.01);  // a square section
 }

@@ -12,7 +12,7 @@ using namespace talus::fem::test;
 
 namespace {
 
-constexpr const char* sixteen_nodes =   // of two cubes, the second 3 m aside, numbered from 101 on
+constexpr const char* sixteen_nodes =  // of two cubes, the second 3 m aside, numbered from 101 on
     "*NODE\n101,0,0,0\n102,1,0,0\n103,1,1,0\n104,0,1,0\n105,0,0,1\n106,1,0,1\n107,1,1,1\n108,0,1,1\n"
     "109,3,0,0\n110,4,0,0\n111,4,1,0\n112,3,1,0\n113,3,0,1\n114,4,0,1\n115,4,1,1\n116,3,1,1\n";
 constexpr const char* first_cell = "*ELEMENT, TYPE=C3D8\n701,101,102,103,104,105,106,107,108\n";
@@ -24,7 +24,8 @@ StructureSpec from_text(const std::string& text) {
   s.young = 30e9;
   s.poisson = 0.2;
   s.density = 2500;
-  s.file = std::string(TALUS_BINARY_DIR) + "/bad_mesh_" + testing::UnitTest::GetInstance()->current_test_info()->name() + ".inp";   // tests run side by side
+  s.file = std::string(TALUS_BINARY_DIR) + "/bad_mesh_" +
+           testing::UnitTest::GetInstance()->current_test_info()->name() + ".inp";  // tests run side by side
   std::ofstream(s.file) << text;
   s.supports.push_back({"-z", "", {}, {true, true, true}});
   return s;
@@ -34,9 +35,7 @@ StructureSpec from_text(const std::string& text) {
 std::string refused(const StructureSpec& s) {
   try {
     FemStructure body(s, Vec3(0, 0, -9.81), silent);
-  } catch (const InputError& e) {
-    return e.what();
-  }
+  } catch (const InputError& e) { return e.what(); }
   return "accepted";
 }
 
@@ -54,49 +53,62 @@ TEST(BadMesh, NodesOfACellInOnePlace) {
 }
 
 TEST(BadMesh, CellsThatAreThereTwice) {
-  const std::string text = std::string(sixteen_nodes) + first_cell + "702,102,103,104,101,106,107,108,105\n703,101,102,103,104,105,106,107,108\n";
+  const std::string text = std::string(sixteen_nodes) + first_cell +
+                           "702,102,103,104,101,106,107,108,105\n703,101,102,103,104,105,106,107,108\n";
   expect_in(refused(from_text(text)), {"cell 703", "cell 701", "cell 702", "two cells at the most"});
 }
 
 TEST(BadMesh, TetrahedraByTheirNumberInTheFile) {
-  const std::string text = std::string(sixteen_nodes) + "*ELEMENT, TYPE=C3D4\n801,101,102,104,105\n802,103,102,104,107\n";
+  const std::string text =
+      std::string(sixteen_nodes) + "*ELEMENT, TYPE=C3D4\n801,101,102,104,105\n802,103,102,104,107\n";
   expect_in(refused(from_text(text)), {"cell 802 (tetrahedron)", "inverted"});
 }
 
-// A tetrahedron is cut at midpoints that a hexahedron on the same face or edge does not have: they would hang free between its corners.
+// A tetrahedron is cut at midpoints that a hexahedron on the same face or edge does not have: they would hang
+// free between its corners.
 TEST(BadMesh, TetrahedraOnHexahedra) {
-  const std::string text = std::string(sixteen_nodes) + first_cell + "*NODE\n117,0.5,0.5,2\n118,1.5,-1,2\n*ELEMENT, TYPE=C3D4\n";
+  const std::string text =
+      std::string(sixteen_nodes) + first_cell + "*NODE\n117,0.5,0.5,2\n118,1.5,-1,2\n*ELEMENT, TYPE=C3D4\n";
   expect_in(refused(from_text(text + "801,105,106,107,117\n802,105,107,108,117\n")),
-            {"cell 801 (tetrahedron) and cell 701 (hexahedron) meet in 3 nodes", "2 tetrahedra", "midpoints", "hexahedra alone or tetrahedra alone"});
+            {"cell 801 (tetrahedron) and cell 701 (hexahedron) meet in 3 nodes", "2 tetrahedra", "midpoints",
+             "hexahedra alone or tetrahedra alone"});
   expect_in(refused(from_text(text + "801,105,106,118,117\n")), {"meet in 2 nodes"});
-  EXPECT_EQ(refused(from_text(text + "801,109,110,112,113\n")), "accepted");   // each in its own part
+  EXPECT_EQ(refused(from_text(text + "801,109,110,112,113\n")), "accepted");  // each in its own part
 }
 
 TEST(BadMesh, ANodeThatIsGivenTwoPlaces) {
-  expect_in(refused(from_text(std::string(sixteen_nodes) + "103,1,1,0.5\n" + first_cell)), {"node 103", ":18"});
+  expect_in(refused(from_text(std::string(sixteen_nodes) + "103,1,1,0.5\n" + first_cell)),
+            {"node 103", ":18"});
   EXPECT_EQ(refused(from_text(std::string(sixteen_nodes) + "103,1,1,0\n" + first_cell)), "accepted");
 }
 
 TEST(BadMesh, InstancesThatAreMoved) {
-  const std::string part = std::string("*PART, NAME=P\n") + sixteen_nodes + first_cell + "*END PART\n*INSTANCE, NAME=I, PART=P\n";
+  const std::string part =
+      std::string("*PART, NAME=P\n") + sixteen_nodes + first_cell + "*END PART\n*INSTANCE, NAME=I, PART=P\n";
   expect_in(refused(from_text(part + "0, 0, 5\n*END INSTANCE\n")), {"0, 0, 5", "moved"});
   EXPECT_EQ(refused(from_text(part + "0, 0, 0\n*END INSTANCE\n")), "accepted");
 }
 
 TEST(BadMesh, LinesAndSurfacesAreSaidToCarryNothing) {
-  const FemStructure body(from_text(std::string(sixteen_nodes) + first_cell + "*ELEMENT, TYPE=B31\n901,101,102\n902,102,103\n*ELEMENT, TYPE=S4\n903,101,102,103,104\n"), Vec3(0, 0, -9.81), silent);
+  const FemStructure body(
+      from_text(std::string(sixteen_nodes) + first_cell +
+                "*ELEMENT, TYPE=B31\n901,101,102\n902,102,103\n*ELEMENT, TYPE=S4\n903,101,102,103,104\n"),
+      Vec3(0, 0, -9.81), silent);
   expect_in(body.plan(), {"2 B31, 1 S4", "carry nothing"});
 }
 
-// A second cube that shares no node with the first, its nodes not at the lowest level: nothing holds it. Moved down to it, both stand.
+// A second cube that shares no node with the first, its nodes not at the lowest level: nothing holds it.
+// Moved down to it, both stand.
 TEST(BadMesh, PartsThatNothingHolds) {
   std::string text = std::string(sixteen_nodes) + first_cell + "702,109,110,111,112,113,114,115,116\n";
   EXPECT_EQ(refused(from_text(text)), "accepted");
-  for (const char* low : {"109,3,0,0", "110,4,0,0", "111,4,1,0", "112,3,1,0"}) text.replace(text.find(low) + 8, 1, "0.5");
+  for (const char* low : {"109,3,0,0", "110,4,0,0", "111,4,1,0", "112,3,1,0"})
+    text.replace(text.find(low) + 8, 1, "0.5");
   expect_in(refused(from_text(text)), {"support", "1 cells", "cell 702", "shares no node"});
 }
 
-// Held along a line it turns about it, in a point about any axis, on rollers it moves along them; what swings without preload is free to.
+// Held along a line it turns about it, in a point about any axis, on rollers it moves along them; what swings
+// without preload is free to.
 TEST(BadMesh, SupportsThatLeaveAMotion) {
   StructureSpec s = from_text(std::string(sixteen_nodes) + first_cell);
   s.supports[0] = {"", "", Box3(Vec3(0, 0, 0), Vec3(1, 0, 0)), {true, true, true}};
@@ -114,21 +126,27 @@ TEST(BadMesh, SupportsThatLeaveAMotion) {
 // Two cells on one face are neighbours only if they lie on either side of it.
 TEST(BadMesh, ACellThatIsThereTwice) {
   const std::string text = std::string(sixteen_nodes) + first_cell;
-  expect_in(refused(from_text(text + "702,101,102,103,104,105,106,107,108\n")), {"cell 702", "the nodes of cell 701", "once"});
-  expect_in(refused(from_text(text + "702,102,103,104,101,106,107,108,105\n")), {"cell 702", "the nodes of cell 701"});   // counted from another corner
+  expect_in(refused(from_text(text + "702,101,102,103,104,105,106,107,108\n")),
+            {"cell 702", "the nodes of cell 701", "once"});
+  expect_in(refused(from_text(text + "702,102,103,104,101,106,107,108,105\n")),
+            {"cell 702", "the nodes of cell 701"});  // counted from another corner
   const std::string taller = "*NODE\n117,0,0,2\n118,1,0,2\n119,1,1,2\n120,0,1,2\n";
-  expect_in(refused(from_text(text + taller + "*ELEMENT, TYPE=C3D8\n702,101,102,103,104,117,118,119,120\n")), {"cell 702", "same side of a face as cell 701"});
-  EXPECT_EQ(refused(from_text(text + taller + "*ELEMENT, TYPE=C3D8\n702,105,106,107,108,117,118,119,120\n")), "accepted");
+  expect_in(refused(from_text(text + taller + "*ELEMENT, TYPE=C3D8\n702,101,102,103,104,117,118,119,120\n")),
+            {"cell 702", "same side of a face as cell 701"});
+  EXPECT_EQ(refused(from_text(text + taller + "*ELEMENT, TYPE=C3D8\n702,105,106,107,108,117,118,119,120\n")),
+            "accepted");
 }
 
-// Parts that lie in one another without a common node are told of, whichever comes first; parts that only touch are not.
+// Parts that lie in one another without a common node are told of, whichever comes first; parts that only
+// touch are not.
 TEST(BadMesh, CellsThatOverlapWithoutACommonNode) {
   const auto said = [](const std::string& low, const std::string& high) {
     std::string text = std::string(sixteen_nodes) + first_cell + "702,109,110,111,112,113,114,115,116\n";
     for (const char* x : {"109,3,", "112,3,", "113,3,", "116,3,"}) text.replace(text.find(x) + 4, 1, low);
     for (const char* x : {"110,4,", "111,4,", "114,4,", "115,4,"}) text.replace(text.find(x) + 4, 1, high);
     std::string all;
-    FemStructure body(from_text(text), Vec3(0, 0, -9.81), [&](const std::string& line) { all += line + "\n"; });
+    FemStructure body(from_text(text), Vec3(0, 0, -9.81),
+                      [&](const std::string& line) { all += line + "\n"; });
     return all;
   };
   expect_in(said("0.5", "1.5"), {"warning: ", "cell 701", "cell 702", "overlap"});

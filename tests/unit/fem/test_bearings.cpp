@@ -22,7 +22,8 @@ StructureSpec two_spans() {
 /// Supports stand at the sums of the spans, and every deck reaches from one to the next.
 TEST(Bearings, SpansOfTheirOwnLengths) {
   StructureSpec s = two_spans();
-  s.parameters = {{"spans", 3}, {"span_length", 12}, {"span_length.2", 18}, {"pier_height", 6}, {"abutments", 1}};
+  s.parameters = {
+      {"spans", 3}, {"span_length", 12}, {"span_length.2", 18}, {"pier_height", 6}, {"abutments", 1}};
   const ViaductPlan plan = viaduct_plan(s);
   ASSERT_EQ(plan.soffits.size(), 3u);
   const double start[] = {-12, 0, 18}, end[] = {0, 18, 30};
@@ -35,31 +36,36 @@ TEST(Bearings, SpansOfTheirOwnLengths) {
   const FemStructure bridge(s, Vec3(0, 0, -9.81), test::silent);
   double weight = 0;
   for (const double v : cell_volumes(bridge.mesh())) weight += 2450 * 9.81 * v;
-  EXPECT_NEAR(bridge.base_force().z(), -weight, 1e-6 * weight);   // every deck finds its bearings
-  for (const auto& [key, value] : std::vector<std::pair<std::string, double>>{{"span_length.4", 18}, {"span_length.0", 18}, {"span_length.x", 18}, {"span_length.1", 0.5}}) {
+  EXPECT_NEAR(bridge.base_force().z(), -weight, 1e-6 * weight);  // every deck finds its bearings
+  for (const auto& [key, value] : std::vector<std::pair<std::string, double>>{
+           {"span_length.4", 18}, {"span_length.0", 18}, {"span_length.x", 18}, {"span_length.1", 0.5}}) {
     StructureSpec wrong = two_spans();
     wrong.parameters.emplace_back(key, value);
     EXPECT_THROW(viaduct_plan(wrong), InputError) << key;
   }
 }
 
-/// What is asked of the integrator and cannot be stands in the plan: bearings have no modes, and take explicit steps as they slide.
+/// What is asked of the integrator and cannot be stands in the plan: bearings have no modes, and take
+/// explicit steps as they slide.
 TEST(Bearings, ThePlanSaysWhatTheIntegratorCannotDo) {
   const auto plan = [](const char* integrator) {
     StructureSpec s = two_spans();
     s.integrator = integrator;
     return FemStructure(s, Vec3(0, 0, -9.81), test::silent).plan();
   };
-  const std::string slides = "explicit sub-steps wherever bearings slide", no_modes = "integrator = \"modal\" finds no modes (bearings)";
+  const std::string slides = "explicit sub-steps wherever bearings slide",
+                    no_modes = "integrator = \"modal\" finds no modes (bearings)";
   for (const char* integrator : {"auto", "implicit", "modal"}) {
     EXPECT_NE(plan(integrator).find(slides), std::string::npos) << plan(integrator);
-    EXPECT_EQ(plan(integrator).find(no_modes) != std::string::npos, std::string(integrator) == "modal") << plan(integrator);
+    EXPECT_EQ(plan(integrator).find(no_modes) != std::string::npos, std::string(integrator) == "modal")
+        << plan(integrator);
   }
-  EXPECT_EQ(plan("explicit").find(slides), std::string::npos);   // they are all the time
+  EXPECT_EQ(plan("explicit").find(slides), std::string::npos);  // they are all the time
 }
 
-/// A deck that is pressed 1 mm into its bearings and pushed across its cap beams, which are 4 m to each side: its forces act on the caps where it lies. Between deck and cap
-/// there is no couple but those of friction over the height between node and foot, and of the weight on springs that lean.
+/// A deck that is pressed 1 mm into its bearings and pushed across its cap beams, which are 4 m to each side:
+/// its forces act on the caps where it lies. Between deck and cap there is no couple but those of friction
+/// over the height between node and foot, and of the weight on springs that lean.
 TEST(Bearings, ForcesActWhereTheDeckHasSlipped) {
   const StructureSpec s = two_spans();
   const HexMesh mesh = make_mesh(s);
@@ -69,7 +75,7 @@ TEST(Bearings, ForcesActWhereTheDeckHasSlipped) {
   AlignedVector u(4 * mesh.nodes.size(), 0.0), f(u.size(), 0.0);
   std::vector<char> in_deck(mesh.nodes.size(), 0);
   for (std::size_t cell = 0; cell < mesh.hexes.size(); ++cell)
-    if (mesh.component[cell] == 3)   // after three bents
+    if (mesh.component[cell] == 3)  // after three bents
       for (const int n : mesh.hexes[cell]) in_deck[static_cast<std::size_t>(n)] = 1;
   const auto settle = [&](double across) {
     for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
@@ -78,7 +84,7 @@ TEST(Bearings, ForcesActWhereTheDeckHasSlipped) {
     bearings.add_forces(u.data(), live, f.data());
     bearings.accept();
   };
-  const auto moment_on = [&](bool deck) {   // about the axis of the bridge, of the forces on it, which are -f
+  const auto moment_on = [&](bool deck) {  // about the axis of the bridge, of the forces on it, which are -f
     double moment = 0;
     for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
       if (static_cast<bool>(in_deck[n]) != deck) continue;
@@ -95,8 +101,9 @@ TEST(Bearings, ForcesActWhereTheDeckHasSlipped) {
     if (in_deck[n]) normal -= f[4 * n + 2], friction -= f[4 * n + 1];
   ASSERT_GT(normal, 1e6);
   EXPECT_NEAR(friction, -0.3 * normal, 1e-6 * normal);
-  const double elastic = 0.3 * normal / (4 * plan.bearing_stiffness);   // four pads: what the springs lean by
-  EXPECT_NEAR(moment_on(true) + moment_on(false), normal * elastic - friction * (plan.bearing_height - 1e-3), 1e-6 * normal);
+  const double elastic = 0.3 * normal / (4 * plan.bearing_stiffness);  // four pads: what the springs lean by
+  EXPECT_NEAR(moment_on(true) + moment_on(false), normal * elastic - friction * (plan.bearing_height - 1e-3),
+              1e-6 * normal);
   // The cap feels the deck's weight eccentric by what has slipped.
   const double top = mesh.local[static_cast<std::size_t>(bearings.sites()[0].built.node[6])].z();
   EXPECT_NEAR(moment_on(false), -normal * (slip - elastic) + top * friction, 1e-3 * normal);

@@ -15,7 +15,8 @@ using namespace talus::fem::test;
 
 namespace {
 
-/// A cube of one cell, 0.1 m, of the concrete of the reference values (f_c 30 MPa, f_t 3 MPa), on rollers along three faces.
+/// A cube of one cell, 0.1 m, of the concrete of the reference values (f_c 30 MPa, f_t 3 MPa), on rollers
+/// along three faces.
 StructureSpec cube(const std::string& damage) {
   StructureSpec s;
   s.name = "cube";
@@ -30,11 +31,14 @@ StructureSpec cube(const std::string& damage) {
   s.rate_effect = false;
   s.erosion = false;
   s.gravity_preload = false;
-  s.supports = {{"-x", "", {}, {true, false, false}}, {"-y", "", {}, {false, true, false}}, {"-z", "", {}, {false, false, true}}};
+  s.supports = {{"-x", "", {}, {true, false, false}},
+                {"-y", "", {}, {false, true, false}},
+                {"-z", "", {}, {false, false, true}}};
   return s;
 }
 
-/// Greatest axial stress while the upper face moves down, the lateral faces kept at a pressure or moved in proportion [Pa].
+/// Greatest axial stress while the upper face moves down, the lateral faces kept at a pressure or moved in
+/// proportion [Pa].
 double peak_stress(const StructureSpec& spec, double pressure, double last_strain) {
   StructureSpec s = spec;
   // The pressure acts on all free faces, first alone; the axial drive comes on top of it.
@@ -76,10 +80,12 @@ double peak_stress(const StructureSpec& spec, double pressure, double last_strai
 }  // namespace
 
 TEST(StructureCdpm2, ConfinementRaisesThePeakAsTheSurfaceSays) {
-  // Reference values of the surface with full hardening (Grassl 2013); hardening beyond it lifts a simulated peak, damage before it
-  // lowers it: by 0.2, 0.7 and 2.1 %.
+  // Reference values of the surface with full hardening (Grassl 2013); hardening beyond it lifts a simulated
+  // peak, damage before it lowers it: by 0.2, 0.7 and 2.1 %.
   for (const auto& [pressure, expected] : {std::pair{0.0, 30e6}, {3e6, 45.6e6}, {10e6, 72.9e6}})
-    EXPECT_NEAR(peak_stress(cube("concrete-cdpm2"), pressure, pressure > 0 ? 0.025 : 0.006) / expected, 1, pressure > 5e6 ? 0.03 : 0.01) << pressure;
+    EXPECT_NEAR(peak_stress(cube("concrete-cdpm2"), pressure, pressure > 0 ? 0.025 : 0.006) / expected, 1,
+                pressure > 5e6 ? 0.03 : 0.01)
+        << pressure;
   // The damage law softens all the same, and knows confinement only in what is crushed.
   EXPECT_LT(peak_stress(cube("concrete"), 10e6, 0.01), 60e6);
 }
@@ -87,7 +93,8 @@ TEST(StructureCdpm2, ConfinementRaisesThePeakAsTheSurfaceSays) {
 TEST(Erosion, BooksDoNotKnowWhereZeroIs) {
   const auto lost = [](double z) {
     StructureSpec s = cantilever(2, 8);
-    s.size = Vec3(0.4, 0.4, 1.6), s.young = 0, s.f_cm = 38e6, s.damage = "concrete", s.position = Vec3(0, 0, z), s.probes.clear();
+    s.size = Vec3(0.4, 0.4, 1.6), s.young = 0, s.f_cm = 38e6, s.damage = "concrete",
+    s.position = Vec3(0, 0, z), s.probes.clear();
     StructureSpec::Load load;
     load.region = Box3(Vec3(-0.201, -0.3, z + 0.59), Vec3(-0.199, 0.3, z + 1.01));
     load.traction = Vec3(60e6, 0, 0);
@@ -100,7 +107,7 @@ TEST(Erosion, BooksDoNotKnowWhereZeroIs) {
     return std::array{e.eroded_energy, e.gravity_potential - start, column.spalled_volume()};
   };
   const auto low = lost(0), high = lost(1000);
-  ASSERT_GT(low[2], 0.02);   // m^3
+  ASSERT_GT(low[2], 0.02);  // m^3
   EXPECT_NEAR(high[0] / low[0], 1, 1e-3);
   EXPECT_NEAR(high[1], low[1], 1e-3 * low[0]);
 }
@@ -140,7 +147,8 @@ TEST(StructureCdpm2, StateIsRestoredToTheSameBits) {
       body.predict(i * h, h);
       std::vector<NodeImpulse> p;
       for (int n = 0; n < static_cast<int>(body.mesh().nodes.size()); ++n)
-        if (body.mesh().nodes[n].x() > 0.19) p.push_back({n, body.node_mass(n) * (Vec3(0.05, 0, 0) - body.predicted_velocity(n))});
+        if (body.mesh().nodes[n].x() > 0.19)
+          p.push_back({n, body.node_mass(n) * (Vec3(0.05, 0, 0) - body.predicted_velocity(n))});
       body.correct(i * h, h, p);
     }
   };
@@ -155,7 +163,8 @@ TEST(StructureCdpm2, StateIsRestoredToTheSameBits) {
 }
 
 TEST(History, OnlyCellsThatTheLawHasTouchedKeepOne) {
-  // A long bar pulled at its end by a short pulse: the cells near the fixed end crack, the others stay without history.
+  // A long bar pulled at its end by a short pulse: the cells near the fixed end crack, the others stay
+  // without history.
   StructureSpec s = cube("concrete");
   s.size = Vec3(1.0, 0.1, 0.1);
   s.position = Vec3(0.5, 0.05, 0.05);
@@ -171,17 +180,20 @@ TEST(History, OnlyCellsThatTheLawHasTouchedKeepOne) {
     bar.predict(i * h, h);
     std::vector<NodeImpulse> p;
     for (int n = 0; n < static_cast<int>(bar.mesh().nodes.size()); ++n)
-      if (i < 8 && bar.mesh().nodes[n].x() > 0.99) p.push_back({n, bar.node_mass(n) * (Vec3(0.45, 0, 0) - bar.predicted_velocity(n))});
+      if (i < 8 && bar.mesh().nodes[n].x() > 0.99)
+        p.push_back({n, bar.node_mass(n) * (Vec3(0.45, 0, 0) - bar.predicted_velocity(n))});
     bar.correct(i * h, h, p);
   }
   const auto snapshot = bar.snapshot();
-  const auto damaged = std::count_if(snapshot.damage_tension.begin(), snapshot.damage_tension.end(), [](double d) { return d > 0; });
+  const auto damaged = std::count_if(snapshot.damage_tension.begin(), snapshot.damage_tension.end(),
+                                     [](double d) { return d > 0; });
   bar.save(after);
   const std::size_t per_cell = 1 + sizeof(material::DamageCell) / sizeof(double);
   ASSERT_GT(damaged, 0);
   EXPECT_LT(damaged, 10);
   EXPECT_EQ(after.size() - virgin.size(), per_cell * static_cast<std::size_t>(damaged));
-  // Without a law there is not even the list of cells that live, nor their count, nor what broke off and left: 5 numbers, two momenta.
+  // Without a law there is not even the list of cells that live, nor their count, nor what broke off and
+  // left: 5 numbers, two momenta.
   EXPECT_EQ(virgin.size() - without.size(), 6 + 2 * 3 + s.cells[0] + bar.mesh().nodes.size() + 1);
 }
 
@@ -229,9 +241,7 @@ namespace {
 Problem refused(const StructureSpec& s) {
   try {
     FemStructure body(s, Vec3(0, 0, -9.81), silent);
-  } catch (const InputError& e) {
-    return e.problems()[0];
-  }
+  } catch (const InputError& e) { return e.problems()[0]; }
   ADD_FAILURE() << "accepted";
   return {};
 }
@@ -243,7 +253,8 @@ TEST(ConcreteInput, CellsThatWouldSnapBackNameTheSizeNeeded) {
   s.cells = {2, 2, 8};
   const Problem base = refused(s);
   EXPECT_EQ(base.key, "structure.cube.cell_size");
-  EXPECT_NE(base.rule.find("2 E G_F / f_t^2 = 0.92"), std::string::npos) << base.rule;  // 2 x 31.01e9 x 134.6 / 3e6^2
+  EXPECT_NE(base.rule.find("2 E G_F / f_t^2 = 0.92"), std::string::npos)
+      << base.rule;  // 2 x 31.01e9 x 134.6 / 3e6^2
   EXPECT_NE(base.remedy.find("use cells of 0.52"), std::string::npos) << base.remedy;
   // CDPM2 softens from the elastic strain on: half of it.
   s.cells = {6, 6, 24};
@@ -262,7 +273,8 @@ TEST(ConcreteInput, StrengthOutsideTheModelIsNamed) {
 
 TEST(ConcreteInput, BarsOutsideTheConcreteAreNamed) {
   const std::string path = std::string(TALUS_BINARY_DIR) + "/outside_bars.csv";
-  std::ofstream(path) << "bar,diameter,x,y,z,grade\nL1,0.01,0.05,0.05,0.02,B500B\nL1,0.01,0.05,0.05,0.35,B500B\n";
+  std::ofstream(path)
+      << "bar,diameter,x,y,z,grade\nL1,0.01,0.05,0.05,0.02,B500B\nL1,0.01,0.05,0.05,0.35,B500B\n";
   StructureSpec s = cube("concrete");
   s.rebar_file = path;
   const Problem p = refused(s);
@@ -271,11 +283,13 @@ TEST(ConcreteInput, BarsOutsideTheConcreteAreNamed) {
   EXPECT_NE(p.rule.find("outside the concrete"), std::string::npos);
 }
 
-/// Axes inside, surfaces not: a bar of 12 cm along a member of 10 cm, and a stirrup of 2 cm half a centimetre below the surface.
+/// Axes inside, surfaces not: a bar of 12 cm along a member of 10 cm, and a stirrup of 2 cm half a centimetre
+/// below the surface.
 TEST(ConcreteInput, BarsWiderThanTheirMemberAreNamed) {
   const std::string path = std::string(TALUS_BINARY_DIR) + "/wide_bars.csv";
   std::ofstream(path) << "bar,diameter,x,y,z,grade\nL1,0.12,0.05,0.05,0,B500B\nL1,0.12,0.05,0.05,0.3,B500B\n"
-                         "S1,0.02,0.005,0.02,0.05,B500B\nS1,0.02,0.08,0.02,0.05,B500B\nS1,0.02,0.08,0.08,0.05,B500B\nS1,0.02,0.005,0.08,0.05,B500B\nS1,0.02,0.005,0.02,0.05,B500B\n"
+                         "S1,0.02,0.005,0.02,0.05,B500B\nS1,0.02,0.08,0.02,0.05,B500B\nS1,0.02,0.08,0.08,0."
+                         "05,B500B\nS1,0.02,0.005,0.08,0.05,B500B\nS1,0.02,0.005,0.02,0.05,B500B\n"
                          "fits,0.02,0.05,0.05,0,B500B\nfits,0.02,0.05,0.05,0.3,B500B\n";
   StructureSpec s = cube("concrete");
   s.size.z() = 0.3;
@@ -293,13 +307,16 @@ TEST(ConcreteInput, BarsWiderThanTheirMemberAreNamed) {
   }
 }
 
-/// The cells of a round column hold what their flat faces leave of its circle, and no more: a hoop 2 cm outside of it was taken by the nearest cells.
+/// The cells of a round column hold what their flat faces leave of its circle, and no more: a hoop 2 cm
+/// outside of it was taken by the nearest cells.
 TEST(ConcreteInput, HoopsWiderThanTheirRoundColumnAreNamed) {
   for (const double radius : {0.72, 0.77}) {
     const std::string path = std::string(TALUS_BINARY_DIR) + "/wide_hoop.csv";
     std::ofstream hoop(path);
     hoop << "bar,diameter,x,y,z,grade\n";
-    for (int i = 0; i <= 24; ++i) hoop << "H1,0.012," << radius * std::cos(M_PI * (i % 24) / 12) << "," << radius * std::sin(M_PI * (i % 24) / 12) << ",2,B500B\n";
+    for (int i = 0; i <= 24; ++i)
+      hoop << "H1,0.012," << radius * std::cos(M_PI * (i % 24) / 12) << ","
+           << radius * std::sin(M_PI * (i % 24) / 12) << ",2,B500B\n";
     hoop.close();
     StructureSpec s = cube("concrete");
     s.kind = "column";
@@ -317,7 +334,8 @@ TEST(ConcreteInput, HoopsWiderThanTheirRoundColumnAreNamed) {
   }
 }
 
-/// A beam of depth h = 0.4 m held at both ends, without bars: rho g L^2 / (2 h) at the ends is 0.5 MPa for a span of 4 m and 17 MPa for 24 m.
+/// A beam of depth h = 0.4 m held at both ends, without bars: rho g L^2 / (2 h) at the ends is 0.5 MPa for a
+/// span of 4 m and 17 MPa for 24 m.
 TEST(ConcreteInput, PlainConcreteThatItsWeightCracksIsWarnedOf) {
   for (const double span : {4.0, 24.0}) {
     StructureSpec s = cube("concrete");
@@ -329,12 +347,15 @@ TEST(ConcreteInput, PlainConcreteThatItsWeightCracksIsWarnedOf) {
     s.supports[0].face = "-x";
     s.supports[1].face = "+x";
     bool warned = false;
-    const FemStructure beam(s, Vec3(0, 0, -9.81), [&](const std::string& line) { warned = warned || line.find("without bars, is stretched beyond f_t") != std::string::npos; });
+    const FemStructure beam(s, Vec3(0, 0, -9.81), [&](const std::string& line) {
+      warned = warned || line.find("without bars, is stretched beyond f_t") != std::string::npos;
+    });
     EXPECT_EQ(warned, span > 10) << span;
   }
 }
 
-/// A column of area 0.04 m^2 that four bars of 40 mm at 900 MPa press with 4.52 MN: 113 MPa less what it shortens, against f_cm = 30 MPa; with 90 MPa a tenth.
+/// A column of area 0.04 m^2 that four bars of 40 mm at 900 MPa press with 4.52 MN: 113 MPa less what it
+/// shortens, against f_cm = 30 MPa; with 90 MPa a tenth.
 TEST(ConcreteInput, PrestressThatCrushesIsWarnedOf) {
   for (const double prestress : {90e6, 900e6}) {
     StructureSpec s = cube("concrete");
@@ -347,9 +368,12 @@ TEST(ConcreteInput, PrestressThatCrushesIsWarnedOf) {
     s.supports[0].face = "-z";
     s.rebar_rules.assign(1, {});
     StructureSpec::RebarRule& bars = s.rebar_rules[0];
-    bars.kind = "longitudinal", bars.bars = 4, bars.diameter = 0.040, bars.cover = 0.02, bars.yield = 1600e6, bars.prestress = prestress;
+    bars.kind = "longitudinal", bars.bars = 4, bars.diameter = 0.040, bars.cover = 0.02, bars.yield = 1600e6,
+    bars.prestress = prestress;
     bool warned = false;
-    const FemStructure column(s, Vec3(0, 0, -9.81), [&](const std::string& line) { warned = warned || line.find("is pressed beyond f_cm") != std::string::npos; });
+    const FemStructure column(s, Vec3(0, 0, -9.81), [&](const std::string& line) {
+      warned = warned || line.find("is pressed beyond f_cm") != std::string::npos;
+    });
     EXPECT_EQ(warned, prestress > 500e6) << prestress;
   }
 }
@@ -368,7 +392,8 @@ TEST(ConcreteInput, ManyBarsOutsideAreCounted) {
     ADD_FAILURE() << "accepted";
   } catch (const InputError& e) {
     EXPECT_EQ(e.problems().size(), 5u);
-    EXPECT_NE(e.problems().back().rule.find("so do 35 more bars"), std::string::npos) << e.problems().back().rule;
+    EXPECT_NE(e.problems().back().rule.find("so do 35 more bars"), std::string::npos)
+        << e.problems().back().rule;
   }
 }
 
@@ -388,9 +413,10 @@ TEST(ConcreteInput, HoopsOfARoundColumnAreHeldByItsFlatFacedCells) {
     s.rebar_rules = {bars, hoops};
     FemStructure column(s, Vec3(0, 0, -9.81), silent);
     const Structure::Snapshot now = column.snapshot();
-    double hoop = 0;   // level pieces
+    double hoop = 0;  // level pieces
     for (const auto& [a, b] : now.bars) {
-      const Vec3 d = now.bar_points[static_cast<std::size_t>(b)] - now.bar_points[static_cast<std::size_t>(a)];
+      const Vec3 d =
+          now.bar_points[static_cast<std::size_t>(b)] - now.bar_points[static_cast<std::size_t>(a)];
       if (std::abs(d.z()) < 1e-3 * d.norm()) hoop += d.norm();
     }
     const double one = 2 * M_PI * (0.75 - 0.046);
@@ -411,7 +437,8 @@ TEST(MeshInput, UnsupportedCellsAndInvertedOnesAreNamed) {
   EXPECT_NE(kind.value.find("C3D20"), std::string::npos);
   EXPECT_NE(kind.rule.find("C3D8"), std::string::npos);
   s.file = std::string(TALUS_BINARY_DIR) + "/inverted.inp";
-  std::ofstream(s.file) << "*NODE\n1,0,0,0\n2,1,0,0\n3,1,1,0\n4,0,1,0\n5,0,0,1\n6,1,0,1\n7,1,1,1\n8,0,1,1\n*ELEMENT, TYPE=C3D8\n1,5,6,7,8,1,2,3,4\n";
+  std::ofstream(s.file) << "*NODE\n1,0,0,0\n2,1,0,0\n3,1,1,0\n4,0,1,0\n5,0,0,1\n6,1,0,1\n7,1,1,1\n8,0,1,1\n*"
+                           "ELEMENT, TYPE=C3D8\n1,5,6,7,8,1,2,3,4\n";
   const Problem inverted = refused(s);
   EXPECT_NE(inverted.key.find("cell 1"), std::string::npos) << inverted.key;
   EXPECT_NE(inverted.rule.find("inverted"), std::string::npos) << inverted.rule;
@@ -419,8 +446,8 @@ TEST(MeshInput, UnsupportedCellsAndInvertedOnesAreNamed) {
 }
 
 namespace {
-/// Cells of 10 mm in a row along x whose two halves are moved apart as rigid bodies: the cell between them is the crack, and the bar is
-/// pulled out of the left half; a bend anchors it in the right one.
+/// Cells of 10 mm in a row along x whose two halves are moved apart as rigid bodies: the cell between them is
+/// the crack, and the bar is pulled out of the left half; a bend anchors it in the right one.
 struct PullOut {
   explicit PullOut(const std::string& bond) {
     spec.name = "pull";
@@ -432,7 +459,9 @@ struct PullOut {
     spec.bond = bond;
     spec.rate_effect = false;
     spec.rebar_file = std::string(TALUS_BINARY_DIR) + "/pull_out.csv";
-    std::ofstream(spec.rebar_file) << "bar,diameter,x,y,z,grade\nL1,0.02,0.05,0.05,0.05,1500/1600/0.2\nL1,0.02,0.2,0.05,0.05,1500/1600/0.2\nL1,0.02,0.2,0.05,0.08,1500/1600/0.2\n";
+    std::ofstream(spec.rebar_file)
+        << "bar,diameter,x,y,z,grade\nL1,0.02,0.05,0.05,0.05,1500/1600/0.2\nL1,0.02,0.2,0.05,0.05,1500/1600/"
+           "0.2\nL1,0.02,0.2,0.05,0.08,1500/1600/0.2\n";
     mesh = make_mesh(spec);
     Supports free;
     free.held.assign(mesh.nodes.size(), {false, false, false});
@@ -462,8 +491,9 @@ struct PullOut {
 }  // namespace
 
 TEST(Bond, PullOutFollowsTheModelCode) {
-  // Embedded 0.1 m and half of the cracked cell (5.25 diameters) in the left half: the bar is so stiff that its slip is nearly uniform,
-  // the crack's width less the little that it stretches; the force is tau(slip) times the surface.
+  // Embedded 0.1 m and half of the cracked cell (5.25 diameters) in the left half: the bar is so stiff that
+  // its slip is nearly uniform, the crack's width less the little that it stretches; the force is tau(slip)
+  // times the surface.
   PullOut test("mc2010");
   const double surface = M_PI * 0.02 * 0.105, strength = 2.5e6 * std::sqrt(38.0);
   double work = 0, before = 0, last = 0;
@@ -475,7 +505,10 @@ TEST(Bond, PullOutFollowsTheModelCode) {
     work += 0.5 * (force + before) * (w - last);
     before = force, last = w;
     if (i % 20) continue;
-    const double tau = slip <= 1e-3 ? strength * std::pow(slip / 1e-3, 0.4) : slip <= 2e-3 ? strength : slip <= 1e-2 ? strength * (1 - 0.6 * (slip - 2e-3) / 8e-3) : 0.4 * strength;
+    const double tau = slip <= 1e-3   ? strength * std::pow(slip / 1e-3, 0.4)
+                       : slip <= 2e-3 ? strength
+                       : slip <= 1e-2 ? strength * (1 - 0.6 * (slip - 2e-3) / 8e-3)
+                                      : 0.4 * strength;
     EXPECT_NEAR(force / (tau * surface), 1, 0.02) << "slip " << slip;
   }
   // Work is stored or dissipated.
@@ -500,19 +533,22 @@ TEST(Bond, StateIsRestoredToTheSameBits) {
 }
 
 TEST(Prestress, CompressesTheConcreteBeforeAnyLoad) {
-  // A bar stressed to 800 MPa in a prism that is free to shorten: steel and concrete balance, N = A_s s_0 / (1 + n rho).
+  // A bar stressed to 800 MPa in a prism that is free to shorten: steel and concrete balance, N = A_s s_0 /
+  // (1 + n rho).
   StructureSpec s = cube("none");
   s.damage = "none";
   s.size = Vec3(0.2, 0.2, 1.0);
   s.position = Vec3(0.1, 0.1, 0.5);
   s.cells = {2, 2, 10};
   s.rebar_file = std::string(TALUS_BINARY_DIR) + "/prestress.csv";
-  std::ofstream(s.rebar_file) << "bar,diameter,x,y,z,grade,prestress\nL1,0.02,0.1,0.1,0,1500/1600/0.05,8e8\nL1,0.02,0.1,0.1,1,1500/1600/0.05,8e8\n";
+  std::ofstream(s.rebar_file) << "bar,diameter,x,y,z,grade,prestress\nL1,0.02,0.1,0.1,0,1500/1600/"
+                                 "0.05,8e8\nL1,0.02,0.1,0.1,1,1500/1600/0.05,8e8\n";
   s.gravity_preload = true;
   FemStructure prism(s, Vec3(0, 0, -1e-9), silent);
   const double steel = M_PI / 4 * 0.02 * 0.02, e_c = 21.5e9 * std::cbrt(3.0), n = 200e9 / e_c;
   const double strain = -steel * 800e6 / (e_c * 0.04) / (1 + n * steel / 0.04);
-  // Between the sections at 0.3 and 0.7 m: the ends, where the bar's force enters at a point, deform otherwise.
+  // Between the sections at 0.3 and 0.7 m: the ends, where the bar's force enters at a point, deform
+  // otherwise.
   double shortened = 0;
   int count = 0;
   const auto& u = prism.displacement();

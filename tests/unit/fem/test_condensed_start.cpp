@@ -1,4 +1,5 @@
-// From explicit steps to condensed ones: what presses goes on pressing, and what rings faster than the long step resolves moves nothing that a contact holds.
+// From explicit steps to condensed ones: what presses goes on pressing, and what rings faster than the long
+// step resolves moves nothing that a contact holds.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -22,7 +23,8 @@ std::vector<int> top_nodes(const FemStructure& s, double top = 12) {
 }
 
 /// Explicit steps with the same force on each of the nodes; the time reached.
-double press(FemStructure& s, std::span<const int> nodes, const Vec3& force, double h, int steps, double t = 0) {
+double press(FemStructure& s, std::span<const int> nodes, const Vec3& force, double h, int steps,
+             double t = 0) {
   std::vector<NodeImpulse> impulses;
   for (const int n : nodes) impulses.push_back({n, h * force});
   for (int i = 0; i < steps; ++i) {
@@ -41,7 +43,8 @@ StructureSpec damped_pier(double ratio) {
 
 }  // namespace
 
-/// A pier at rest under a load on its top. Velocities brought from the half step to the step without the load's impulse had h F / (2 m) upwards at each node that bears it, here 0.04 m/s.
+/// A pier at rest under a load on its top. Velocities brought from the half step to the step without the
+/// load's impulse had h F / (2 m) upwards at each node that bears it, here 0.04 m/s.
 TEST(CondensedStart, WhatIsPressedInBalanceIsNotKicked) {
   FemStructure s(damped_pier(1), Vec3::Zero(), silent);
   const std::vector<int> top = top_nodes(s);
@@ -57,8 +60,8 @@ TEST(CondensedStart, WhatIsPressedInBalanceIsNotKicked) {
   EXPECT_LT(fastest, 1e-9);
 }
 
-/// A node that was struck rings at a rate that the condensed step does not resolve. A contact that holds it in that step leaves it where it is;
-/// by the midpoint rule it went on by H v / 2.
+/// A node that was struck rings at a rate that the condensed step does not resolve. A contact that holds it
+/// in that step leaves it where it is; by the midpoint rule it went on by H v / 2.
 TEST(CondensedStart, HeldNodeStaysWhereItIs) {
   FemStructure s(damped_pier(0.02), Vec3::Zero(), silent);
   const int node = top_nodes(s).front();
@@ -76,7 +79,8 @@ TEST(CondensedStart, HeldNodeStaysWhereItIs) {
   EXPECT_LT((s.node_position(node) - place).norm(), 1e-14);
 }
 
-/// Of a pier that a blow of one step has left ringing at rates that the condensed step does not resolve the start would take nearly all: it waits until damping has left a hundredth, ten times the accuracy. One that
+/// Of a pier that a blow of one step has left ringing at rates that the condensed step does not resolve the
+/// start would take nearly all: it waits until damping has left a hundredth, ten times the accuracy. One that
 /// sways in its first mode keeps its motion, and begins at once.
 TEST(CondensedStart, WhatIsNotResolvedDecaysFirst) {
   const double accuracy = 1e-3;
@@ -90,7 +94,7 @@ TEST(CondensedStart, WhatIsNotResolvedDecaysFirst) {
   }
   ASSERT_GT(s.condensed_step(t, accuracy), 0);
   EXPECT_FALSE(s.may_begin(t, H, accuracy));
-  EXPECT_EQ(s.condensed_step(t, accuracy), 0);   // not before it can have decayed
+  EXPECT_EQ(s.condensed_step(t, accuracy), 0);  // not before it can have decayed
   int tries = 1;
   const double refused = t;
   while (t < 10 && !(s.condensed_step(t, accuracy) > 0 && s.may_begin(t, H, accuracy))) {
@@ -115,10 +119,13 @@ TEST(CondensedStart, WhatIsNotResolvedDecaysFirst) {
   EXPECT_TRUE(sways.may_begin(t, step, accuracy));
   sways.predict_condensed(t, step);
   ASSERT_TRUE(sways.correct_condensed(t, step, {}));
-  EXPECT_LT(sways.energy().algorithmic - held.algorithmic, 0.03 * (held.kinetic + held.elastic));   // 0.012 of the first mode, (omega h)^2 by backward Euler, and most of the second one
+  EXPECT_LT(sways.energy().algorithmic - held.algorithmic,
+            0.03 * (held.kinetic + held.elastic));  // 0.012 of the first mode, (omega h)^2 by backward Euler,
+                                                    // and most of the second one
 }
 
-/// A pier that is struck again and again: all starts together take no more than one may, and each waits longer for it.
+/// A pier that is struck again and again: all starts together take no more than one may, and each waits
+/// longer for it.
 TEST(CondensedStart, ManyStartsShareWhatTheyMayTake) {
   const double accuracy = 1e-3;
   FemStructure s(damped_pier(0.02), Vec3::Zero(), silent);
@@ -134,8 +141,9 @@ TEST(CondensedStart, ManyStartsShareWhatTheyMayTake) {
       largest = std::max(largest, s.energy().kinetic);
     }
     const double end = t + 10;
-    while (t < end && !(s.condensed_step(t, accuracy) > 0 && s.may_begin(t, H, accuracy))) t = press(s, {}, Vec3::Zero(), h, 50, t);
-    ASSERT_LT(t, end) << blow;   // it does begin
+    while (t < end && !(s.condensed_step(t, accuracy) > 0 && s.may_begin(t, H, accuracy)))
+      t = press(s, {}, Vec3::Zero(), h, 50, t);
+    ASSERT_LT(t, end) << blow;  // it does begin
     const double before = s.energy().algorithmic;
     s.predict_condensed(t, H);
     taken += s.energy().algorithmic - before;
@@ -144,10 +152,11 @@ TEST(CondensedStart, ManyStartsShareWhatTheyMayTake) {
   }
   RecordProperty("taken", std::to_string(taken / (10 * accuracy * largest)));
   EXPECT_GT(taken, 0.3 * 10 * accuracy * largest);
-  EXPECT_LT(taken, 1.2 * 10 * accuracy * largest);   // by the first alone up to one, by each alone up to six
+  EXPECT_LT(taken, 1.2 * 10 * accuracy * largest);  // by the first alone up to one, by each alone up to six
 }
 
-/// A pier that was let go rings on alone: no contact holds a node of it, and its long steps begin with all of its motion.
+/// A pier that was let go rings on alone: no contact holds a node of it, and its long steps begin with all of
+/// its motion.
 TEST(CondensedStart, WhatRingsAloneKeepsItsEnergy) {
   StructureSpec spec = damped_pier(0.02);
   spec.integrator = "implicit";
@@ -165,7 +174,7 @@ namespace {
 /// What a structure has when it begins to ring on alone, and at the end.
 struct RingDown {
   StructureEnergy before, after;
-  int condensed = 0;   // of the pieces
+  int condensed = 0;  // of the pieces
 };
 
 RingDown ring_alone(FemStructure& s, double t, int pieces, double length) {
@@ -176,7 +185,8 @@ RingDown ring_alone(FemStructure& s, double t, int pieces, double length) {
   return r;
 }
 
-/// A beam between walls, cracked by a blow of 5 ms on one side of its upper face, off its middle: it rings in bending both ways and in torsion. From 50 ms after the blow on, for a quarter of a second.
+/// A beam between walls, cracked by a blow of 5 ms on one side of its upper face, off its middle: it rings in
+/// bending both ways and in torsion. From 50 ms after the blow on, for a quarter of a second.
 RingDown ring_down_of_cracked_beam(const std::string& integrator) {
   StructureSpec spec = beam_between_walls("ringing_beam_" + integrator, 3);
   spec.rate_effect = spec.erosion = spec.gravity_preload = false;
@@ -185,9 +195,12 @@ RingDown ring_down_of_cracked_beam(const std::string& integrator) {
   std::vector<int> struck;
   const Structure::Snapshot all = s.snapshot();
   for (int i = 0; i < static_cast<int>(all.nodes.size()); ++i)
-    if (const Vec3& x = all.nodes[static_cast<std::size_t>(i)]; std::abs(x.x() - 0.7) < 0.3 && x.z() > 0.4 - 1e-6 && x.y() > -0.01) struck.push_back(i);
+    if (const Vec3& x = all.nodes[static_cast<std::size_t>(i)];
+        std::abs(x.x() - 0.7) < 0.3 && x.z() > 0.4 - 1e-6 && x.y() > -0.01)
+      struck.push_back(i);
   const double h = s.critical_step();
-  double t = press(s, struck, Vec3(0, 120e3, -400e3) / static_cast<double>(struck.size()), h, static_cast<int>(0.005 / h));
+  double t = press(s, struck, Vec3(0, 120e3, -400e3) / static_cast<double>(struck.size()), h,
+                   static_cast<int>(0.005 / h));
   t = press(s, {}, Vec3::Zero(), h, static_cast<int>(0.05 / h), t);
   EXPECT_GT(s.damaged_volume(), 0.5);
   return ring_alone(s, t, 125, 2e-3);
@@ -195,13 +208,16 @@ RingDown ring_down_of_cracked_beam(const std::string& integrator) {
 
 }  // namespace
 
-/// Long steps in which cracks open, close and rub do not follow them: the cracks took 1.5 times as much, and the scheme a third of what the beam held. What rings on alone goes by explicit steps as
-/// long as its cracks rub, begins long steps with all of its motion, and loses what it loses by explicit steps throughout.
+/// Long steps in which cracks open, close and rub do not follow them: the cracks took 1.5 times as much, and
+/// the scheme a third of what the beam held. What rings on alone goes by explicit steps as long as its cracks
+/// rub, begins long steps with all of its motion, and loses what it loses by explicit steps throughout.
 TEST(CondensedStart, RubbingCracksAreFollowed) {
-  const RingDown by_choice = ring_down_of_cracked_beam("auto"), reference = ring_down_of_cracked_beam("explicit");
+  const RingDown by_choice = ring_down_of_cracked_beam("auto"),
+                 reference = ring_down_of_cracked_beam("explicit");
   EXPECT_GT(by_choice.condensed, 0);
   EXPECT_EQ(reference.condensed, 0);
-  const double held = reference.before.kinetic + reference.before.elastic, rubbed = reference.after.damage_work - reference.before.damage_work;
+  const double held = reference.before.kinetic + reference.before.elastic,
+               rubbed = reference.after.damage_work - reference.before.damage_work;
   ASSERT_GT(rubbed, 0.1 * held);
   EXPECT_NEAR(by_choice.after.damage_work - by_choice.before.damage_work, rubbed, 0.05 * rubbed);
   EXPECT_LT(std::abs(by_choice.after.algorithmic - by_choice.before.algorithmic), 0.08 * held);
@@ -209,8 +225,9 @@ TEST(CondensedStart, RubbingCracksAreFollowed) {
 
 namespace {
 
-/// A cantilever of 0.5 x 0.5 x 5 m with a bar of 20 mm in each corner, cracked across by a push of 4 ms at its top: it rings with cracks that open on one side and close on the other.
-/// From 0.3 s after the push on, for 0.3 s.
+/// A cantilever of 0.5 x 0.5 x 5 m with a bar of 20 mm in each corner, cracked across by a push of 4 ms at
+/// its top: it rings with cracks that open on one side and close on the other. From 0.3 s after the push on,
+/// for 0.3 s.
 RingDown ring_down_of_cracked_cantilever(const std::string& integrator) {
   std::vector<std::array<Vec3, 2>> bars;
   for (const double x : {-0.2, 0.2})
@@ -227,7 +244,8 @@ RingDown ring_down_of_cracked_cantilever(const std::string& integrator) {
   FemStructure s(spec, Vec3::Zero(), silent);
   const std::vector<int> top = top_nodes(s, 5);
   const double h = s.critical_step();
-  double t = press(s, top, Vec3(1000e3, 0, 0) / static_cast<double>(top.size()), h, static_cast<int>(0.004 / h));
+  double t =
+      press(s, top, Vec3(1000e3, 0, 0) / static_cast<double>(top.size()), h, static_cast<int>(0.004 / h));
   t = press(s, {}, Vec3::Zero(), h, static_cast<int>(0.3 / h), t);
   EXPECT_GT(s.damaged_volume(), 0.05);
   return ring_alone(s, t, 75, 4e-3);
@@ -235,11 +253,14 @@ RingDown ring_down_of_cracked_cantilever(const std::string& integrator) {
 
 }  // namespace
 
-/// Long steps with the stiffness K of the uncracked column took 3970 of 5508 J by h/2 (K - K_now), where damping by a ratio of 0.005 takes 1058 J.
+/// Long steps with the stiffness K of the uncracked column took 3970 of 5508 J by h/2 (K - K_now), where
+/// damping by a ratio of 0.005 takes 1058 J.
 TEST(CondensedStart, CracksThatOpenAndCloseKeepTheirEnergy) {
-  const RingDown ringing = ring_down_of_cracked_cantilever("implicit"), reference = ring_down_of_cracked_cantilever("explicit");
+  const RingDown ringing = ring_down_of_cracked_cantilever("implicit"),
+                 reference = ring_down_of_cracked_cantilever("explicit");
   const auto held = [](const StructureEnergy& e) { return e.kinetic + e.elastic; };
-  const double start = held(reference.before), damped = reference.after.damping_work - reference.before.damping_work;
+  const double start = held(reference.before),
+               damped = reference.after.damping_work - reference.before.damping_work;
   ASSERT_GT(damped, 0.05 * start);
   EXPECT_EQ(reference.condensed, 0);
   EXPECT_LT(std::abs(ringing.after.algorithmic - ringing.before.algorithmic), 0.1 * damped + 0.01 * start);
@@ -247,8 +268,10 @@ TEST(CondensedStart, CracksThatOpenAndCloseKeepTheirEnergy) {
   EXPECT_NEAR(held(ringing.after), held(reference.after), 0.1 * start);
 }
 
-/// A column cracked across by a pull, then pressed: its cracks are closed. Without Poisson's effect, and with faces that interlock, concrete is up to 2 + nu times as stiff in shear there as sound concrete is: with
-/// K of that, what was left of its motion grew from step to step, to 15 J a step of 930 J after eleven, and the laws ended it.
+/// A column cracked across by a pull, then pressed: its cracks are closed. Without Poisson's effect, and with
+/// faces that interlock, concrete is up to 2 + nu times as stiff in shear there as sound concrete is: with K
+/// of that, what was left of its motion grew from step to step, to 15 J a step of 930 J after eleven, and the
+/// laws ended it.
 TEST(CondensedStart, ClosedCracksAreNotStifferThanK) {
   StructureSpec spec = cantilever(3, 24);
   spec.damping_ratio = 0.02;
@@ -278,7 +301,8 @@ TEST(CondensedStart, ClosedCracksAreNotStifferThanK) {
     ASSERT_TRUE(s.correct_condensed(t, H, impulses)) << i;
     EXPECT_GT(s.energy().algorithmic, taken) << i;
     if (i > 0) {
-      EXPECT_LT(s.energy().kinetic, std::max(kinetic, 1e-5 * s.energy().elastic)) << i;   // what swings still trades a little of both
+      EXPECT_LT(s.energy().kinetic, std::max(kinetic, 1e-5 * s.energy().elastic))
+          << i;  // what swings still trades a little of both
     }
     kinetic = s.energy().kinetic;
   }

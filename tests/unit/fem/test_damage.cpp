@@ -39,10 +39,11 @@ TEST(Damage, ElasticStructureKeepsNoHistory) {
   EXPECT_EQ(bar.damage_max(), 0);
 }
 
-/// The bar as an Abaqus deck, its middle cell with a section nine tenths as wide and high: that is where it cracks.
-/// Away from its ends the rows lean by `degrees`.
+/// The bar as an Abaqus deck, its middle cell with a section nine tenths as wide and high: that is where it
+/// cracks. Away from its ends the rows lean by `degrees`.
 std::string notched_bar(int cells, int degrees = 0) {
-  const std::string path = std::string(TALUS_BINARY_DIR) + "/notched_bar_" + std::to_string(cells) + "_" + std::to_string(degrees) + ".inp";
+  const std::string path = std::string(TALUS_BINARY_DIR) + "/notched_bar_" + std::to_string(cells) + "_" +
+                           std::to_string(degrees) + ".inp";
   const double lean = std::tan(degrees * M_PI / 180);
   std::ofstream out(path);
   out << "*NODE, NSET=ALL\n";
@@ -50,7 +51,9 @@ std::string notched_bar(int cells, int degrees = 0) {
     const double half = i == cells / 2 || i == cells / 2 + 1 ? 0.09 : 0.1;
     const double corner[4][2] = {{-half, -half}, {half, -half}, {half, half}, {-half, half}};
     const double x = -0.5 + 1.0 * i / cells, part = lean * std::clamp((0.5 - std::abs(x)) / 0.3, 0.0, 1.0);
-    for (int k = 0; k < 4; ++k) out << 4 * i + k + 1 << ", " << x + part * corner[k][0] << ", " << corner[k][0] << ", " << corner[k][1] << "\n";
+    for (int k = 0; k < 4; ++k)
+      out << 4 * i + k + 1 << ", " << x + part * corner[k][0] << ", " << corner[k][0] << ", " << corner[k][1]
+          << "\n";
   }
   out << "*ELEMENT, TYPE=C3D8, ELSET=BAR\n";
   for (int i = 0; i < cells; ++i) {
@@ -64,7 +67,8 @@ std::string notched_bar(int cells, int degrees = 0) {
 }
 
 TEST(Damage, PullsApartWithTheFractureEnergyOfOneCrack) {
-  // The end is pulled with impulses that set its velocity, slowly: one cell cracks through, whatever the number of cells.
+  // The end is pulled with impulses that set its velocity, slowly: one cell cracks through, whatever the
+  // number of cells.
   for (int cells : {5, 9, 15}) {
     StructureSpec s = concrete_bar(cells);
     s.kind = "mesh";
@@ -81,22 +85,26 @@ TEST(Damage, PullsApartWithTheFractureEnergyOfOneCrack) {
     while (t * speed < 0.9e-3) {
       bar.predict(t, h);
       std::vector<NodeImpulse> pull;
-      for (int n : end) pull.push_back({n, bar.node_mass(n) * (Vec3(std::min(1.0, t / 2e-3) * speed, 0, 0) - bar.predicted_velocity(n))});
+      for (int n : end)
+        pull.push_back({n, bar.node_mass(n) *
+                               (Vec3(std::min(1.0, t / 2e-3) * speed, 0, 0) - bar.predicted_velocity(n))});
       bar.correct(t, h, pull);
       t += h;
     }
     const StructureEnergy e = bar.energy();
     const double expected = 140.5 * 0.18 * 0.18;  // G_F times the section
     EXPECT_NEAR(e.damage_work, expected, 0.05 * expected) << cells << " cells";
-    const double residual = e.kinetic + e.elastic + e.damage_work + e.bulk_viscosity_work + e.algorithmic + e.step_dependence - e.contact_work;
+    const double residual = e.kinetic + e.elastic + e.damage_work + e.bulk_viscosity_work + e.algorithmic +
+                            e.step_dependence - e.contact_work;
     EXPECT_NEAR(residual, 0, 1e-9 * e.contact_work) << cells << " cells";
     EXPECT_LT(std::abs(e.algorithmic), 0.02 * e.contact_work) << cells << " cells";
     EXPECT_GT(bar.damage_max(), 0.999);
   }
 }
 
-// Rows of cells that lean against the crack: pure opening is neither slip nor compression along it, and its band is the row. The ends are guided. Aligned rows take 1.00; without the crack's own strain
-// 15 to 45 degrees take 0.77 to 2.5. Tolerance: half of the spread that tests of G_F have.
+// Rows of cells that lean against the crack: pure opening is neither slip nor compression along it, and its
+// band is the row. The ends are guided. Aligned rows take 1.00; without the crack's own strain 15 to 45
+// degrees take 0.77 to 2.5. Tolerance: half of the spread that tests of G_F have.
 TEST(Damage, RowsThatLeanTakeTheSameFractureEnergy) {
   for (const int cells : {9, 15})
     for (const int degrees : {15, 30, 45}) {
@@ -114,11 +122,15 @@ TEST(Damage, RowsThatLeanTakeTheSameFractureEnergy) {
       for (double t = 0; t * speed < 1.2e-3; t += h) {
         bar.predict(t, h);
         std::vector<NodeImpulse> pull;
-        for (int n : end) pull.push_back({n, bar.node_mass(n) * (Vec3(std::min(1.0, t / 2e-3) * speed, 0, 0) - bar.predicted_velocity(n))});
+        for (int n : end)
+          pull.push_back({n, bar.node_mass(n) *
+                                 (Vec3(std::min(1.0, t / 2e-3) * speed, 0, 0) - bar.predicted_velocity(n))});
         bar.correct(t, h, pull);
       }
       const StructureEnergy e = bar.energy();
-      EXPECT_NEAR((e.contact_work - e.kinetic - e.elastic - e.bulk_viscosity_work) / (140.5 * 0.18 * 0.18), 1, 0.1) << cells << " cells, " << degrees << " degrees";
+      EXPECT_NEAR((e.contact_work - e.kinetic - e.elastic - e.bulk_viscosity_work) / (140.5 * 0.18 * 0.18), 1,
+                  0.1)
+          << cells << " cells, " << degrees << " degrees";
     }
 }
 
@@ -140,7 +152,8 @@ TEST(Damage, DetachedPartTakesExactlyItsMassAndMomenta) {
     bar.predict(t, h);
     std::vector<NodeImpulse> pull;
     for (int n = 0; n < nodes; ++n)
-      if (bar.mesh().nodes[n].x() > 0.25 && bar.node_mass(n) > 0) pull.push_back({n, bar.node_mass(n) * (Vec3(5.0, 1.0, 0) - bar.predicted_velocity(n))});
+      if (bar.mesh().nodes[n].x() > 0.25 && bar.node_mass(n) > 0)
+        pull.push_back({n, bar.node_mass(n) * (Vec3(5.0, 1.0, 0) - bar.predicted_velocity(n))});
     bar.correct(t, h, pull);
     t += h;
     before = bar.energy();
@@ -149,7 +162,8 @@ TEST(Damage, DetachedPartTakesExactlyItsMassAndMomenta) {
       if (std::isfinite(bar.node_mass(n))) dust_free += bar.node_mass(n);
     fragments = bar.take_fragments();
   }
-  ASSERT_FALSE(fragments.empty()) << bar.elements() << " cells, damage " << bar.damage_max() << " at " << t << " s";
+  ASSERT_FALSE(fragments.empty()) << bar.elements() << " cells, damage " << bar.damage_max() << " at " << t
+                                  << " s";
   const StructureEnergy after = bar.energy();
   Vec3 momentum = after.linear_momentum, spin = after.angular_momentum;
   double rest = 0, kinetic = after.kinetic;
@@ -161,7 +175,8 @@ TEST(Damage, DetachedPartTakesExactlyItsMassAndMomenta) {
     rest += f.mass;
     kinetic += f.kinetic;
     double volume = 0;
-    for (const auto& tri : f.triangles) volume += f.vertices[tri[0]].dot(f.vertices[tri[1]].cross(f.vertices[tri[2]])) / 6;
+    for (const auto& tri : f.triangles)
+      volume += f.vertices[tri[0]].dot(f.vertices[tri[1]].cross(f.vertices[tri[2]])) / 6;
     EXPECT_GT(volume, 0);
   }
   EXPECT_NEAR(rest, dust_free, 1e-12 * dust_free);
@@ -172,7 +187,8 @@ TEST(Damage, DetachedPartTakesExactlyItsMassAndMomenta) {
 }
 
 TEST(Damage, ABarTiesTheTornPartUntilItBreaks) {
-  // Torn as above, once plain, once with a bar of 16 mm that breaks at 12 %: the crack of one cell must open to 12 mm first.
+  // Torn as above, once plain, once with a bar of 16 mm that breaks at 12 %: the crack of one cell must open
+  // to 12 mm first.
   const auto torn_at = [](const std::string& bars, int& broken) {
     StructureSpec s = concrete_bar(10);
     s.rebar_file = bars;
@@ -182,7 +198,8 @@ TEST(Damage, ABarTiesTheTornPartUntilItBreaks) {
       bar.predict(i * h, h);
       std::vector<NodeImpulse> pull;
       for (int n = 0; n < static_cast<int>(bar.mesh().nodes.size()); ++n)
-        if (bar.mesh().nodes[n].x() > 0.25 && bar.node_mass(n) > 0) pull.push_back({n, bar.node_mass(n) * (Vec3(5.0, 0, 0) - bar.predicted_velocity(n))});
+        if (bar.mesh().nodes[n].x() > 0.25 && bar.node_mass(n) > 0)
+          pull.push_back({n, bar.node_mass(n) * (Vec3(5.0, 0, 0) - bar.predicted_velocity(n))});
       bar.correct(i * h, h, pull);
       if (bar.take_fragments().empty()) continue;
       const auto state = bar.snapshot().bar_state;
@@ -192,7 +209,8 @@ TEST(Damage, ABarTiesTheTornPartUntilItBreaks) {
     return 1.0;
   };
   const std::string path = std::string(TALUS_BINARY_DIR) + "/tie.csv";
-  std::ofstream(path) << "bar,diameter,x,y,z,grade\nL1,0.016,-0.48,0,0,500/540/0.12\nL1,0.016,0.48,0,0,500/540/0.12\n";
+  std::ofstream(path)
+      << "bar,diameter,x,y,z,grade\nL1,0.016,-0.48,0,0,500/540/0.12\nL1,0.016,0.48,0,0,500/540/0.12\n";
   int broken = 0;
   const double plain = torn_at("", broken), tied = torn_at(path, broken);
   EXPECT_GT(broken, 0);
@@ -202,9 +220,11 @@ TEST(Damage, ABarTiesTheTornPartUntilItBreaks) {
 }
 
 TEST(Damage, BarsOfWhatComesOffTakeTheirEnergyAlong) {
-  // A prestressed bar stores 1.6 MJ/m3: with the part that it is in, that leaves, and is no loss of the scheme.
+  // A prestressed bar stores 1.6 MJ/m3: with the part that it is in, that leaves, and is no loss of the
+  // scheme.
   const std::string path = std::string(TALUS_BINARY_DIR) + "/stressed.csv";
-  std::ofstream(path) << "bar,diameter,x,y,z,grade,prestress\nL1,0.016,-0.48,0,0,1500/1600/0.02,8e8\nL1,0.016,0.48,0,0,1500/1600/0.02,8e8\n";
+  std::ofstream(path) << "bar,diameter,x,y,z,grade,prestress\nL1,0.016,-0.48,0,0,1500/1600/"
+                         "0.02,8e8\nL1,0.016,0.48,0,0,1500/1600/0.02,8e8\n";
   StructureSpec s = concrete_bar(10);
   s.rebar_file = path;
   FemStructure bar(s, Vec3::Zero(), silent);
@@ -214,7 +234,8 @@ TEST(Damage, BarsOfWhatComesOffTakeTheirEnergyAlong) {
     bar.predict(t, h);
     std::vector<NodeImpulse> pull;
     for (int n = 0; n < static_cast<int>(bar.mesh().nodes.size()); ++n)
-      if (bar.mesh().nodes[n].x() > 0.25 && bar.node_mass(n) > 0) pull.push_back({n, bar.node_mass(n) * (Vec3(5.0, 0, 0) - bar.predicted_velocity(n))});
+      if (bar.mesh().nodes[n].x() > 0.25 && bar.node_mass(n) > 0)
+        pull.push_back({n, bar.node_mass(n) * (Vec3(5.0, 0, 0) - bar.predicted_velocity(n))});
     bar.correct(t, h, pull);
     for (const Fragment& f : bar.take_fragments()) elastic += f.elastic;
   }
@@ -226,9 +247,11 @@ TEST(Damage, BarsOfWhatComesOffTakeTheirEnergyAlong) {
 }
 
 TEST(Damage, WhatIsPassedOverOnceItIsGoneChangesNoBit) {
-  // A reinforced bar that loses cells and their nodes passes them over; one restored from a state of each moment finds anew what is left of it.
+  // A reinforced bar that loses cells and their nodes passes them over; one restored from a state of each
+  // moment finds anew what is left of it.
   const std::string path = std::string(TALUS_BINARY_DIR) + "/passed.csv";
-  std::ofstream(path) << "bar,diameter,x,y,z,grade\nL1,0.016,-0.48,0,0,500/540/0.02\nL1,0.016,0.48,0,0,500/540/0.02\n";
+  std::ofstream(path)
+      << "bar,diameter,x,y,z,grade\nL1,0.016,-0.48,0,0,500/540/0.02\nL1,0.016,0.48,0,0,500/540/0.02\n";
   StructureSpec s = concrete_bar(10);
   s.rebar_file = path;
   const Vec3 gravity(0, 0, -9.81);
@@ -238,7 +261,8 @@ TEST(Damage, WhatIsPassedOverOnceItIsGoneChangesNoBit) {
     b.predict(i * h, h);
     std::vector<NodeImpulse> pull;
     for (int n = 0; pulled && n < static_cast<int>(b.mesh().nodes.size()); ++n)
-      if (b.mesh().nodes[n].x() > 0.25 && b.node_mass(n) > 0) pull.push_back({n, b.node_mass(n) * (Vec3(5.0, 1.0, 0) - b.predicted_velocity(n))});
+      if (b.mesh().nodes[n].x() > 0.25 && b.node_mass(n) > 0)
+        pull.push_back({n, b.node_mass(n) * (Vec3(5.0, 1.0, 0) - b.predicted_velocity(n))});
     b.correct(i * h, h, pull);
   };
   int i = 0;
@@ -289,14 +313,15 @@ TEST(Damage, APartThatNothingHoldsAnyMoreIsToldWhereItStays) {
     bar.predict(t, h);
     std::vector<NodeImpulse> pull;
     for (int n = 0; n < nodes; ++n)
-      if (bar.mesh().nodes[n].x() > 0.25 && bar.node_mass(n) > 0) pull.push_back({n, bar.node_mass(n) * (Vec3(5.0, 1.0, 0) - bar.predicted_velocity(n))});
+      if (bar.mesh().nodes[n].x() > 0.25 && bar.node_mass(n) > 0)
+        pull.push_back({n, bar.node_mass(n) * (Vec3(5.0, 1.0, 0) - bar.predicted_velocity(n))});
     bar.correct(t, h, pull);
     t += h;
     lost = bar.unsupported();
   }
   ASSERT_GT(lost.mass, 0);
   EXPECT_NEAR(lost.share, lost.mass / mass, 1e-9);
-  EXPECT_EQ(bar.unsupported().mass, 0);   // nothing has gone on since
+  EXPECT_EQ(bar.unsupported().mass, 0);  // nothing has gone on since
   // The same piece as comes off where pieces do: of the mass, what is beyond the crack.
   EXPECT_GT(lost.centroid.x(), 0);
   EXPECT_LT(lost.share, 0.8);
@@ -335,7 +360,8 @@ TEST(Viaduct, StandsUnderItsWeightAndLosesASpanThatLeavesItsSeat) {
     std::vector<NodeImpulse> push;
     deck = 0;
     for (int n = 0; n < static_cast<int>(nodes.size()); ++n)
-      if (nodes[n].x() > 0.01 && nodes[n].x() < 11.99 && nodes[n].z() > 7.05) push.push_back({n, Vec3(20 * bridge.node_mass(n) * h, 0, 0)}), deck += bridge.node_mass(n);
+      if (nodes[n].x() > 0.01 && nodes[n].x() < 11.99 && nodes[n].z() > 7.05)
+        push.push_back({n, Vec3(20 * bridge.node_mass(n) * h, 0, 0)}), deck += bridge.node_mass(n);
     bridge.correct(t, h, push);
     t += h;
     if (i % 20 == 0) fallen = bridge.take_fragments();
@@ -343,8 +369,9 @@ TEST(Viaduct, StandsUnderItsWeightAndLosesASpanThatLeavesItsSeat) {
   ASSERT_EQ(fallen.size(), 1u);
   EXPECT_NEAR(fallen[0].mass, deck, 1e-9 * deck);
   EXPECT_GT(fallen[0].linear_momentum.x(), 0);
-  // Its left end has left the seat. At the other it still lies on its cap beam, by pads as high as the bearing: without them it would drop by that height.
-  const double cap = 7, bottom = 7.1;   // levels as built [m]
+  // Its left end has left the seat. At the other it still lies on its cap beam, by pads as high as the
+  // bearing: without them it would drop by that height.
+  const double cap = 7, bottom = 7.1;  // levels as built [m]
   const auto lowest = [&](bool left) {
     double z = bottom + 1;
     for (const Vec3& x : fallen[0].vertices)
@@ -353,21 +380,23 @@ TEST(Viaduct, StandsUnderItsWeightAndLosesASpanThatLeavesItsSeat) {
   };
   EXPECT_NEAR(lowest(true), bottom, 0.02);
   EXPECT_NEAR(lowest(false), cap, 2e-3);
-  std::map<std::pair<int, int>, int> edges;   // closed: each is run through once each way
+  std::map<std::pair<int, int>, int> edges;  // closed: each is run through once each way
   double volume_of_piece = 0;
   for (const auto& v : fallen[0].triangles) {
     for (std::size_t k = 0; k < 3; ++k) ++edges[{v[k], v[(k + 1) % 3]}];
     const auto at = [&](std::size_t k) { return fallen[0].vertices[static_cast<std::size_t>(v[k])]; };
     volume_of_piece += at(0).dot(at(1).cross(at(2))) / 6;
   }
-  for (const auto& [edge, count] : edges) EXPECT_TRUE(count == 1 && edges.count({edge.second, edge.first}) == 1);
+  for (const auto& [edge, count] : edges)
+    EXPECT_TRUE(count == 1 && edges.count({edge.second, edge.first}) == 1);
   const double pads = volume_of_piece - deck / 2450;
   EXPECT_GT(pads, 0.05);
   EXPECT_LT(pads, 1.0);
 }
 
-// Across, a deck has the cap beam, 4 m to each side, below it until its bearings at y = -2 m are off the cap's end: after 6 m. Pushed by a = 20 m/s^2 it is then
-// about as fast as sqrt(2 (a - mu g) 6 m) = 14.3 m/s with all friction and sqrt(2 a 6 m) = 15.5 m/s without; it tips on its way.
+// Across, a deck has the cap beam, 4 m to each side, below it until its bearings at y = -2 m are off the
+// cap's end: after 6 m. Pushed by a = 20 m/s^2 it is then about as fast as sqrt(2 (a - mu g) 6 m) = 14.3 m/s
+// with all friction and sqrt(2 a 6 m) = 15.5 m/s without; it tips on its way.
 TEST(Viaduct, LosesASpanThatIsPushedOffItsCapBeamsSideways) {
   const StructureSpec s = two_spans();
   FemStructure bridge(s, Vec3(0, 0, -9.81), silent);
@@ -376,7 +405,8 @@ TEST(Viaduct, LosesASpanThatIsPushedOffItsCapBeamsSideways) {
   double t = 0, deck = 0;
   std::vector<int> span;
   for (int n = 0; n < static_cast<int>(nodes.size()); ++n)
-    if (nodes[n].x() > 0.01 && nodes[n].x() < 11.99 && nodes[n].z() > 7.05) span.push_back(n), deck += bridge.node_mass(n);
+    if (nodes[n].x() > 0.01 && nodes[n].x() < 11.99 && nodes[n].z() > 7.05)
+      span.push_back(n), deck += bridge.node_mass(n);
   std::vector<Fragment> fallen;
   for (int i = 0; t < 1.5 && fallen.empty(); ++i) {
     bridge.predict(t, h);
@@ -393,7 +423,8 @@ TEST(Viaduct, LosesASpanThatIsPushedOffItsCapBeamsSideways) {
   EXPECT_LT(v, 17.0);
 }
 
-// Bearings carry, they do not glue: when every pier is torn off, decks and what is left of the piers come off one by one.
+// Bearings carry, they do not glue: when every pier is torn off, decks and what is left of the piers come off
+// one by one.
 TEST(Viaduct, ComesApartAtItsBearingsWhenAllItsPiersAreLost) {
   StructureSpec s = two_spans();
   s.damage = "concrete";
@@ -417,7 +448,8 @@ TEST(Viaduct, ComesApartAtItsBearingsWhenAllItsPiersAreLost) {
     for (Fragment& f : bridge.take_fragments()) fallen.push_back(std::move(f));
   }
   ASSERT_GE(fallen.size(), 5u) << "two decks and what is left of three piers";
-  std::sort(fallen.begin(), fallen.end(), [](const Fragment& a, const Fragment& b) { return a.mass > b.mass; });
+  std::sort(fallen.begin(), fallen.end(),
+            [](const Fragment& a, const Fragment& b) { return a.mass > b.mass; });
   for (int k : {0, 1}) EXPECT_NEAR(fallen[k].mass, deck, 1e-9 * deck);
   EXPECT_LT(fallen[2].mass, 0.5 * deck);
 }

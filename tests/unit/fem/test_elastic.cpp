@@ -12,8 +12,8 @@ using namespace talus::fem;
 using namespace talus::fem::test;
 
 namespace {
-/// Deflection of the top under 100 kN along x, spread over the top face, by the static solve (as "gravity" of a massless load:
-/// an implicit run to rest would say the same; the preload is what is tested).
+/// Deflection of the top under 100 kN along x, spread over the top face, by the static solve (as "gravity" of
+/// a massless load: an implicit run to rest would say the same; the preload is what is tested).
 double tip_deflection(int across, int along) {
   StructureSpec s = cantilever(across, along);
   s.poisson = 0;  // else the singular edge of the clamped face governs the order
@@ -25,11 +25,13 @@ double tip_deflection(int across, int along) {
 }  // namespace
 
 TEST(Cantilever, StaticsConvergeToTimoshenko) {
-  const double e = 33.55e9, nu = 0.0, rho = 2450, b = 1.5, l = 12, a = b * b, i = b * b * b * b / 12, g = e / (2 * (1 + nu));
+  const double e = 33.55e9, nu = 0.0, rho = 2450, b = 1.5, l = 12, a = b * b, i = b * b * b * b / 12,
+               g = e / (2 * (1 + nu));
   const double q = rho * a * 1.0;
   const double beam = q * l * l * l * l / (8 * e * i) + q * l * l / (2 * 5.0 / 6 * g * a);
   const double u2 = tip_deflection(2, 16), u4 = tip_deflection(4, 32), u8 = tip_deflection(8, 64);
-  // Bending is exact at any size; what is left is shear that the clamped face holds from warping, singular at its edge.
+  // Bending is exact at any size; what is left is shear that the clamped face holds from warping, singular at
+  // its edge.
   EXPECT_GT(std::log2((u4 - u2) / (u8 - u4)), 1.5);
   const double limit = u8 + (u8 - u4) / 3;
   EXPECT_NEAR(limit, beam, 2e-3 * beam);
@@ -37,7 +39,8 @@ TEST(Cantilever, StaticsConvergeToTimoshenko) {
 }
 
 TEST(Cantilever, TipLoadAndFrequencies) {
-  // 100 kN at the tip: 4.115 mm (Timoshenko); 6.155, 36.19 Hz, each twice; held statically by letting a constant load damp out.
+  // 100 kN at the tip: 4.115 mm (Timoshenko); 6.155, 36.19 Hz, each twice; held statically by letting a
+  // constant load damp out.
   StructureSpec s = cantilever(6, 48);
   FemStructure structure(s, Vec3::Zero(), silent);
   const std::vector<double> w = structure.frequencies(6);
@@ -72,7 +75,8 @@ TEST(Preload, BaseCarriesTheWeight) {
 }
 
 TEST(Preload, ThickBarsInFineCellsFindBalance) {
-  // Four bars of 30 mm in cells of 50 mm are stiffer than the concrete around them: the solve has to know them.
+  // Four bars of 30 mm in cells of 50 mm are stiffer than the concrete around them: the solve has to know
+  // them.
   StructureSpec s = cantilever(4, 20);
   s.size = Vec3(0.2, 0.2, 1.0);
   s.poisson = 0;
@@ -84,9 +88,12 @@ TEST(Preload, ThickBarsInFineCellsFindBalance) {
   EXPECT_TRUE(log.empty()) << log.front();
   EXPECT_TRUE(structure.quiet());
   const double steel = 4 * M_PI / 4 * 0.03 * 0.03, section = 0.2 * 0.2;
-  const double weight = 9.81 * (2450 * (section - steel) + 7850 * steel), stiffness = 33.55e9 * section + 200e9 * steel;  // per metre; the law lays bars into whole cells
+  const double weight = 9.81 * (2450 * (section - steel) + 7850 * steel),
+               stiffness =
+                   33.55e9 * section + 200e9 * steel;  // per metre; the law lays bars into whole cells
   EXPECT_NEAR(structure.base_force().z(), -weight, 0.08 * weight);  // bars end a cover below the top
-  EXPECT_NEAR(structure.probe_displacements()[0].z(), -weight / (2 * stiffness), 0.05 * weight / (2 * stiffness));
+  EXPECT_NEAR(structure.probe_displacements()[0].z(), -weight / (2 * stiffness),
+              0.05 * weight / (2 * stiffness));
   structure.advance_alone(0, 1e-3);
   EXPECT_LT(structure.energy().kinetic, 1e-15 * structure.energy().elastic);
 }
@@ -141,8 +148,10 @@ TEST(Explicit, FreeBodyKeepsMomentumAndEnergy) {
   const NodeImpulse blow{corner, Vec3(100, 300, -50)};
   cube.correct(0, h, std::span(&blow, 1));
   const StructureEnergy hit = cube.energy();
-  EXPECT_NEAR((hit.linear_momentum - start.linear_momentum - blow.impulse).norm(), 0, 1e-9 * start.linear_momentum.norm());
-  EXPECT_NEAR(hit.kinetic + hit.elastic - start.kinetic - start.elastic, hit.contact_work, 1e-9 * start.kinetic);
+  EXPECT_NEAR((hit.linear_momentum - start.linear_momentum - blow.impulse).norm(), 0,
+              1e-9 * start.linear_momentum.norm());
+  EXPECT_NEAR(hit.kinetic + hit.elastic - start.kinetic - start.elastic, hit.contact_work,
+              1e-9 * start.kinetic);
   for (int i = 1; i < 2000; ++i) {
     cube.predict(i * h, h);
     cube.correct(i * h, h, {});
@@ -150,8 +159,10 @@ TEST(Explicit, FreeBodyKeepsMomentumAndEnergy) {
   const StructureEnergy end = cube.energy();
   EXPECT_NEAR((end.linear_momentum - hit.linear_momentum).norm(), 0, 1e-11 * hit.linear_momentum.norm());
   EXPECT_NEAR((end.angular_momentum - hit.angular_momentum).norm(), 0, 1e-10 * hit.angular_momentum.norm());
-  EXPECT_NEAR(end.kinetic + end.elastic + end.algorithmic + end.step_dependence, hit.kinetic + hit.elastic + hit.algorithmic + hit.step_dependence, 1e-9 * hit.kinetic);
-  EXPECT_NEAR(end.kinetic + end.elastic, hit.kinetic + hit.elastic, 5e-3 * (hit.kinetic - start.kinetic));  // the blow on one corner is far from linear
+  EXPECT_NEAR(end.kinetic + end.elastic + end.algorithmic + end.step_dependence,
+              hit.kinetic + hit.elastic + hit.algorithmic + hit.step_dependence, 1e-9 * hit.kinetic);
+  EXPECT_NEAR(end.kinetic + end.elastic, hit.kinetic + hit.elastic,
+              5e-3 * (hit.kinetic - start.kinetic));  // the blow on one corner is far from linear
 }
 
 TEST(Integrators, Agree) {
@@ -168,7 +179,9 @@ TEST(Integrators, Agree) {
     for (int i = 0; i < 60; ++i) structure.advance_alone(i * 1e-3, 1e-3);
     tips.push_back(structure.probe_displacements()[0].x());
     const StructureEnergy e = structure.energy();
-    EXPECT_NEAR(e.kinetic + e.elastic + e.damping_work + e.algorithmic + e.step_dependence, e.external_work, 1e-9 * e.external_work) << how;
+    EXPECT_NEAR(e.kinetic + e.elastic + e.damping_work + e.algorithmic + e.step_dependence, e.external_work,
+                1e-9 * e.external_work)
+        << how;
     EXPECT_LT(std::abs(e.algorithmic), 1e-3 * e.external_work) << how;
   }
   EXPECT_NEAR(tips[1], tips[0], 2e-3 * std::abs(tips[0]));
@@ -198,8 +211,9 @@ TEST(State, RestoreBringsBackTheSameBits) {
   }
 }
 
-/// A cantilever of 0.5 x 0.5 x 8 m under its own weight lying down, Timoshenko's tip deflection: in one layer of cells, long or short. A cell with mean dilatation alone sagged by
-/// 0.9 to 1.02 of it in cubes, one layer, and a quarter in cells four times as long as deep.
+/// A cantilever of 0.5 x 0.5 x 8 m under its own weight lying down, Timoshenko's tip deflection: in one layer
+/// of cells, long or short. A cell with mean dilatation alone sagged by 0.9 to 1.02 of it in cubes, one
+/// layer, and a quarter in cells four times as long as deep.
 TEST(Bending, OfOneLayerIsABeams) {
   const auto tip = [](int layers, int along) {
     StructureSpec s = cantilever(layers, along);
@@ -215,7 +229,8 @@ TEST(Bending, OfOneLayerIsABeams) {
     EXPECT_NEAR(tip(layers, along) / beam, 1, along == 4 ? 0.025 : 0.01) << layers << " " << along;
 }
 
-/// One layer of cells whose faces across the beam lean: incompatible displacements (C3D8I of CalculiX) give 0.99 of the beam at a lean of 27 degrees and 0.97 at 45.
+/// One layer of cells whose faces across the beam lean: incompatible displacements (C3D8I of CalculiX) give
+/// 0.99 of the beam at a lean of 27 degrees and 0.97 at 45.
 TEST(Bending, OfCellsThatLeanIsABeams) {
   for (const double lean : {0.5, 1.0}) {
     const std::string file = std::string(TALUS_BINARY_DIR) + "/leaning_column.inp";
@@ -224,11 +239,13 @@ TEST(Bending, OfCellsThatLeanIsABeams) {
     for (int k = 0; k <= 10; ++k)
       for (int j = 0; j < 2; ++j)
         for (int i = 0; i < 2; ++i)
-          out << 4 * k + 2 * j + i + 1 << ", " << i - 0.5 << ", " << j - 0.5 << ", " << k + lean * (i - 0.5) * std::min({1.0, k / 2.0, (10 - k) / 2.0}) << "\n";
+          out << 4 * k + 2 * j + i + 1 << ", " << i - 0.5 << ", " << j - 0.5 << ", "
+              << k + lean * (i - 0.5) * std::min({1.0, k / 2.0, (10 - k) / 2.0}) << "\n";
     out << "*ELEMENT, TYPE=C3D8, ELSET=E\n";
     for (int k = 0; k < 10; ++k) {
       const int n = 4 * k + 1;
-      out << k + 1 << ", " << n << ", " << n + 1 << ", " << n + 3 << ", " << n + 2 << ", " << n + 4 << ", " << n + 5 << ", " << n + 7 << ", " << n + 6 << "\n";
+      out << k + 1 << ", " << n << ", " << n + 1 << ", " << n + 3 << ", " << n + 2 << ", " << n + 4 << ", "
+          << n + 5 << ", " << n + 7 << ", " << n + 6 << "\n";
     }
     out << "*NSET, NSET=BOT\n1, 2, 3, 4\n";
     out.close();

@@ -1,4 +1,5 @@
-// Halves of solutions: entries of the inverse and sums of columns are those of the whole solution, and do not depend on what else is asked.
+// Halves of solutions: entries of the inverse and sums of columns are those of the whole solution, and do not
+// depend on what else is asked.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -38,7 +39,9 @@ TEST(HalfColumns, GiveTheInverse) {
     VecX unit = VecX::Zero(n), whole(n), back(n), z = VecX::Zero(n);
     unit[asked[j]] = 1;
     factor.solve(unit.data(), whole.data());
-    for (std::size_t i = 0; i < asked.size(); ++i) EXPECT_NEAR(factor.product(half[i], half[j]), whole[asked[i]], 1e-12 * whole.cwiseAbs().maxCoeff()) << i << ", " << j;
+    for (std::size_t i = 0; i < asked.size(); ++i)
+      EXPECT_NEAR(factor.product(half[i], half[j]), whole[asked[i]], 1e-12 * whole.cwiseAbs().maxCoeff())
+          << i << ", " << j;
     factor.add(half[j], 1, z.data());
     factor.back(z.data(), back.data());
     EXPECT_LT((back - whole).cwiseAbs().maxCoeff(), 1e-12 * whole.cwiseAbs().maxCoeff());
@@ -48,11 +51,12 @@ TEST(HalfColumns, GiveTheInverse) {
 TEST(HalfColumns, ArePartOfTheWhole) {
   const Column pier(4, 48);
   const CholeskyFactor factor(pier.stiffness, 0.0, {});
-  EXPECT_LT(factor.half_column(pier.dofs.size / 2).value.size(), static_cast<std::size_t>(pier.dofs.size) / 3);
+  EXPECT_LT(factor.half_column(pier.dofs.size / 2).value.size(),
+            static_cast<std::size_t>(pier.dofs.size) / 3);
 }
 
 TEST(HalfColumns, OfUnconnectedPartsHaveNothingInCommon) {
-  SymmetricMatrix a;   // two chains of two
+  SymmetricMatrix a;  // two chains of two
   a.n = 4;
   a.column = {0, 2, 3, 5, 6};
   a.row = {0, 1, 1, 2, 3, 3};
@@ -61,10 +65,11 @@ TEST(HalfColumns, OfUnconnectedPartsHaveNothingInCommon) {
   const HalfColumn first = factor.half_column(0), second = factor.half_column(3);
   EXPECT_EQ(factor.product(first, second), 0);
   EXPECT_NEAR(factor.product(first, first), 2.0 / 3, 1e-15);
-  EXPECT_EQ(factor.product(first, HalfColumn{}), 0);   // of a direction that is held
+  EXPECT_EQ(factor.product(first, HalfColumn{}), 0);  // of a direction that is held
 }
 
-/// A factor made again in its place has the digits of a new one: of another matrix of the same pattern, of one of another pattern, and after one that is not positive definite was refused.
+/// A factor made again in its place has the digits of a new one: of another matrix of the same pattern, of
+/// one of another pattern, and after one that is not positive definite was refused.
 TEST(CholeskyAgain, HasTheDigitsOfANewFactor) {
   const Column pier(4, 24), other(3, 30);
   CholeskyFactor factor(pier.stiffness, 0.0, {});
@@ -87,7 +92,9 @@ TEST(CholeskyAgain, HasTheDigitsOfANewFactor) {
   same_as_new(softer, 3e8);
   same_as_new(other.stiffness, 0);
   same_as_new(pier.stiffness, 0);
-  EXPECT_THROW(factor.again(pier.stiffness, -1e15, std::vector<double>(static_cast<std::size_t>(pier.dofs.size), 1.0)), NumericalFailure);
+  EXPECT_THROW(
+      factor.again(pier.stiffness, -1e15, std::vector<double>(static_cast<std::size_t>(pier.dofs.size), 1.0)),
+      NumericalFailure);
 }
 
 /// Which other nodes are asked for, in which order, and what was asked before changes no digit.
@@ -107,5 +114,6 @@ TEST(HalfColumns, ComplianceIsTheSameWhateverElseIsAsked) {
   // An impulse moves what the compliance says.
   std::vector<NodeImpulse> push{{70, Vec3(3, -1, 2)}};
   ASSERT_TRUE(one.correct_condensed(0, 20 * one.critical_step(), push));
-  EXPECT_LT((one.node_velocity(40) - first.block<3, 3>(0, 3) * push[0].impulse).norm(), 1e-12 * one.node_velocity(70).norm());
+  EXPECT_LT((one.node_velocity(40) - first.block<3, 3>(0, 3) * push[0].impulse).norm(),
+            1e-12 * one.node_velocity(70).norm());
 }

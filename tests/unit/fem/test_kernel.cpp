@@ -36,7 +36,8 @@ AlignedVector random_field(std::size_t nodes, double scale, unsigned seed) {
 }
 
 /// Forces of the kernels, and of the assembled stiffness, at random displacements.
-void compare(const HexMesh& given, CellShape expected_shape, std::span<const StructureSpec::Refinement> zones = {}) {
+void compare(const HexMesh& given, CellShape expected_shape,
+             std::span<const StructureSpec::Refinement> zones = {}) {
   EXPECT_EQ(shape_of(given, 0), expected_shape);
   const double shear = 14e9, bulk = 18e9;
   const Discretisation cells(given, zones);
@@ -81,10 +82,12 @@ TEST(Kernel, EqualsDealiiAtHangingNodes) {
   compare(mesh, CellShape::general, zones);
 }
 
-/// Nodal masses are the row sums of deal.II's consistent mass, in cells that lean and where nodes hang; they are the mass of the body.
+/// Nodal masses are the row sums of deal.II's consistent mass, in cells that lean and where nodes hang; they
+/// are the mass of the body.
 TEST(Kernel, MassesAreRowSumsOfDealiis) {
   StructureSpec s = talus::fem::test::cantilever(3, 6);
-  s.section = "round", s.rotation = Eigen::AngleAxisd(0.4, Vec3(1, 2, 3).normalized()).toRotationMatrix(), s.supports.clear(), s.probes.clear();
+  s.section = "round", s.rotation = Eigen::AngleAxisd(0.4, Vec3(1, 2, 3).normalized()).toRotationMatrix(),
+  s.supports.clear(), s.probes.clear();
   s.refinements = {{Box3(Vec3(-9, -9, -9), Vec3(9, 9, 6)), 0.3}};
   s.parameters.emplace_back("local_refinement", 1);
   const FemStructure structure(s, Vec3::Zero(), talus::fem::test::silent);
@@ -107,7 +110,8 @@ TEST(Kernel, BulkViscosityTurnsWithItsElement) {
   ElementOperator op(mesh, 14e9, 18e9, true);
   const Mat3 turned = Eigen::AngleAxisd(0.7, Vec3(1, 2, -1).normalized()).toRotationMatrix();
   const Vec3 spin(3, -2, 5);
-  AlignedVector u = random_field(mesh.nodes.size(), 1e-2, 3), v = random_field(mesh.nodes.size(), 1.0, 5), rigid = v;
+  AlignedVector u = random_field(mesh.nodes.size(), 1e-2, 3), v = random_field(mesh.nodes.size(), 1.0, 5),
+                rigid = v;
   for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
     Eigen::Map<Vec3> moved(&u[4 * n]), turns(&rigid[4 * n]);
     moved += turned * mesh.nodes[n] - mesh.nodes[n];
@@ -147,7 +151,8 @@ TEST(Kernel, AllInstructionSetsAgree) {
       for (int a = 0; a < 8; ++a) nodes[(cell / w * 8 + a) * w + cell % w] = 4 * mesh.hexes[cell][a];
       const CellDirections directions = cell_directions(mesh, cell);
       double* of = &geometry[cell / w * 98 * w + cell % w];
-      for (int i = 0; i < 9; ++i) of[i * w] = directions.normal(i % 3, i / 3), of[(9 + i) * w] = directions.edge(i % 3, i / 3);
+      for (int i = 0; i < 9; ++i)
+        of[i * w] = directions.normal(i % 3, i / 3), of[(9 + i) * w] = directions.edge(i % 3, i / 3);
       for (int q = 0; q < 8; ++q) {
         double values[10];
         point_geometry(mesh, cell, gauss_point(q), values);
@@ -156,8 +161,10 @@ TEST(Kernel, AllInstructionSetsAgree) {
     }
     AlignedVector f(u.size(), 0.0), energy(8, 0.0), bound(8, 0.0);
     KernelArguments k;
-    k.nodes = nodes.data(), k.geometry = geometry.data(), k.scale = scale.data(), k.u = u.data(), k.f = f.data();
-    k.energy = energy.data(), k.bound = bound.data(), k.last = 8 / w, k.shear = 14e9, k.bulk = 18e9, k.finite = true;
+    k.nodes = nodes.data(), k.geometry = geometry.data(), k.scale = scale.data(), k.u = u.data(),
+    k.f = f.data();
+    k.energy = energy.data(), k.bound = bound.data(), k.last = 8 / w, k.shear = 14e9, k.bulk = 18e9,
+    k.finite = true;
     set->internal_force(k);
     results.push_back(f);
   }

@@ -16,7 +16,8 @@ HexMesh one_cell(bool distorted) {
   std::uniform_real_distribution<double> off(-0.02, 0.02);
   const Mat3 turned = Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized()).toRotationMatrix();
   for (int a = 0; a < 8; ++a) {
-    Vec3 x(a == 1 || a == 2 || a == 5 || a == 6 ? 0.2 : 0, a == 2 || a == 3 || a == 6 || a == 7 ? 0.3 : 0, a >= 4 ? 0.25 : 0);
+    Vec3 x(a == 1 || a == 2 || a == 5 || a == 6 ? 0.2 : 0, a == 2 || a == 3 || a == 6 || a == 7 ? 0.3 : 0,
+           a >= 4 ? 0.25 : 0);
     if (distorted) x = turned * (x + Vec3(off(generator), off(generator), off(generator)));
     mesh.nodes.push_back(x);
   }
@@ -39,7 +40,8 @@ std::vector<const LawPoints*> all_sets() {
   return sets;
 }
 
-/// Virtual work: f . v = V / 8 sum_q sigma_q : rate_q for any stresses, displacements, velocities and shares of Poisson's effect.
+/// Virtual work: f . v = V / 8 sum_q sigma_q : rate_q for any stresses, displacements, velocities and shares
+/// of Poisson's effect.
 TEST(LawPoints, ForcesDoTheWorkOfTheStresses) {
   for (const bool distorted : {false, true})
     for (const bool finite : {false, true}) {
@@ -66,7 +68,8 @@ TEST(LawPoints, ForcesDoTheWorkOfTheStresses) {
     }
 }
 
-/// A brick of depth 0.25 m bent to the curvature k: eps_x = k z, and eps_z = -nu / (1 - nu) eps_x, but for what cracks have taken of it at each point.
+/// A brick of depth 0.25 m bent to the curvature k: eps_x = k z, and eps_z = -nu / (1 - nu) eps_x, but for
+/// what cracks have taken of it at each point.
 TEST(LawPoints, CracksTakePoissonsEffectAwayWhereTheyAre) {
   const HexMesh mesh = one_cell(false);
   LawGeometry g = law_geometry(mesh, 0, 0.2);
@@ -86,7 +89,8 @@ TEST(LawPoints, CracksTakePoissonsEffectAwayWhereTheyAre) {
   }
 }
 
-/// Rates are the derivative of the strains, the strains before those at u - h v, and a displacement that is linear strains evenly.
+/// Rates are the derivative of the strains, the strains before those at u - h v, and a displacement that is
+/// linear strains evenly.
 TEST(LawPoints, RatesAndTheStepBeforeFollowTheStrains) {
   for (const bool distorted : {false, true}) {
     const HexMesh mesh = one_cell(distorted);
@@ -113,7 +117,8 @@ TEST(LawPoints, RatesAndTheStepBeforeFollowTheStrains) {
       const double expected[6] = {1e-3, -2e-3, 2e-3, 1.5e-3, 3e-3, 5e-3};
       for (int k = 0; k < 6; ++k)
         for (int q = 0; q < 8; ++q) {
-          EXPECT_NEAR(rate[k][q], (high.strain[k][q] - low.strain[k][q]) / (2 * h), 1e-8);   // quadratic in u: exact but for rounding
+          EXPECT_NEAR(rate[k][q], (high.strain[k][q] - low.strain[k][q]) / (2 * h),
+                      1e-8);  // quadratic in u: exact but for rounding
           EXPECT_NEAR(old[k][q], low.strain[k][q], 1e-13);
           EXPECT_NEAR(way[k][q], at.strain[k][q] - low.strain[k][q], 1e-13);
           EXPECT_NEAR(even.strain[k][q], expected[k], 1e-15);

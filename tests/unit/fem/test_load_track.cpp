@@ -1,4 +1,5 @@
-// Greatest loads by means over a window: closed forms of the mean, and what a structure tells whatever asks it and however often.
+// Greatest loads by means over a window: closed forms of the mean, and what a structure tells whatever asks
+// it and however often.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -75,11 +76,12 @@ TEST(LoadTrack, WidthsAreDueOnceAMillisecond) {
   }
 }
 
-// A blow that is over before the window is: its impulse over the window, by steps of any length; what stood there before is no part of it.
+// A blow that is over before the window is: its impulse over the window, by steps of any length; what stood
+// there before is no part of it.
 TEST(LoadTrack, AShortBlowIsItsImpulseOverTheWindow) {
   for (const double step : {1e-5, 6e-5}) {
     LoadTrack track;
-    std::array<double, 9> at_rest{}, struck{};   // one foot
+    std::array<double, 9> at_rest{}, struck{};  // one foot
     at_rest[2] = struck[2] = -4e6;
     struck[0] = 10e6, struck[7] = 30e6;
     track.begin(at_rest, {}, {});
@@ -97,7 +99,8 @@ TEST(LoadTrack, AShortBlowIsItsImpulseOverTheWindow) {
 
 namespace {
 
-/// A pier that a traction strikes for some milliseconds, asked for its motion in pieces of `interval`; its greatest loads.
+/// A pier that a traction strikes for some milliseconds, asked for its motion in pieces of `interval`; its
+/// greatest loads.
 LoadPeaks loads_of_a_blow(double interval, const std::string& integrator = "explicit") {
   StructureSpec s = cantilever(3, 24);
   s.integrator = integrator;
@@ -107,7 +110,8 @@ LoadPeaks loads_of_a_blow(double interval, const std::string& integrator = "expl
   load.history = {{0, 0}, {0.002, 1}, {0.004, 0}};
   s.loads.push_back(load);
   FemStructure pier(s, Vec3(0, 0, -9.81), silent);
-  for (int k = 0; k < static_cast<int>(std::lround(0.06 / interval)); ++k) pier.advance_alone(interval * k, interval);
+  for (int k = 0; k < static_cast<int>(std::lround(0.06 / interval)); ++k)
+    pier.advance_alone(interval * k, interval);
   return pier.load_peaks();
 }
 
@@ -119,7 +123,8 @@ TEST(LoadTrack, GreatestLoadsDoNotHangOnHowOftenTheyAreAskedFor) {
   EXPECT_GT(often.shear.value, 0.2e6);
   EXPECT_NEAR(seldom.shear.value / often.shear.value, 1, 5e-3);
   EXPECT_NEAR(seldom.moment.value / often.moment.value, 1, 5e-3);
-  EXPECT_NEAR(seldom.members[0].shear.value / often.members[0].shear.value, 1, 2e-2);   // samples fall at other instants
+  EXPECT_NEAR(seldom.members[0].shear.value / often.members[0].shear.value, 1,
+              2e-2);  // samples fall at other instants
   EXPECT_NEAR(seldom.members[0].moment.value / often.members[0].moment.value, 1, 2e-2);
   EXPECT_NEAR(seldom.members[0].drift / often.members[0].drift, 1, 1e-2);
 }
@@ -132,7 +137,8 @@ TEST(LoadTrack, ASlowLoadIsItsStatics) {
     StructureSpec::Load load;
     load.region = Box3(Vec3(-0.76, -0.5, 5.5), Vec3(-0.74, 0.5, 6.5));
     load.traction = Vec3(1e6, 0, 0);
-    load.history = {{0, 0}, {0.4875, 1}, {1, 1}};   // a whole number of periods of 0.1625 s: it stands still then
+    load.history = {
+        {0, 0}, {0.4875, 1}, {1, 1}};  // a whole number of periods of 0.1625 s: it stands still then
     s.loads.push_back(load);
     FemStructure pier(s, Vec3(0, 0, -9.81), silent);
     for (int k = 0; k < 60; ++k) pier.advance_alone(0.01 * k, 0.01);
@@ -159,7 +165,8 @@ TEST(LoadTrack, GoesOnFromASavedStateAndStartsOver) {
   EXPECT_GT(one.load_peaks().shear.value, 0);
   EXPECT_EQ(one.load_peaks().shear.value, other.load_peaks().shear.value);
   EXPECT_EQ(one.load_peaks().members.at(0).shear.value, other.load_peaks().members.at(0).shear.value);
-  // A new run counts from the same permanent load, though it rings, and knows of what was before what acts as it starts.
+  // A new run counts from the same permanent load, though it rings, and knows of what was before what acts as
+  // it starts.
   const double before = one.load_peaks().shear.value;
   const Vec6 permanent = one.permanent_reaction();
   one.start_over();

@@ -24,13 +24,14 @@ TEST(PatchLoads, TakeTheAreaInsideTheRegionWhereverTheEdgesLie) {
       force += found.force[k];
       moment += (mesh.nodes[found.node[k]] - Vec3(-0.75, 0, 7)).cross(found.force[k]);
     }
-    EXPECT_NEAR(found.area / expected, 1, 1e-5) << margin;   // the region is widened by 1e-7 of the structure
+    EXPECT_NEAR(found.area / expected, 1, 1e-5) << margin;  // the region is widened by 1e-7 of the structure
     EXPECT_NEAR(force.x() / (2e6 * expected), 1, 1e-5) << margin;
     EXPECT_LT(moment.norm(), 1e-4 * force.x()) << margin;
   }
 }
 
-// A pier that stands under its weight is not at rest under a load that is there from the start, with or without a history: it swings to twice the static deflection.
+// A pier that stands under its weight is not at rest under a load that is there from the start, with or
+// without a history: it swings to twice the static deflection.
 TEST(PatchLoads, OneThatIsConstantMovesWhatStandsUnderItsWeight) {
   using History = std::vector<std::pair<double, double>>;
   for (const History& history : {History{}, History{{0, 1}}, History{{0, 0}}}) {
@@ -46,17 +47,20 @@ TEST(PatchLoads, OneThatIsConstantMovesWhatStandsUnderItsWeight) {
     EXPECT_EQ(pier.quiet(), !pushed) << history.size();
     if (!pushed) continue;
     double most = 0;
-    for (int k = 0; k < 20; ++k) {   // half a period is 0.081 s
+    for (int k = 0; k < 20; ++k) {  // half a period is 0.081 s
       pier.advance_alone(0.01 * k, 0.01);
       most = std::max(most, pier.probe_displacements()[0].x());
     }
-    const double bending = 33.55e9 * std::pow(1.5, 4) / 12, at_rest = 1.5e5 * 11.5 * 11.5 * (3 * 12 - 11.5) / (6 * bending);   // of the top under a force at 11.5 m
+    const double bending = 33.55e9 * std::pow(1.5, 4) / 12,
+                 at_rest = 1.5e5 * 11.5 * 11.5 * (3 * 12 - 11.5) /
+                           (6 * bending);  // of the top under a force at 11.5 m
     EXPECT_NEAR(most, 2 * at_rest, 0.2 * at_rest);
   }
 }
 
-// What presses on a damped pier by impulses, as a block does, and a traction of the same size bring the same base force. Impulses met the nodes' mass alone and all other forces the mass and the damping:
-// alpha h / 2, here 2 %, was missing.
+// What presses on a damped pier by impulses, as a block does, and a traction of the same size bring the same
+// base force. Impulses met the nodes' mass alone and all other forces the mass and the damping: alpha h / 2,
+// here 2 %, was missing.
 TEST(PatchLoads, ImpulsesPressAsTractionsDo) {
   StructureSpec s = cantilever(1, 4);
   s.size = Vec3(1, 1, 2);
@@ -67,17 +71,20 @@ TEST(PatchLoads, ImpulsesPressAsTractionsDo) {
   std::vector<NodeImpulse> impulses;
   const TriangleSurface& skin = pier.surface();
   for (std::size_t v = 0; v < skin.nodes.size(); ++v)
-    if (skin.nodes[v].count == 1 && skin.vertices[v].z() > 1.99) impulses.push_back({skin.nodes[v].node[0], Vec3(0, 0, -0.25 * force * h)});
+    if (skin.nodes[v].count == 1 && skin.vertices[v].z() > 1.99)
+      impulses.push_back({skin.nodes[v].node[0], Vec3(0, 0, -0.25 * force * h)});
   ASSERT_EQ(impulses.size(), 4u);
   for (int i = 0; i < 3000; ++i) {
     pier.predict(i * h, h);
     pier.correct(i * h, h, impulses);
   }
   EXPECT_NEAR(pier.base_force().z(), -force, 1e-6 * force);
-  EXPECT_NEAR(pier.energy().damping_work, pier.energy().contact_work - pier.energy().elastic, 1e-3 * pier.energy().elastic);
+  EXPECT_NEAR(pier.energy().damping_work, pier.energy().contact_work - pier.energy().elastic,
+              1e-3 * pier.energy().elastic);
 }
 
-// With small strains weight and motion superpose: a velocity at the start swings a pier as far with gravity's preload as without.
+// With small strains weight and motion superpose: a velocity at the start swings a pier as far with gravity's
+// preload as without.
 TEST(InitialVelocity, MovesWhatStandsUnderItsWeight) {
   double most[2] = {0, 0};
   for (const bool weight : {false, true}) {

@@ -1,4 +1,5 @@
-// Meshes that are refined in part, by deal.II's Triangulation: nodes that hang between cells of two sizes follow the larger ones.
+// Meshes that are refined in part, by deal.II's Triangulation: nodes that hang between cells of two sizes
+// follow the larger ones.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,9 +21,11 @@ namespace {
 /// A skew box of 4 x 3 x 5 cells, one corner of which is refined twice.
 HexMesh refined_box() {
   StructureSpec s = cantilever(4, 5);
-  s.kind = "box", s.cells = {4, 3, 5}, s.size = Vec3(1.2, 0.9, 2.0), s.rotation = Eigen::AngleAxisd(0.4, Vec3(1, 2, 3).normalized()).toRotationMatrix();
+  s.kind = "box", s.cells = {4, 3, 5}, s.size = Vec3(1.2, 0.9, 2.0),
+  s.rotation = Eigen::AngleAxisd(0.4, Vec3(1, 2, 3).normalized()).toRotationMatrix();
   HexMesh mesh = make_mesh(s);
-  for (Vec3& x : mesh.nodes) x += 0.02 * Vec3(std::sin(3 * x.y()), std::cos(2 * x.z()), std::sin(x.x() + x.y()));
+  for (Vec3& x : mesh.nodes)
+    x += 0.02 * Vec3(std::sin(3 * x.y()), std::cos(2 * x.z()), std::sin(x.x() + x.y()));
   Box3 corner;
   corner.extend(mesh.nodes[0]);
   corner.min().array() -= 0.45, corner.max().array() += 0.45;
@@ -37,7 +40,9 @@ StructureSpec locally(StructureSpec s, const Box3& region, double cell_size) {
 }
 
 /// Half of the pier, from its foot up, in cells half as large.
-StructureSpec pier_with_a_fine_foot() { return locally(cantilever(3, 24), Box3(Vec3(-1, -1, 0), Vec3(1, 1, 5.9)), 0.3); }
+StructureSpec pier_with_a_fine_foot() {
+  return locally(cantilever(3, 24), Box3(Vec3(-1, -1, 0), Vec3(1, 1, 5.9)), 0.3);
+}
 
 }  // namespace
 
@@ -48,9 +53,11 @@ TEST(LocalRefinement, HalvesCellsInTheZoneAndNoneAfar) {
   double volume = 0, whole = 0;
   for (const double v : cell_volumes(mesh)) volume += v;
   StructureSpec s = cantilever(4, 5);
-  s.kind = "box", s.cells = {4, 3, 5}, s.size = Vec3(1.2, 0.9, 2.0), s.rotation = Eigen::AngleAxisd(0.4, Vec3(1, 2, 3).normalized()).toRotationMatrix();
+  s.kind = "box", s.cells = {4, 3, 5}, s.size = Vec3(1.2, 0.9, 2.0),
+  s.rotation = Eigen::AngleAxisd(0.4, Vec3(1, 2, 3).normalized()).toRotationMatrix();
   HexMesh coarse = make_mesh(s);
-  for (Vec3& x : coarse.nodes) x += 0.02 * Vec3(std::sin(3 * x.y()), std::cos(2 * x.z()), std::sin(x.x() + x.y()));
+  for (Vec3& x : coarse.nodes)
+    x += 0.02 * Vec3(std::sin(3 * x.y()), std::cos(2 * x.z()), std::sin(x.x() + x.y()));
   for (const double v : cell_volumes(coarse)) whole += v;
   EXPECT_NEAR(volume / whole, 1, 1e-12);
   for (const HangingNode& h : mesh.hanging) {
@@ -67,7 +74,8 @@ TEST(LocalRefinement, HalvesCellsInTheZoneAndNoneAfar) {
     }
 }
 
-/// A linear field strains every cell alike: no node within feels a force, and the energy is that of the strain in the volume, whatever hangs.
+/// A linear field strains every cell alike: no node within feels a force, and the energy is that of the
+/// strain in the volume, whatever hangs.
 TEST(LocalRefinement, PassesThePatchTest) {
   const HexMesh mesh = refined_box();
   const double shear = 12e9, bulk = 17e9;
@@ -89,7 +97,8 @@ TEST(LocalRefinement, PassesThePatchTest) {
   VecX u(dofs.size), f(dofs.size);
   for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
     for (int c = 0; c < 3; ++c)
-      if (const int d = dofs.number[n][static_cast<std::size_t>(c)]; d >= 0) u[d] = (gradient * mesh.nodes[n])[c];
+      if (const int d = dofs.number[n][static_cast<std::size_t>(c)]; d >= 0)
+        u[d] = (gradient * mesh.nodes[n])[c];
   k.multiply(u.data(), f.data());
   int within = 0;
   for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
@@ -101,11 +110,13 @@ TEST(LocalRefinement, PassesThePatchTest) {
   EXPECT_GT(within, 50);
   double volume = 0;
   for (const double v : cell_volumes(mesh)) volume += v;
-  const Mat3 strain = 0.5 * (gradient + gradient.transpose()), stress = 2 * shear * strain + (bulk - 2.0 / 3 * shear) * strain.trace() * Mat3::Identity();
+  const Mat3 strain = 0.5 * (gradient + gradient.transpose()),
+             stress = 2 * shear * strain + (bulk - 2.0 / 3 * shear) * strain.trace() * Mat3::Identity();
   EXPECT_NEAR(u.dot(f) / (volume * (stress.cwiseProduct(strain)).sum()), 1, 1e-10);
 }
 
-/// Kernels with spread and collected hanging nodes give the force of the assembled stiffness: the static answer stays at rest in explicit steps.
+/// Kernels with spread and collected hanging nodes give the force of the assembled stiffness: the static
+/// answer stays at rest in explicit steps.
 TEST(LocalRefinement, KernelsAndStiffnessAgree) {
   StructureSpec s = pier_with_a_fine_foot();
   s.gravity_preload = true;
@@ -139,29 +150,39 @@ TEST(LocalRefinement, AnswersAsUniformRefinementDoes) {
   EXPECT_LT(std::abs(tip[1] / tip[0] - 1), std::abs(tip[2] / tip[0] - 1));
 }
 
-/// Free, struck at hanging nodes and others: linear and angular momentum are what the impulses brought, the books close.
+/// Free, struck at hanging nodes and others: linear and angular momentum are what the impulses brought, the
+/// books close.
 TEST(LocalRefinement, KeepsMomentaAndEnergy) {
   for (const double speed : {0.0, 20.0}) {
     StructureSpec s = cantilever(3, 6);
-    s.kind = "box", s.size = Vec3(1.5, 1.5, 3), s.supports.clear(), s.probes.clear(), s.initial_velocity = Vec3(speed, 0, 0);
+    s.kind = "box", s.size = Vec3(1.5, 1.5, 3), s.supports.clear(), s.probes.clear(),
+    s.initial_velocity = Vec3(speed, 0, 0);
     s = locally(s, Box3(Vec3(0.1, 0.1, 0.1), Vec3(2, 2, 2)), 0.2);
     FemStructure body(s, Vec3::Zero(), silent);
     ASSERT_GT(body.mesh().hanging.size(), 10u);
     const double h = body.critical_step();
-    std::vector<NodeImpulse> blow{{body.mesh().hanging[3].node, Vec3(-900, 300, 500)}, {0, Vec3(0, 400, -100)}};
+    std::vector<NodeImpulse> blow{{body.mesh().hanging[3].node, Vec3(-900, 300, 500)},
+                                  {0, Vec3(0, 400, -100)}};
     Vec3 linear = body.energy().linear_momentum, angular = body.energy().angular_momentum;
-    for (const NodeImpulse& p : blow) linear += p.impulse, angular += body.node_position(p.node).cross(p.impulse);
-    for (int i = 0; i < 300; ++i) body.predict(i * h, h), body.correct(i * h, h, i == 0 ? std::span<const NodeImpulse>(blow) : std::span<const NodeImpulse>{});
+    for (const NodeImpulse& p : blow)
+      linear += p.impulse, angular += body.node_position(p.node).cross(p.impulse);
+    for (int i = 0; i < 300; ++i)
+      body.predict(i * h, h),
+          body.correct(i * h, h,
+                       i == 0 ? std::span<const NodeImpulse>(blow) : std::span<const NodeImpulse>{});
     const StructureEnergy e = body.energy();
     EXPECT_LT((e.linear_momentum - linear).norm(), 1e-11 * (linear.norm() + 900));
-    EXPECT_LT((e.angular_momentum - angular).norm(), 2e-4 * (angular.norm() + 900)) << "what the blow moves the body by within its first step is of the order h";
+    EXPECT_LT((e.angular_momentum - angular).norm(), 2e-4 * (angular.norm() + 900))
+        << "what the blow moves the body by within its first step is of the order h";
     const double mass = 2450 * 1.5 * 1.5 * 3, start = 0.5 * mass * speed * speed;
     EXPECT_GT(e.elastic, 0.01 * e.contact_work);
-    EXPECT_LT(std::abs(e.kinetic + e.elastic + e.algorithmic + e.step_dependence - start - e.contact_work), 1e-9 * (start + std::abs(e.contact_work)));
+    EXPECT_LT(std::abs(e.kinetic + e.elastic + e.algorithmic + e.step_dependence - start - e.contact_work),
+              1e-9 * (start + std::abs(e.contact_work)));
   }
 }
 
-/// A ringing pier whose cells are halved twice, in two places: the field of its motion, its linear momentum and the sum of its books stay.
+/// A ringing pier whose cells are halved twice, in two places: the field of its motion, its linear momentum
+/// and the sum of its books stay.
 TEST(LocalRefinement, MotionGoesOnWhereCellsAreHalved) {
   StructureSpec s = cantilever(3, 12);
   s.gravity_preload = true;
@@ -171,31 +192,35 @@ TEST(LocalRefinement, MotionGoesOnWhereCellsAreHalved) {
   double t = 0, permanent = pier->permanent_energy();
   const auto sum = [&] {
     const StructureEnergy e = pier->energy();
-    return e.kinetic + e.elastic + e.gravity_potential + e.algorithmic + e.step_dependence - e.contact_work - pier->permanent_energy();
+    return e.kinetic + e.elastic + e.gravity_potential + e.algorithmic + e.step_dependence - e.contact_work -
+           pier->permanent_energy();
   };
   const double start = sum();
   for (const double height : {4.0, 9.0}) {
     std::vector<NodeImpulse> blow{{40, Vec3(900, -300, 100)}};
     for (int i = 0; i < 50; ++i) {
       const double h = pier->critical_step();
-      pier->predict(t, h), pier->correct(t, h, i == 0 ? std::span<const NodeImpulse>(blow) : std::span<const NodeImpulse>{});
+      pier->predict(t, h),
+          pier->correct(t, h, i == 0 ? std::span<const NodeImpulse>(blow) : std::span<const NodeImpulse>{});
       t += h;
     }
     zones.push_back({Box3(Vec3(0.2, -1, height), Vec3(1, 1, height + 1)), 0.3});
     const Vec3 probe = pier->probe_displacements()[0];
     std::unique_ptr<FemStructure> finer(static_cast<FemStructure*>(pier->refined(zones).release()));
     ASSERT_TRUE(finer);
-    const StructureEnergy before = pier->energy(), after = finer->energy();   // both at the time of the displacements
+    const StructureEnergy before = pier->energy(),
+                          after = finer->energy();  // both at the time of the displacements
     EXPECT_GT(before.linear_momentum.norm(), 10);
     EXPECT_LT((after.linear_momentum - before.linear_momentum).norm(), 1e-11 * before.linear_momentum.norm());
     EXPECT_LT((finer->probe_displacements()[0] - probe).norm(), 0.05 * probe.norm());
-    EXPECT_LE(after.kinetic, before.kinetic);   // squares of means
+    EXPECT_LE(after.kinetic, before.kinetic);  // squares of means
     EXPECT_GT(after.kinetic, 0.85 * before.kinetic);
     EXPECT_GT(finer->elements(), pier->elements());
-    EXPECT_FALSE(finer->refined(zones));   // it has them
+    EXPECT_FALSE(finer->refined(zones));  // it has them
     pier = std::move(finer);
     EXPECT_NEAR(sum(), start, 1e-9 * pier->energy().contact_work);
-    // What it would be without motion is another: its own state at rest, at the same nodes a field of the finer mesh.
+    // What it would be without motion is another: its own state at rest, at the same nodes a field of the
+    // finer mesh.
     EXPECT_NE(pier->permanent_energy(), permanent);
     permanent = pier->permanent_energy();
   }
@@ -203,12 +228,14 @@ TEST(LocalRefinement, MotionGoesOnWhereCellsAreHalved) {
   for (const HangingNode& h : mesh.hanging)
     for (std::size_t c = 0; c < 3; ++c) {
       double mean = 0;
-      for (const auto& [master, weight] : h.masters) mean += weight * pier->displacement()[4 * static_cast<std::size_t>(master) + c];
+      for (const auto& [master, weight] : h.masters)
+        mean += weight * pier->displacement()[4 * static_cast<std::size_t>(master) + c];
       EXPECT_NEAR(pier->displacement()[4 * static_cast<std::size_t>(h.node) + c], mean, 1e-15);
     }
 }
 
-/// Whatever cells are gone, what is left is bounded: the vectors of area of its faces add up to zero and their moments to its volume, and cut at the middles of their edges any two faces meet in whole edges.
+/// Whatever cells are gone, what is left is bounded: the vectors of area of its faces add up to zero and
+/// their moments to its volume, and cut at the middles of their edges any two faces meet in whole edges.
 TEST(LocalRefinement, WhatIsLeftHasAClosedSurface) {
   const HexMesh mesh = refined_box();
   const std::vector<double> volumes = cell_volumes(mesh);
@@ -230,9 +257,12 @@ TEST(LocalRefinement, WhatIsLeftHasAClosedSurface) {
       EXPECT_TRUE(live[static_cast<std::size_t>(quads[q].cell)]);
       const auto& v = surface.quad[q];
       for (const auto& [i, j, k] : {std::array{0, 1, 2}, std::array{0, 2, 3}}) {
-        const std::array<int, 3> t{v[static_cast<std::size_t>(i)], v[static_cast<std::size_t>(j)], v[static_cast<std::size_t>(k)]};
+        const std::array<int, 3> t{v[static_cast<std::size_t>(i)], v[static_cast<std::size_t>(j)],
+                                   v[static_cast<std::size_t>(k)]};
         if (t[1] == t[2]) continue;
-        const auto at = [&](std::size_t c) -> const Vec3& { return mesh.nodes[static_cast<std::size_t>(surface.node[static_cast<std::size_t>(t[c])])]; };
+        const auto at = [&](std::size_t c) -> const Vec3& {
+          return mesh.nodes[static_cast<std::size_t>(surface.node[static_cast<std::size_t>(t[c])])];
+        };
         const Vec3 normal = (at(1) - at(0)).cross(at(2) - at(0)) / 2;
         EXPECT_GT(normal.norm(), 1e-6);
         sum += normal, area += normal.norm();
@@ -244,15 +274,17 @@ TEST(LocalRefinement, WhatIsLeftHasAClosedSurface) {
       }
     }
     EXPECT_LT(sum.norm(), 1e-12 * area);
-    EXPECT_NEAR(enclosed, volume, 0.01 * volume);   // cells are not quite bounded by triangles
+    EXPECT_NEAR(enclosed, volume, 0.01 * volume);  // cells are not quite bounded by triangles
     for (const auto& [edge, balance] : edges) EXPECT_EQ(balance, 0) << edge.first << ' ' << edge.second;
   }
 }
 
-/// A bar of concrete, finer in the middle, torn apart there: what comes off has cells of both sizes, a closed surface, its mass and its momenta.
+/// A bar of concrete, finer in the middle, torn apart there: what comes off has cells of both sizes, a closed
+/// surface, its mass and its momenta.
 TEST(LocalRefinement, PiecesComeOffWithTheirMassAndMomenta) {
   StructureSpec s;
-  s.name = "bar", s.kind = "box", s.f_cm = 38e6, s.density = 2450, s.size = Vec3(1.0, 0.2, 0.2), s.cells = {10, 2, 2}, s.damage = "concrete", s.rate_effect = false, s.integrator = "explicit";
+  s.name = "bar", s.kind = "box", s.f_cm = 38e6, s.density = 2450, s.size = Vec3(1.0, 0.2, 0.2),
+  s.cells = {10, 2, 2}, s.damage = "concrete", s.rate_effect = false, s.integrator = "explicit";
   s.supports.push_back({"-x", "", {}, {true, true, true}});
   s = locally(s, Box3(Vec3(-0.12, -0.1, -0.1), Vec3(0.12, 0.1, 0.1)), 0.05);
   FemStructure bar(s, Vec3::Zero(), silent);
@@ -272,14 +304,16 @@ TEST(LocalRefinement, PiecesComeOffWithTheirMassAndMomenta) {
     bar.predict(t, h);
     std::vector<NodeImpulse> pull;
     for (int n = 0; n < nodes; ++n)
-      if (bar.mesh().nodes[static_cast<std::size_t>(n)].x() > 0.25 && bar.node_mass(n) > 0) pull.push_back({n, bar.node_mass(n) * (Vec3(5.0, 1.0, 0) - bar.predicted_velocity(n))});
+      if (bar.mesh().nodes[static_cast<std::size_t>(n)].x() > 0.25 && bar.node_mass(n) > 0)
+        pull.push_back({n, bar.node_mass(n) * (Vec3(5.0, 1.0, 0) - bar.predicted_velocity(n))});
     bar.correct(t, h, pull);
     t += h;
     before = bar.energy();
     mass = whole();
     fragments = bar.take_fragments();
   }
-  ASSERT_FALSE(fragments.empty()) << bar.elements() << " cells, damage " << bar.damage_max() << " at " << t << " s";
+  ASSERT_FALSE(fragments.empty()) << bar.elements() << " cells, damage " << bar.damage_max() << " at " << t
+                                  << " s";
   const StructureEnergy after = bar.energy();
   Vec3 momentum = after.linear_momentum, spin = after.angular_momentum;
   double rest = whole(), kinetic = after.kinetic;
@@ -289,9 +323,13 @@ TEST(LocalRefinement, PiecesComeOffWithTheirMassAndMomenta) {
     double volume = 0;
     std::map<std::pair<int, int>, int> edges;
     for (const auto& tri : f.triangles) {
-      const auto at = [&](std::size_t c) -> const Vec3& { return f.vertices[static_cast<std::size_t>(tri[c])]; };
+      const auto at = [&](std::size_t c) -> const Vec3& {
+        return f.vertices[static_cast<std::size_t>(tri[c])];
+      };
       volume += at(0).dot(at(1).cross(at(2))) / 6;
-      for (std::size_t c = 0; c < 3; ++c) edges[{std::min(tri[c], tri[(c + 1) % 3]), std::max(tri[c], tri[(c + 1) % 3])}] += tri[c] < tri[(c + 1) % 3] ? 1 : -1;
+      for (std::size_t c = 0; c < 3; ++c)
+        edges[{std::min(tri[c], tri[(c + 1) % 3]), std::max(tri[c], tri[(c + 1) % 3])}] +=
+            tri[c] < tri[(c + 1) % 3] ? 1 : -1;
     }
     EXPECT_GT(volume, 0);
     for (const auto& [edge, balance] : edges) EXPECT_EQ(balance, 0);

@@ -13,8 +13,9 @@ using namespace talus::fem;
 using namespace talus::fem::test;
 
 TEST(Members, SectionForcesOfACantileverUnderItsWeightAcrossAndAlong) {
-  // Gravity at an angle: every section carries what lies above. Cells of 0.5 m, stations on cell borders: the layer above a station
-  // hands down what lies above its own middle, so that is where the closed forms are taken.
+  // Gravity at an angle: every section carries what lies above. Cells of 0.5 m, stations on cell borders: the
+  // layer above a station hands down what lies above its own middle, so that is where the closed forms are
+  // taken.
   StructureSpec s = cantilever(3, 24);
   s.gravity_preload = true;
   const double g = 9.81, across = 2.0, w = 2450 * 1.5 * 1.5, h = 0.5;
@@ -33,16 +34,19 @@ TEST(Members, SectionForcesOfACantileverUnderItsWeightAcrossAndAlong) {
     if (k == 8) continue;
     // Nodal weights at and above the upper end of the layer, about the station.
     double moment = 0;
-    for (double z = at + h; z < 12 + 1e-9; z += h) moment += w * across * (z > 12 - 1e-9 ? h / 2 : h) * (z - m.stations[k]);
+    for (double z = at + h; z < 12 + 1e-9; z += h)
+      moment += w * across * (z > 12 - 1e-9 ? h / 2 : h) * (z - m.stations[k]);
     EXPECT_NEAR(state.moment[k][1], moment, 1e-3 * w * across * 72) << k;
     EXPECT_NEAR(state.moment[k][0], 0, 1e-5 * moment + 1);
   }
-  EXPECT_NEAR(state.drift[0], w * across * std::pow(12, 4) / (8 * 33.55e9 * std::pow(1.5, 4) / 12), 0.03 * state.drift[0]);
+  EXPECT_NEAR(state.drift[0], w * across * std::pow(12, 4) / (8 * 33.55e9 * std::pow(1.5, 4) / 12),
+              0.03 * state.drift[0]);
   EXPECT_EQ(m.shear_design[0], 0);  // no concrete
 }
 
 TEST(Members, ShearResistanceByHand) {
-  // 1.5 m deep along x, 3 m wide; two rows of eight bars of 25 mm at +-0.65 m, stirrups of 12 mm each 0.2 m with legs along x of 1.4 m.
+  // 1.5 m deep along x, 3 m wide; two rows of eight bars of 25 mm at +-0.65 m, stirrups of 12 mm each 0.2 m
+  // with legs along x of 1.4 m.
   Pier pier;
   pier.shape.width = 1.5, pier.shape.depth = 3, pier.shape.length = pier.clear = 10;
   std::vector<rebar::Bar> bars;
@@ -57,7 +61,8 @@ TEST(Members, ShearResistanceByHand) {
     rebar::Bar b;
     b.diameter = 0.012;
     const double z = 0.1 + 0.2 * i;
-    b.points = {Vec3(-0.7, -1.45, z), Vec3(0.7, -1.45, z), Vec3(0.7, 1.45, z), Vec3(-0.7, 1.45, z), Vec3(-0.7, -1.45, z)};
+    b.points = {Vec3(-0.7, -1.45, z), Vec3(0.7, -1.45, z), Vec3(0.7, 1.45, z), Vec3(-0.7, 1.45, z),
+                Vec3(-0.7, -1.45, z)};
     bars.push_back(b);
   }
   const rebar::ShearInput in = shear_input(pier, bars, 5.0, 0, 2e6);
@@ -68,8 +73,9 @@ TEST(Members, ShearResistanceByHand) {
   const rebar::ShearResistance r = rebar::shear_resistance(in, {30e6, 1.2, 1.0, 1.0});
   // V_Rd,s = A_sw/s z f_ywd cot t with cot t = 2.5, z = 1.26 m: 1.131e-3 x 1.26 x 500e6 x 2.5 = 1.78 MN
   EXPECT_NEAR(r.stirrups, 1.78e6, 0.002 * 1.78e6);
-  // V_Rd,c = (0.15 k (100 rho f_ck)^(1/3) + 0.15 s_cp) b d, k 1.378, rho 0.000935: (0.15 x 1.378 x 1.411 + 0.15 x 0.444) x 4.2 = 1.505 MN;
-  // the least value (0.035 k^1.5 f_ck^0.5 + 0.15 s_cp) = 0.377: 1.583 MN governs
+  // V_Rd,c = (0.15 k (100 rho f_ck)^(1/3) + 0.15 s_cp) b d, k 1.378, rho 0.000935: (0.15 x 1.378 x 1.411 +
+  // 0.15 x 0.444) x 4.2 = 1.505 MN; the least value (0.035 k^1.5 f_ck^0.5 + 0.15 s_cp) = 0.377: 1.583 MN
+  // governs
   EXPECT_NEAR(r.concrete, 1.583e6, 0.01e6);
 }
 
@@ -92,7 +98,8 @@ std::pair<Pier, std::vector<rebar::Bar>> tied(double size, double height, const 
 }
 }  // namespace
 
-// EN 1992-1-1 6.2.3: A_sw / s of regular stirrups, whatever the spacing, the height of the column and the section asked for.
+// EN 1992-1-1 6.2.3: A_sw / s of regular stirrups, whatever the spacing, the height of the column and the
+// section asked for.
 TEST(Members, StirrupsByRuleGiveTheirAreaOverTheirSpacing) {
   for (double spacing : {0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.6})
     for (double height : {2.0, 3.0, 3.1, 3.37}) {
@@ -104,22 +111,28 @@ TEST(Members, StirrupsByRuleGiveTheirAreaOverTheirSpacing) {
       rule.diameter = 0.012, rule.cover = 0.04, rule.spacing = spacing;
       const auto ties = rebar::stirrups(m, rule);
       for (double at : {0.0, 0.1, 0.25 * height, 0.5 * height, height - 0.03, height})
-        EXPECT_NEAR(shear_input(pier, ties, at, 0, 0).stirrup_area_per_length / (two_legs / spacing), 1, 1e-9) << spacing << ' ' << height << ' ' << at;
+        EXPECT_NEAR(shear_input(pier, ties, at, 0, 0).stirrup_area_per_length / (two_legs / spacing), 1, 1e-9)
+            << spacing << ' ' << height << ' ' << at;
     }
 }
 
 TEST(Members, StirrupsAtUnevenLevelsShareTheLengthBetweenThem) {
-  // By turns 0.1 and 0.3 m apart: 0.2 m each. Then none from 2.1 m on: a tie stands for one spacing beyond it, no more.
+  // By turns 0.1 and 0.3 m apart: 0.2 m each. Then none from 2.1 m on: a tie stands for one spacing beyond
+  // it, no more.
   const auto [pier, ties] = tied(0.4, 6, {0.1, 0.2, 0.5, 0.6, 0.9, 1.0, 1.3, 1.4, 1.7, 1.8, 2.1});
   EXPECT_NEAR(shear_input(pier, ties, 1.0, 0, 0).stirrup_area_per_length, two_legs / 0.2, 1e-9);
   EXPECT_EQ(shear_input(pier, ties, 4.0, 1, 0).stirrup_area_per_length, 0);
-  // Two ties at one level, the second a diameter above, count both; so do the turns of a spiral that is one bar.
-  auto [same, double_ties] = tied(0.4, 3, {0.15, 0.162, 0.45, 0.462, 0.75, 0.762, 1.05, 1.062, 1.35, 1.362, 1.65, 1.662, 1.95, 1.962});
+  // Two ties at one level, the second a diameter above, count both; so do the turns of a spiral that is one
+  // bar.
+  auto [same, double_ties] = tied(
+      0.4, 3, {0.15, 0.162, 0.45, 0.462, 0.75, 0.762, 1.05, 1.062, 1.35, 1.362, 1.65, 1.662, 1.95, 1.962});
   EXPECT_NEAR(shear_input(same, double_ties, 1.1, 0, 0).stirrup_area_per_length, 2 * two_legs / 0.3, 1e-9);
   rebar::Bar spiral;
   spiral.diameter = 0.012;
-  for (int i = 0; i <= 4 * 20; ++i) spiral.points.push_back(Vec3((i + 1) / 2 % 2 ? 0.154 : -0.154, i / 2 % 2 ? 0.154 : -0.154, 0.15 * i / 4));
-  EXPECT_NEAR(shear_input(same, {spiral}, 1.5, 0, 0).stirrup_area_per_length, two_legs / 0.15, 0.01 * two_legs / 0.15);
+  for (int i = 0; i <= 4 * 20; ++i)
+    spiral.points.push_back(Vec3((i + 1) / 2 % 2 ? 0.154 : -0.154, i / 2 % 2 ? 0.154 : -0.154, 0.15 * i / 4));
+  EXPECT_NEAR(shear_input(same, {spiral}, 1.5, 0, 0).stirrup_area_per_length, two_legs / 0.15,
+              0.01 * two_legs / 0.15);
 }
 
 TEST(Members, ShearInputOfARoundAndAHollowPier) {
@@ -156,7 +169,8 @@ StructureSpec short_column() {
 
 TEST(PushDown, OfASoundColumnIsItsConcreteAndSteel) {
   std::vector<std::string> told;
-  FemStructure column(short_column(), Vec3(0, 0, -9.81), [&told](const std::string& line) { told.push_back(line); });
+  FemStructure column(short_column(), Vec3(0, 0, -9.81),
+                      [&told](const std::string& line) { told.push_back(line); });
   std::vector<double> before, after;
   column.save(before);
   const PushDown p = column.push_down().at(0);
@@ -205,7 +219,8 @@ StructureSpec viaduct(std::vector<std::pair<std::string, double>> parameters) {
   s.density = 2450;
   s.cell_size = 1.0;
   s.supports.push_back({"-z", "", {}, {true, true, true}});
-  s.parameters = {{"spans", 2}, {"span_length", 12}, {"pier_height", 6}, {"pier_width", 1.6}, {"pier_depth", 1.6}, {"cap_width", 2.4}};
+  s.parameters = {{"spans", 2},        {"span_length", 12}, {"pier_height", 6},
+                  {"pier_width", 1.6}, {"pier_depth", 1.6}, {"cap_width", 2.4}};
   s.parameters.insert(s.parameters.end(), parameters.begin(), parameters.end());
   return s;
 }
@@ -218,7 +233,11 @@ double volume(const FemStructure& f) {
 
 TEST(ViaductShapes, VolumeWeightAndRestOfEverySectionAndDeck) {
   const double pi = 3.14159265358979323846, caps = 3 * 2.4 * 8 * 1.0, solid = 2 * (12 - 0.05) * 8 * 1.5;
-  struct Case { const char* name; StructureSpec spec; double volume; };
+  struct Case {
+    const char* name;
+    StructureSpec spec;
+    double volume;
+  };
   std::vector<Case> cases;
   cases.push_back({"rectangular", viaduct({}), 3 * 6 * 1.6 * 1.6 + caps + solid});
   StructureSpec round = viaduct({});
@@ -229,15 +248,19 @@ TEST(ViaductShapes, VolumeWeightAndRestOfEverySectionAndDeck) {
   cases.push_back({"pairs of round piers", pairs, 6 * 6 * pi * 0.64 + caps + solid});
   StructureSpec by_diameter = viaduct({{"pier_diameter", 1.6}});
   by_diameter.section = "round";
-  std::erase_if(by_diameter.parameters, [](const auto& p) { return p.first == "pier_width" || p.first == "pier_depth"; });
+  std::erase_if(by_diameter.parameters,
+                [](const auto& p) { return p.first == "pier_width" || p.first == "pier_depth"; });
   cases.push_back({"round by pier_diameter", by_diameter, 3 * 6 * pi * 0.64 + caps + solid});
   StructureSpec hollow = viaduct({});
   hollow.section = "hollow";
   hollow.wall_thickness = 0.3;
   cases.push_back({"hollow", hollow, 3 * 6 * (1.6 * 1.6 - 1.0) + caps + solid});
-  cases.push_back({"T-girders", viaduct({{"girders", 4}, {"girder_width", 0.5}, {"slab_thickness", 0.3}}), 3 * 6 * 1.6 * 1.6 + caps + 2 * 11.95 * (8 * 0.3 + 4 * 0.5 * 1.2)});
-  cases.push_back({"box girder", viaduct({{"girders", 2}, {"girder_width", 0.5}, {"slab_thickness", 0.3}, {"bottom_slab", 0.25}}),
-                   3 * 6 * 1.6 * 1.6 + caps + 2 * 11.95 * (8 * 0.3 + 2 * 0.5 * 1.2 + (4 - 0.5) * 0.25)});
+  cases.push_back({"T-girders", viaduct({{"girders", 4}, {"girder_width", 0.5}, {"slab_thickness", 0.3}}),
+                   3 * 6 * 1.6 * 1.6 + caps + 2 * 11.95 * (8 * 0.3 + 4 * 0.5 * 1.2)});
+  cases.push_back(
+      {"box girder",
+       viaduct({{"girders", 2}, {"girder_width", 0.5}, {"slab_thickness", 0.3}, {"bottom_slab", 0.25}}),
+       3 * 6 * 1.6 * 1.6 + caps + 2 * 11.95 * (8 * 0.3 + 2 * 0.5 * 1.2 + (4 - 0.5) * 0.25)});
   for (const Case& c : cases) {
     FemStructure bridge(c.spec, Vec3(0, 0, -9.81), silent);
     EXPECT_NEAR(volume(bridge), c.volume, 1e-6 * c.volume) << c.name;
@@ -251,7 +274,8 @@ TEST(ViaductShapes, VolumeWeightAndRestOfEverySectionAndDeck) {
   }
 }
 
-/// A simple span under its weight, w each metre between pads that stand a from its ends: M = w (L^2 / 8 - a L / 2) in the middle, V = w (L / 2 - x).
+/// A simple span under its weight, w each metre between pads that stand a from its ends: M = w (L^2 / 8 - a L
+/// / 2) in the middle, V = w (L / 2 - x).
 TEST(ViaductShapes, SpansAreMembers) {
   StructureSpec s = viaduct({{"girders", 4}, {"girder_width", 0.5}, {"slab_thickness", 0.3}});
   s.young = 0, s.f_cm = 38e6, s.cell_size = 0.5;
@@ -262,11 +286,14 @@ TEST(ViaductShapes, SpansAreMembers) {
   EXPECT_EQ(span.name, "S1");
   EXPECT_TRUE(span.span);
   EXPECT_NEAR(span.length, 11.95, 1e-9);
-  const double area = 8 * 0.3 + 4 * 0.5 * 1.2, load = 2450 * 9.81 * area, rest = std::min(0.4 * (2.4 - 0.05), 0.6);
+  const double area = 8 * 0.3 + 4 * 0.5 * 1.2, load = 2450 * 9.81 * area,
+               rest = std::min(0.4 * (2.4 - 0.05), 0.6);
   EXPECT_NEAR(span.volume, area * 11.95, 1e-6 * span.volume);
   const MemberState state = bridge.member_states()[3];
-  EXPECT_NEAR(std::abs(state.moment[4][0]), load * (11.95 * 11.95 / 8 - rest / 2 * 11.95 / 2), 0.05 * load * 11.95 * 11.95 / 8);
-  EXPECT_NEAR(std::abs(state.shear[2][1]), load * 11.95 / 4, 0.15 * load * 11.95 / 2);   // less the weight of one layer of cells
+  EXPECT_NEAR(std::abs(state.moment[4][0]), load * (11.95 * 11.95 / 8 - rest / 2 * 11.95 / 2),
+              0.05 * load * 11.95 * 11.95 / 8);
+  EXPECT_NEAR(std::abs(state.shear[2][1]), load * 11.95 / 4,
+              0.15 * load * 11.95 / 2);  // less the weight of one layer of cells
   EXPECT_LT(state.drift[1], 0);
   EXPECT_EQ(state.ends_unseated, 0);
   // EN 1992-1-1 6.2.2 without ties: d = 1.5 - 0.05 - 0.016 m, b_w the four webs, 16 bars below.
@@ -280,7 +307,7 @@ TEST(ViaductShapes, BaseMomentIsOfOnePierAboutItsFoot) {
   StructureSpec s = viaduct({{"spans", 2}});
   s.cell_size = 0.8;
   s.damping_ratio = 0.5;
-  StructureSpec::Load load;   // 1 MPa on a band of the second pier
+  StructureSpec::Load load;  // 1 MPa on a band of the second pier
   load.region = Box3(Vec3(11.19, -0.9, 2), Vec3(11.21, 0.9, 4));
   load.traction = Vec3(0, 1e5, 0);
   load.history = {{0, 0}, {0.3, 1}, {10, 1}};
@@ -290,12 +317,13 @@ TEST(ViaductShapes, BaseMomentIsOfOnePierAboutItsFoot) {
   const LoadPeaks p = bridge.load_peaks();
   EXPECT_EQ(p.moment_member, 1);
   EXPECT_NEAR((p.moment_at - Vec3(12, 0, 0)).norm(), 0, 1e-9);
-  const double force = bridge.base_force().y();   // all of it
+  const double force = bridge.base_force().y();  // all of it
   EXPECT_GT(p.moment.value, 1.0 * std::abs(force));
-  EXPECT_LT(p.moment.value, 4.5 * std::abs(force));   // the arm is 3 m, not the 12 m to the end of the bridge
+  EXPECT_LT(p.moment.value, 4.5 * std::abs(force));  // the arm is 3 m, not the 12 m to the end of the bridge
 }
 
-/// Elastic concrete that is bent beyond f_t says so: sigma = 6 M / (b h^2), at the centre of cells a part of it.
+/// Elastic concrete that is bent beyond f_t says so: sigma = 6 M / (b h^2), at the centre of cells a part of
+/// it.
 TEST(Members, ElasticConcreteSaysWhatItBears) {
   for (const double factor : {0.2, 2.0}) {
     StructureSpec s = cantilever(4, 24);
@@ -304,7 +332,8 @@ TEST(Members, ElasticConcreteSaysWhatItBears) {
     StructureSpec::Load load;
     load.region = Box3(Vec3(-10, -10, s.size.z() - 1e-3), Vec3(10, 10, s.size.z() + 1e-3));
     const double f_t = 2.896e6, depth = s.size.x();
-    load.traction = Vec3(factor * f_t * depth / (6 * s.size.z()), 0, 0);   // of a square section: M = f_t h^3 / 6
+    load.traction =
+        Vec3(factor * f_t * depth / (6 * s.size.z()), 0, 0);  // of a square section: M = f_t h^3 / 6
     load.history = {{0, 0}, {0.5, 1}, {10, 1}};
     s.loads.push_back(load);
     FemStructure pier(s, Vec3::Zero(), silent);
@@ -327,7 +356,7 @@ TEST(ViaductShapes, PiersReachTheGround) {
   std::erase_if(s.parameters, [](const auto& p) { return p.first == "pier_height"; });
   s.ground = [](double x, double) { return 0.1 * x; };
   FemStructure bridge(s, Vec3(0, 0, -9.81), silent);
-  ASSERT_EQ(bridge.members().size(), 5u);   // three piers, two spans
+  ASSERT_EQ(bridge.members().size(), 5u);  // three piers, two spans
   const double top = 12 - 1.5 - 0.1 - 1.0;
   for (int i = 0; i < 3; ++i) EXPECT_NEAR(bridge.members()[i].length, top - 0.1 * 12 * i, 1e-9);
   s.ground = [](double, double) { return std::nan(""); };
@@ -344,8 +373,8 @@ TEST(ViaductShapes, MeasuresThatDoNotFitAreErrors) {
   for (auto& [key, value] : narrow.parameters)
     if (key == "cap_width") value = 1.65;
   EXPECT_THROW(FemStructure(narrow, Vec3::Zero(), silent), InputError);
-  EXPECT_THROW(viaduct_plan(viaduct({{"pier_diameter", 1.6}})), InputError);   // not round
-  StructureSpec twice = viaduct({{"pier_diameter", 1.5}});                     // and a pier_width of 1.6 m
+  EXPECT_THROW(viaduct_plan(viaduct({{"pier_diameter", 1.6}})), InputError);  // not round
+  StructureSpec twice = viaduct({{"pier_diameter", 1.5}});                    // and a pier_width of 1.6 m
   twice.section = "round";
   EXPECT_THROW(viaduct_plan(twice), InputError);
   // A deck's end rests on half of the cap beam less half of the joint of 5 cm: 0.975 m of 2 m.
@@ -353,10 +382,12 @@ TEST(ViaductShapes, MeasuresThatDoNotFitAreErrors) {
     StructureSpec long_seat = viaduct({{"bearing_seat", seat}});
     for (auto& [key, value] : long_seat.parameters)
       if (key == "cap_width") value = 2.0;
-    if (seat < 0.975) EXPECT_NO_THROW(viaduct_plan(long_seat));
-    else EXPECT_THROW(viaduct_plan(long_seat), InputError);
+    if (seat < 0.975)
+      EXPECT_NO_THROW(viaduct_plan(long_seat));
+    else
+      EXPECT_THROW(viaduct_plan(long_seat), InputError);
   }
-  StructureSpec close = viaduct({});   // cap beams of 2 m every 2 m
+  StructureSpec close = viaduct({});  // cap beams of 2 m every 2 m
   for (auto& [key, value] : close.parameters)
     if (key == "cap_width" || key == "span_length") value = 2.0;
   EXPECT_THROW(viaduct_plan(close), InputError);

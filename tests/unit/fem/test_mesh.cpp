@@ -45,14 +45,17 @@ std::vector<std::string> gmsh_bar(bool hexahedra) {
       gmsh::model::getBoundingBox(dimension, tag, x0, y0, z0, x1, y1, z1);
       gmsh::model::mesh::setTransfiniteCurve(tag, x1 - x0 > 1.5 ? 9 : 5);
     }
-    for (const auto& face : faces) gmsh::model::mesh::setTransfiniteSurface(face.second), gmsh::model::mesh::setRecombine(2, face.second);
+    for (const auto& face : faces)
+      gmsh::model::mesh::setTransfiniteSurface(face.second), gmsh::model::mesh::setRecombine(2, face.second);
     gmsh::model::mesh::setTransfiniteVolume(1);
   }
   gmsh::model::mesh::generate(3);
   std::vector<std::string> files;
-  for (const auto& [version, name] : {std::pair(4.1, "41.msh"), std::pair(2.2, "22.msh"), std::pair(0.0, "abaqus.inp")}) {
+  for (const auto& [version, name] :
+       {std::pair(4.1, "41.msh"), std::pair(2.2, "22.msh"), std::pair(0.0, "abaqus.inp")}) {
     if (version > 0) gmsh::option::setNumber("Mesh.MshFileVersion", version);
-    files.push_back(std::string(TALUS_BINARY_DIR) + (hexahedra ? "/gmsh_hexahedra_" : "/gmsh_tetrahedra_") + name);
+    files.push_back(std::string(TALUS_BINARY_DIR) + (hexahedra ? "/gmsh_hexahedra_" : "/gmsh_tetrahedra_") +
+                    name);
     gmsh::write(files.back());
   }
   gmsh::finalize();
@@ -82,14 +85,14 @@ TEST(MeshFile, GmshBarsHangFromTheirGroup) {
       double volume = 0;
       for (double v : cell_volumes(bar.mesh())) volume += v;
       EXPECT_NEAR(volume, 2, 1e-12) << file;
-      if (hexahedra) {
-        EXPECT_EQ(bar.mesh().hexes.size(), 4u * 4 * 8) << file;
-      }
+      if (hexahedra) { EXPECT_EQ(bar.mesh().hexes.size(), 4u * 4 * 8) << file; }
       for (int n : bar.mesh().node_groups.at("left")) EXPECT_NEAR(bar.mesh().nodes[n].x(), 0, 1e-12) << file;
       EXPECT_GE(bar.mesh().node_groups.at("right").size(), 9u) << file;
       EXPECT_NEAR(bar.base_force().x(), 2500 * 2 * 10, 1e-6) << file;
       // Pulled by its own weight: u = rho g L^2 / (2 E) at the free end. The nodes of linear bars are exact.
-      EXPECT_NEAR(bar.probe_displacements()[0].x(), 2500 * 10 * 4 / (2 * 30e9), (hexahedra ? 1e-9 : 0.01) * 2500 * 10 * 4 / (2 * 30e9)) << file;
+      EXPECT_NEAR(bar.probe_displacements()[0].x(), 2500 * 10 * 4 / (2 * 30e9),
+                  (hexahedra ? 1e-9 : 0.01) * 2500 * 10 * 4 / (2 * 30e9))
+          << file;
     }
 }
 
@@ -98,7 +101,8 @@ TEST(MeshFile, ConvertedIsTheSameMesh) {
     for (const std::string& file : gmsh_bar(hexahedra)) {
       const SolidMesh mesh = read_solid_mesh(file);
       double volume = 0;
-      for (const auto& [a, b, c] : outer_triangles(mesh)) volume += mesh.nodes[a].cross(mesh.nodes[b]).dot(mesh.nodes[c]) / 6;
+      for (const auto& [a, b, c] : outer_triangles(mesh))
+        volume += mesh.nodes[a].cross(mesh.nodes[b]).dot(mesh.nodes[c]) / 6;
       EXPECT_NEAR(volume, 2, 1e-12) << file;
       for (const char* ending : {".converted.msh", ".converted.inp"}) {
         const std::string converted = file + ending;
@@ -108,7 +112,8 @@ TEST(MeshFile, ConvertedIsTheSameMesh) {
         EXPECT_TRUE(again.hexes == mesh.hexes) << converted;
         EXPECT_TRUE(again.tets == mesh.tets) << converted;
         for (const auto& [name, nodes] : mesh.groups) {
-          EXPECT_TRUE(again.groups.contains(name) && again.groups.at(name) == nodes) << converted << ": " << name;
+          EXPECT_TRUE(again.groups.contains(name) && again.groups.at(name) == nodes)
+              << converted << ": " << name;
         }
       }
       // Gmsh itself reads what is written for it.
@@ -137,12 +142,8 @@ TEST(Lattice, PlanesCrowdInAZoneAndWidenOutside) {
   for (std::size_t i = 1; i < lines.size(); ++i) {
     const double size = lines[i] - lines[i - 1], middle = 0.5 * (lines[i] + lines[i - 1]);
     EXPECT_LT(size, 0.5 * (1 + 1e-9));
-    if (middle > 4 && middle < 5) {
-      EXPECT_NEAR(size, 0.1, 1e-9);
-    }
-    if (before > 0) {
-      EXPECT_LT(std::max(size / before, before / size), 1.5) << lines[i];
-    }
+    if (middle > 4 && middle < 5) { EXPECT_NEAR(size, 0.1, 1e-9); }
+    if (before > 0) { EXPECT_LT(std::max(size / before, before / size), 1.5) << lines[i]; }
     before = size;
   }
   EXPECT_LT(lines.size(), 45u);  // 100 cells if all were fine
@@ -162,9 +163,11 @@ TEST(Lattice, RefinedColumnKeepsItsVolumeAndTurnsWithItsAxes) {
   double finest = 1, coarsest = 0;
   for (int cell = 0; cell < static_cast<int>(mesh.hexes.size()); ++cell) {
     Vec3 low = mesh.nodes[mesh.hexes[cell][0]], high = low, centre = Vec3::Zero();
-    for (int n : mesh.hexes[cell]) low = low.cwiseMin(mesh.nodes[n]), high = high.cwiseMax(mesh.nodes[n]), centre += mesh.nodes[n] / 8;
+    for (int n : mesh.hexes[cell])
+      low = low.cwiseMin(mesh.nodes[n]), high = high.cwiseMax(mesh.nodes[n]), centre += mesh.nodes[n] / 8;
     coarsest = std::max(coarsest, (high - low).maxCoeff());
-    const bool inside = centre.x() > 5 && centre.x() < 6 && centre.y() > -0.5 && centre.y() < 0.5 && centre.z() > 0.2;
+    const bool inside =
+        centre.x() > 5 && centre.x() < 6 && centre.y() > -0.5 && centre.y() < 0.5 && centre.z() > 0.2;
     if (!inside) continue;
     finest = std::min(finest, (high - low).minCoeff());
     EXPECT_LT((high - low).maxCoeff(), 0.101);
@@ -187,12 +190,14 @@ TEST(Lattice, ZonesThatAreTooFineAreRefused) {
     for (const double size : {3e-3, 1e-6, 1e-200}) {
       s.section = section;
       s.wall_thickness = s.section == "hollow" ? 0.3 : 0;
-      s.refinements = {{Box3(Vec3(-1, -1, 0), Vec3(1, 1, 12)), 0.25}, {Box3(Vec3(-1, -1, 5), Vec3(1, 1, 12)), size}};
+      s.refinements = {{Box3(Vec3(-1, -1, 0), Vec3(1, 1, 12)), 0.25},
+                       {Box3(Vec3(-1, -1, 5), Vec3(1, 1, 12)), size}};
       try {
         make_mesh(s);
         ADD_FAILURE() << section << ' ' << size;
       } catch (const InputError& e) {
-        EXPECT_NE(std::string(e.what()).find("structure.pier.refine.1.cell_size"), std::string::npos) << e.what();
+        EXPECT_NE(std::string(e.what()).find("structure.pier.refine.1.cell_size"), std::string::npos)
+            << e.what();
       }
     }
 }
@@ -204,14 +209,15 @@ TEST(Lattice, RoundPiersOfAViaductAreRefinedWhereTheyMeetAZone) {
   s.section = "round";
   s.cell_size = 0.6;
   s.supports.push_back({"-z", "", {}, {true, true, true}});
-  s.parameters = {{"spans", 2}, {"span_length", 12}, {"pier_height", 6}, {"pier_diameter", 1.2}, {"abutments", 1}};
+  s.parameters = {
+      {"spans", 2}, {"span_length", 12}, {"pier_height", 6}, {"pier_diameter", 1.2}, {"abutments", 1}};
   const auto volume_of = [](const HexMesh& mesh) {
     double sum = 0;
     for (double v : cell_volumes(mesh)) sum += v;
     return sum;
   };
   const HexMesh coarse = make_mesh(s);
-  Vec3 foot = Vec3::Zero();   // of the pier: the lowest nodes
+  Vec3 foot = Vec3::Zero();  // of the pier: the lowest nodes
   int count = 0;
   for (const Vec3& x : coarse.nodes)
     if (x.z() < 1e-9) foot += x, ++count;
@@ -220,12 +226,14 @@ TEST(Lattice, RoundPiersOfAViaductAreRefinedWhereTheyMeetAZone) {
   const Box3 zone(foot + Vec3(-0.7, -0.7, 2), foot + Vec3(0.7, 0.7, 3));
   s.refinements.push_back({zone, 0.2});
   const HexMesh fine = make_mesh(s);
-  EXPECT_NEAR(volume_of(fine), volume_of(coarse), 1e-9 * volume_of(coarse));   // the polygon keeps the circle's area
-  double highest = 0, far = 0;   // cells' heights in the zone, and well above it
+  EXPECT_NEAR(volume_of(fine), volume_of(coarse),
+              1e-9 * volume_of(coarse));  // the polygon keeps the circle's area
+  double highest = 0, far = 0;            // cells' heights in the zone, and well above it
   for (int cell = 0; cell < static_cast<int>(fine.hexes.size()); ++cell) {
     const auto& hex = fine.hexes[cell];
     const double low = fine.nodes[hex[0]].z(), height = fine.nodes[hex[4]].z() - low;
-    if (low > 2 - 1e-9 && low + height < 3 + 1e-9 && (fine.nodes[hex[0]] - foot).head<2>().norm() < 0.7) highest = std::max(highest, height);
+    if (low > 2 - 1e-9 && low + height < 3 + 1e-9 && (fine.nodes[hex[0]] - foot).head<2>().norm() < 0.7)
+      highest = std::max(highest, height);
     if (low > 4.5 && low < 5.5) far = std::max(far, height);
   }
   EXPECT_GT(highest, 0.1);
@@ -243,7 +251,8 @@ TEST(Multigrid, AgreesWithTheFactor) {
   std::vector<int> direction;
   for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
     if (mesh.nodes[n].z() > 1e-9)
-      for (int c = 0; c < 3; ++c) dofs.number[n][c] = dofs.size++, position.push_back(mesh.nodes[n]), direction.push_back(c);
+      for (int c = 0; c < 3; ++c)
+        dofs.number[n][c] = dofs.size++, position.push_back(mesh.nodes[n]), direction.push_back(c);
   SymmetricMatrix k = assemble_stiffness(mesh, dofs, 14e9, 18e9);
   std::vector<double> b(dofs.size), x(dofs.size), y(dofs.size);
   for (int d = 0; d < dofs.size; ++d) b[d] = direction[d] == 0 ? 1e3 : direction[d] == 2 ? -2e3 : 0;
@@ -278,7 +287,8 @@ TEST(ClosedSurface, PartThatTouchesItselfAlongAnEdgeIsClosedEverywhere) {
     EXPECT_EQ(runs.count({edge.second, edge.first}), 1u);
   }
   std::set<int> nodes(surface.node.begin(), surface.node.end());
-  EXPECT_EQ(surface.node.size(), nodes.size() + 1);  // the lower node of the edge is there twice; the upper one joins all sheets
+  EXPECT_EQ(surface.node.size(),
+            nodes.size() + 1);  // the lower node of the edge is there twice; the upper one joins all sheets
   double volume = 0;
   for (const auto& q : surface.quad) {
     const auto x = [&](int k) { return mesh.nodes[surface.node[q[k]]]; };

@@ -23,11 +23,13 @@ TEST(ModalChoice, ModesAreSoughtOnceStepsAloneHaveCostAsMuch) {
     explicit_stretches += how == "explicit" ? 1 : 0;
   }
   EXPECT_EQ(how, "modal");
-  EXPECT_GE(explicit_stretches, 8);    // 4000 steps cost about as much as 24 modes of any structure
+  EXPECT_GE(explicit_stretches, 8);  // 4000 steps cost about as much as 24 modes of any structure
   EXPECT_LE(explicit_stretches, 12);
 }
 
-/// Most of what a blow on one node of a damped pier leaves is in modes that no search reaches. Once it has decayed to a thousandth of what moved most the modes that are there go on: no search doubles them for nothing.
+/// Most of what a blow on one node of a damped pier leaves is in modes that no search reaches. Once it has
+/// decayed to a thousandth of what moved most the modes that are there go on: no search doubles them for
+/// nothing.
 TEST(ModalChoice, WhatModesLeaveOutDecays) {
   StructureSpec s = cantilever(3, 24);
   s.damping_ratio = 0.02;
@@ -48,6 +50,7 @@ TEST(ModalChoice, WhatModesLeaveOutDecays) {
   std::string how = "explicit";
   for (; how == "explicit" && t < 10; t += stretch) how = pier.advance_alone(t, stretch);
   EXPECT_EQ(how, "modal");
-  EXPECT_EQ(told.size(), 2u) << told.back();   // 24 and 48 modes; without the wait 384, of which three times as many steps are worth
+  EXPECT_EQ(told.size(), 2u)
+      << told.back();  // 24 and 48 modes; without the wait 384, of which three times as many steps are worth
   EXPECT_LT(std::abs(pier.energy().algorithmic), 0.01 * start);
 }

@@ -24,21 +24,26 @@ SymmetricMatrix chains(int count, int masses, double k) {
 }
 
 /// omega_j = 2 sqrt(k/m) sin(j pi / (2 (n + 1)))
-double frequency(int j, int masses, double k) { return 2 * std::sqrt(k) * std::sin(j * M_PI / (2 * (masses + 1.0))); }
+double frequency(int j, int masses, double k) {
+  return 2 * std::sqrt(k) * std::sin(j * M_PI / (2 * (masses + 1.0)));
+}
 
 void expect_modes(int asked, int largest) {
   const int count = 3, masses = 300;
   const double k = 1e4;
   const SymmetricMatrix stiffness = chains(count, masses, k);
   const CholeskyFactor factor(stiffness, 0.0, {});
-  const ModalBasis modes = lowest_modes(factor, std::vector<double>(static_cast<std::size_t>(stiffness.n), 1.0), asked, largest);
+  const ModalBasis modes =
+      lowest_modes(factor, std::vector<double>(static_cast<std::size_t>(stiffness.n), 1.0), asked, largest);
   ASSERT_EQ(modes.omega.size(), asked);
-  for (int i = 0; i < asked; ++i) EXPECT_NEAR(modes.omega[i] / frequency(i / count + 1, masses, k), 1, 1e-8) << "mode " << i;
+  for (int i = 0; i < asked; ++i)
+    EXPECT_NEAR(modes.omega[i] / frequency(i / count + 1, masses, k), 1, 1e-8) << "mode " << i;
   EXPECT_LT((modes.phi.transpose() * modes.phi - MatX::Identity(asked, asked)).cwiseAbs().maxCoeff(), 1e-10);
   MatX stressed(stiffness.n, asked);
   for (int i = 0; i < asked; ++i) stiffness.multiply(modes.phi.col(i).data(), stressed.col(i).data());
   const MatX left = stressed - modes.phi * modes.omega.cwiseAbs2().asDiagonal();
-  for (int i = 0; i < asked; ++i) EXPECT_LT(left.col(i).norm(), 1e-2 * modes.omega[i] * modes.omega[i]) << "mode " << i;
+  for (int i = 0; i < asked; ++i)
+    EXPECT_LT(left.col(i).norm(), 1e-2 * modes.omega[i] * modes.omega[i]) << "mode " << i;
 }
 
 }  // namespace

@@ -52,7 +52,8 @@ double volume(const Shape& s) {
 
 double area(const Shape& s) {
   double sum = 0;
-  for (const auto& t : s.triangles) sum += 0.5 * (s.vertices[t[1]] - s.vertices[t[0]]).cross(s.vertices[t[2]] - s.vertices[t[0]]).norm();
+  for (const auto& t : s.triangles)
+    sum += 0.5 * (s.vertices[t[1]] - s.vertices[t[0]]).cross(s.vertices[t[2]] - s.vertices[t[0]]).norm();
   return sum;
 }
 
@@ -67,7 +68,7 @@ TEST(PieceShape, PlanarPartsBecomeFewTriangles) {
 
   Shape ell = box_without([](const Vec3& x) { return x.x() > 0 && x.z() > 0; });
   merge_planar(ell.vertices, ell.triangles);
-  EXPECT_EQ(ell.triangles.size(), 20u);   // an L of 12 corners
+  EXPECT_EQ(ell.triangles.size(), 20u);  // an L of 12 corners
   EXPECT_NEAR(volume(ell), 18, 1e-12);
   EXPECT_EQ(make_polyhedron(ell.vertices, ell.triangles).faces(), 8);
 
@@ -75,7 +76,7 @@ TEST(PieceShape, PlanarPartsBecomeFewTriangles) {
   Shape ring = box_without(through);
   const double before = area(ring);
   merge_planar(ring.vertices, ring.triangles);
-  EXPECT_EQ(ring.triangles.size(), 32u);   // 16 corners, Euler's characteristic 0
+  EXPECT_EQ(ring.triangles.size(), 32u);  // 16 corners, Euler's characteristic 0
   EXPECT_NEAR(volume(ring), 24 - 4, 1e-12);
   EXPECT_NEAR(area(ring), before, 1e-12 * before);
 }
@@ -88,9 +89,10 @@ TEST(PieceShape, BentPiecesStaySoOnlyBeyondTheTolerance) {
     const Vec3 x(0.5 * (i % 20), i / 20, 0.1 * (i % 3));
     reference.push_back(x);
     weight.push_back(1 + i % 2);
-    present.push_back(turn * (x + Vec3(0, 0, 1e-4 * (x.x() - 5) * (x.x() - 5))) + Vec3(7, 8, 9));   // sags by 2.5 mm
+    present.push_back(turn * (x + Vec3(0, 0, 1e-4 * (x.x() - 5) * (x.x() - 5))) +
+                      Vec3(7, 8, 9));  // sags by 2.5 mm
   }
-  present[19] += Vec3(0, 0, 0.2);   // a crushed corner
+  present[19] += Vec3(0, 0, 0.2);  // a crushed corner
   const std::vector<Vec3> points = straightened(reference, present, weight, 0.02);
   for (int i = 0; i < 40; ++i) {
     if (i == 19) continue;
@@ -98,10 +100,12 @@ TEST(PieceShape, BentPiecesStaySoOnlyBeyondTheTolerance) {
     EXPECT_NEAR((points[i] - points[0]).norm(), (reference[i] - reference[0]).norm(), 1e-12);
   }
   EXPECT_EQ(points[19], present[19]);
-  EXPECT_EQ(straightened(reference, present, weight, 1e-6), present);   // less than half is near: nothing moves
+  EXPECT_EQ(straightened(reference, present, weight, 1e-6),
+            present);  // less than half is near: nothing moves
 }
 
-/// Two cells that meet along an edge alone, between two layers that join them at both of its ends: six faces round each tunnel, one edge with four.
+/// Two cells that meet along an edge alone, between two layers that join them at both of its ends: six faces
+/// round each tunnel, one edge with four.
 TEST(PieceShape, SheetsThatMeetAlongAnEdgeAndAreOneAtItsEndsArePart) {
   StructureSpec s;
   s.kind = "box";
@@ -112,7 +116,8 @@ TEST(PieceShape, SheetsThatMeetAlongAnEdgeAndAreOneAtItsEndsArePart) {
   for (std::size_t c = 0; c < live.size(); ++c) {
     Vec3 centre = Vec3::Zero();
     for (const int n : mesh.hexes[c]) centre += mesh.nodes[n] / 8;
-    live[c] = std::abs(centre.z() - mesh.nodes[mesh.hexes[0][0]].z() - 1.5) > 0.6 || centre.x() * centre.y() > 0;
+    live[c] =
+        std::abs(centre.z() - mesh.nodes[mesh.hexes[0][0]].z() - 1.5) > 0.6 || centre.x() * centre.y() > 0;
   }
   const std::vector<SkinQuad> quads = skin(mesh, live);
   const ClosedSurface surface = close_surface(quads);

@@ -1,4 +1,5 @@
-// The leapfrog's energy depends on its step: what changes with the step alone is told apart from what the scheme takes or makes.
+// The leapfrog's energy depends on its step: what changes with the step alone is told apart from what the
+// scheme takes or makes.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -14,11 +15,13 @@ namespace {
 
 double mechanical(const StructureEnergy& e) { return e.kinetic + e.elastic + e.gravity_potential; }
 
-/// A slab of 8 x 8 x 2 cells, held below, struck at one node of its top by a tenth of a newton second: cells of its skin ring.
+/// A slab of 8 x 8 x 2 cells, held below, struck at one node of its top by a tenth of a newton second: cells
+/// of its skin ring.
 struct Struck {
   FemStructure slab;
   double t = 0, h, given = 0;
-  explicit Struck(const std::string& integrator = "explicit") : slab(spec(integrator), Vec3::Zero(), silent), h(0.05 * slab.critical_step()) {
+  explicit Struck(const std::string& integrator = "explicit")
+      : slab(spec(integrator), Vec3::Zero(), silent), h(0.05 * slab.critical_step()) {
     int top = 0;
     for (int n = 0; n < static_cast<int>(slab.mesh().nodes.size()); ++n)
       if ((slab.node_position(n) - Vec3(0, 0, 0.25)).norm() < 1e-9) top = n;
@@ -63,7 +66,8 @@ struct Struck {
 
 }  // namespace
 
-/// The step grows as it does after a blow, to 0.9 of the stable one, and shrinks again. The ringing's energy reads a third lower in between, which was booked as the scheme's.
+/// The step grows as it does after a blow, to 0.9 of the stable one, and shrinks again. The ringing's energy
+/// reads a third lower in between, which was booked as the scheme's.
 TEST(StepDependence, OfSlowlyChangingStepsIsTold) {
   Struck s;
   const double stable = s.slab.critical_step();
@@ -73,7 +77,7 @@ TEST(StepDependence, OfSlowlyChangingStepsIsTold) {
     EXPECT_GT(s.slab.energy().step_dependence, 0.1 * s.given);
     EXPECT_LT(std::abs(s.slab.energy().algorithmic), 0.01 * s.given) << round;
     s.go(300, s.h);
-    EXPECT_LT(std::abs(s.slab.energy().algorithmic), 0.01 * s.given) << round;   // nothing at a constant step
+    EXPECT_LT(std::abs(s.slab.energy().algorithmic), 0.01 * s.given) << round;  // nothing at a constant step
     s.change(0.05 * stable, 1 / 1.02);
     s.balanced();
     EXPECT_LT(std::abs(s.slab.energy().step_dependence), 0.01 * s.given) << round;
@@ -81,7 +85,8 @@ TEST(StepDependence, OfSlowlyChangingStepsIsTold) {
   }
 }
 
-/// A step that jumps reads the energy of the phases that it meets; on the average over many jumps what is told is right.
+/// A step that jumps reads the energy of the phases that it meets; on the average over many jumps what is
+/// told is right.
 TEST(StepDependence, OfJumpsIsRightOnTheAverage) {
   double told = 0, left = 0;
   for (int delay = 0; delay < 24; ++delay) {
@@ -96,7 +101,8 @@ TEST(StepDependence, OfJumpsIsRightOnTheAverage) {
   EXPECT_LT(std::abs(left), 0.1 * told);
 }
 
-/// On to modes, which know no step: what the leapfrog read too little comes back, up to what a motion near the stable step gains as that step jumps.
+/// On to modes, which know no step: what the leapfrog read too little comes back, up to what a motion near
+/// the stable step gains as that step jumps.
 TEST(StepDependence, ComesBackWithTheModes) {
   Struck s("modal");
   s.change(0.9 * s.slab.critical_step(), 1.02);

@@ -1,10 +1,11 @@
-// The stiffness of condensed steps turns with the cells: of a part that leans, that of the structure as built is too soft one way and too stiff another.
+// The stiffness of condensed steps turns with the cells: of a part that leans, that of the structure as built
+// is too soft one way and too stiff another.
 #include <gtest/gtest.h>
 
 #include <random>
 
-#include "fem/rebar/bars.hpp"
 #include "fem/kernels/element_operator.hpp"
+#include "fem/rebar/bars.hpp"
 #include "unit/fem/fem_specs.hpp"
 
 using namespace talus;
@@ -31,7 +32,8 @@ struct Body {
     std::mt19937 random(3);
     std::uniform_real_distribution<double> off(-0.04, 0.04);
     for (Vec3& x : mesh.nodes) x += Vec3(off(random), off(random), off(random));
-    for (int i = 0; i < static_cast<int>(mesh.nodes.size()); ++i) dofs.number.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+    for (int i = 0; i < static_cast<int>(mesh.nodes.size()); ++i)
+      dofs.number.push_back({3 * i, 3 * i + 1, 3 * i + 2});
     dofs.size = 3 * static_cast<int>(mesh.nodes.size());
     live.assign(mesh.hexes.size(), 1);
   }
@@ -55,7 +57,8 @@ TEST(TurnedStiffness, IsTheTangentOfWhatHasTurned) {
   const double step = 1e-7;
   const auto forces = [&](double along) {
     for (std::size_t i = 0; i < nodes; ++i) {
-      const Vec3 moved = r * body.mesh.nodes[i] - body.mesh.nodes[i] + along * d.segment<3>(3 * static_cast<Eigen::Index>(i));
+      const Vec3 moved = r * body.mesh.nodes[i] - body.mesh.nodes[i] +
+                         along * d.segment<3>(3 * static_cast<Eigen::Index>(i));
       for (std::size_t k = 0; k < 3; ++k) u[4 * i + k] = moved[static_cast<Eigen::Index>(k)];
     }
     AlignedVector f(4 * nodes, 0.0);
@@ -69,20 +72,26 @@ TEST(TurnedStiffness, IsTheTangentOfWhatHasTurned) {
   const std::vector<Mat3> turned(body.mesh.hexes.size(), r);
   const auto pressed = [&](const std::vector<Mat3>* by) {
     VecX f(d.size());
-    assemble_stiffness(body.mesh, body.dofs, shear, bulk, bars.springs(by), nullptr, by).multiply(d.data(), f.data());
+    assemble_stiffness(body.mesh, body.dofs, shear, bulk, bars.springs(by), nullptr, by)
+        .multiply(d.data(), f.data());
     return f;
   };
   EXPECT_LT((pressed(&turned) - slope).norm(), 1e-6 * slope.norm());
   EXPECT_GT((pressed(nullptr) - slope).norm(), 0.1 * slope.norm());
 }
 
-/// Entries are those of a matrix that has them already, with cells gone and turned; one that lacks some is not taken.
+/// Entries are those of a matrix that has them already, with cells gone and turned; one that lacks some is
+/// not taken.
 TEST(TurnedStiffness, TakesEntriesFromOneThatHasThem) {
   Body body;
   Bars bars(body.spec, body.mesh, find_supports(body.spec, body.mesh), {}, silent);
-  const std::vector<Mat3> turned(body.mesh.hexes.size(), Eigen::AngleAxisd(0.7, Vec3(1, 2, -0.5).normalized()).toRotationMatrix());
+  const std::vector<Mat3> turned(body.mesh.hexes.size(),
+                                 Eigen::AngleAxisd(0.7, Vec3(1, 2, -0.5).normalized()).toRotationMatrix());
   body.live[2] = 0;
-  const auto assembled = [&](const SymmetricMatrix* like) { return assemble_stiffness(body.mesh, body.dofs, shear, bulk, bars.springs(&turned), &body.live, &turned, like); };
+  const auto assembled = [&](const SymmetricMatrix* like) {
+    return assemble_stiffness(body.mesh, body.dofs, shear, bulk, bars.springs(&turned), &body.live, &turned,
+                              like);
+  };
   const SymmetricMatrix sorted = assembled(nullptr);
   const SymmetricMatrix built = assemble_stiffness(body.mesh, body.dofs, shear, bulk, bars.springs());
   HexMesh part = body.mesh;
@@ -104,14 +113,15 @@ TEST(TurnedStiffness, NearestRotationOfAStretchedOne) {
   EXPECT_LT((nearest_rotation(r * stretch) - r).norm(), 1e-12);
 }
 
-/// A slender column that is pushed aside slowly, by condensed steps, and held. It does not crack, and leans by 0.008: K as built is soft in bending where the column as it lies has a part of its axial stiffness, and
+/// A slender column that is pushed aside slowly, by condensed steps, and held. It does not crack, and leans
+/// by 0.008: K as built is soft in bending where the column as it lies has a part of its axial stiffness, and
 /// with cells that were followed from a rotation of 0.02 on only, motion grew until step 586 was refused.
 TEST(TurnedStiffness, SlenderColumnThatLeansComesToRest) {
   StructureSpec spec = cantilever(1, 24);
   spec.size = Vec3(0.4, 0.4, 12);
   spec.damage = "concrete";
   spec.f_cm = 120e6;
-  spec.young = 0;   // by f_cm
+  spec.young = 0;  // by f_cm
   spec.tensile_strength = 23e6;
   spec.fracture_energy = 1e6;
   spec.rate_effect = spec.erosion = false;
@@ -120,12 +130,13 @@ TEST(TurnedStiffness, SlenderColumnThatLeansComesToRest) {
   std::vector<int> top;
   for (int i = 0; i < static_cast<int>(s.mesh().nodes.size()); ++i)
     if (s.mesh().nodes[static_cast<std::size_t>(i)].z() > 12 - 1e-9) top.push_back(i);
-  const double H = std::sqrt(12 * 1e-2) / s.frequencies(1)[0], push = 11.8e3;   // 0.065 m at the top
+  const double H = std::sqrt(12 * 1e-2) / s.frequencies(1)[0], push = 11.8e3;  // 0.065 m at the top
   double t = 0, kinetic = 0;
   for (int i = 0; i < 600; ++i, t += H) {
     const double share = i < 400 ? 0.5 - 0.5 * std::cos(M_PI * i / 400) : 1;
     std::vector<NodeImpulse> impulses;
-    for (const int n : top) impulses.push_back({n, Vec3(H * share * push / static_cast<double>(top.size()), 0, 0)});
+    for (const int n : top)
+      impulses.push_back({n, Vec3(H * share * push / static_cast<double>(top.size()), 0, 0)});
     s.predict_condensed(t, H);
     ASSERT_TRUE(s.correct_condensed(t, H, impulses)) << i;
     if (i > 500) kinetic = std::max(kinetic, s.energy().kinetic);
@@ -135,7 +146,8 @@ TEST(TurnedStiffness, SlenderColumnThatLeansComesToRest) {
   EXPECT_LT(kinetic, 1e-6 * s.energy().elastic);
 }
 
-/// A bar is torn in two between condensed steps, and goes on as one that is resumed from its saved state does: K and masses of the part that left are gone.
+/// A bar is torn in two between condensed steps, and goes on as one that is resumed from its saved state
+/// does: K and masses of the part that left are gone.
 TEST(TurnedStiffness, PartsThatLeftAreGone) {
   StructureSpec spec;
   spec.name = "bar";
@@ -160,7 +172,8 @@ TEST(TurnedStiffness, PartsThatLeftAreGone) {
     bar.predict(t, h);
     std::vector<NodeImpulse> pull;
     for (int n = 0; n < nodes; ++n)
-      if (at(n).x() > 0.25 && bar.node_mass(n) > 0) pull.push_back({n, bar.node_mass(n) * (Vec3(5, 0, 0) - bar.predicted_velocity(n))});
+      if (at(n).x() > 0.25 && bar.node_mass(n) > 0)
+        pull.push_back({n, bar.node_mass(n) * (Vec3(5, 0, 0) - bar.predicted_velocity(n))});
     bar.correct(t, h, pull);
     if (i % 40 != 39) continue;
     if (bar.damage_max() > 0.9) {

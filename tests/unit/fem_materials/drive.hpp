@@ -21,7 +21,8 @@ inline Sym scaled(const Sym& s, double f) {
   return out;
 }
 
-/// R s R^T for a rotation by the given angles about z, then x, then y; strains with halved shears go in and out as tensors.
+/// R s R^T for a rotation by the given angles about z, then x, then y; strains with halved shears go in and
+/// out as tensors.
 inline Sym rotated(const Sym& s, double a, double b, double c) {
   const double z[3][3] = {{std::cos(a), -std::sin(a), 0}, {std::sin(a), std::cos(a), 0}, {0, 0, 1}};
   const double x[3][3] = {{1, 0, 0}, {0, std::cos(b), -std::sin(b)}, {0, std::sin(b), std::cos(b)}};

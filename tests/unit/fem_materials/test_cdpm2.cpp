@@ -55,7 +55,8 @@ TEST(Cdpm2, BiaxialAndConfinedReferenceValues) {
   const double pressure[5] = {1, 3, 5, 10, 30}, peak[5] = {35.7, 45.6, 54.3, 72.9, 130.4};
   for (int i = 0; i < 5; ++i) {
     const double p = pressure[i] * 1e6;
-    EXPECT_NEAR((p + reach(law, {-p, -p, -p, 0, 0, 0}, {-1, 0, 0, 0, 0, 0}, 1e9)) / 1e6, peak[i], 0.06) << pressure[i];
+    EXPECT_NEAR((p + reach(law, {-p, -p, -p, 0, 0, 0}, {-1, 0, 0, 0, 0, 0}, 1e9)) / 1e6, peak[i], 0.06)
+        << pressure[i];
   }
 }
 
@@ -67,7 +68,9 @@ struct Triaxial {
   double lateral = 0;
   Response last{};
   double step(double axial) {
-    const auto at = [&](double e, Cdpm2::State& out) { return law({axial, e, e, 0, 0, 0}, Sym{}, state, out); };
+    const auto at = [&](double e, Cdpm2::State& out) {
+      return law({axial, e, e, 0, 0, 0}, Sym{}, state, out);
+    };
     Cdpm2::State out;
     double a = lateral, b = lateral + 1e-9;
     Response ra = at(a, out);
@@ -108,7 +111,8 @@ TEST(Cdpm2, SimulatedUniaxialCompressionAndConfinement) {
         at_peak = -axial;
       }
     }
-    EXPECT_NEAR(peak / expected, 1.0, 0.06) << pressure;  // hardening beyond the reference surface lifts it, damage before the peak lowers it
+    EXPECT_NEAR(peak / expected, 1.0, 0.06)
+        << pressure;  // hardening beyond the reference surface lifts it, damage before the peak lowers it
     EXPECT_EQ(test.state.fallbacks, 0);
     if (pressure == 0) {
       EXPECT_GT(at_peak, 1e-3);
@@ -135,7 +139,8 @@ TEST(Cdpm2, UniaxialTensionPeaksAtTheStrengthAndDissipatesTheFractureEnergy) {
       eps = next;
     }
     EXPECT_NEAR(peak / c.f_t, 1, 0.02);
-    EXPECT_NEAR(h * (work - test.last.energy) / c.fracture_energy, 1, 0.04) << h;  // 3 % at 0.2 m: hardening before the peak is per volume
+    EXPECT_NEAR(h * (work - test.last.energy) / c.fracture_energy, 1, 0.04)
+        << h;  // 3 % at 0.2 m: hardening before the peak is per volume
     EXPECT_GT(test.state.w_t, 0.99);
   }
 }
@@ -168,7 +173,9 @@ TEST(Cdpm2, LargeAndRandomStepsStayOnOrInsideTheSurface) {
       ++calls;
       for (const double x : r.stress) ASSERT_TRUE(std::isfinite(x));
       const double k = state.kappa, k1 = std::min(k, 1.0);
-      const double q1 = k >= 1 ? 1 : 0.3 + 0.7 * (k1 * k1 * k1 - 3 * k1 * k1 + 3 * k1) - 0.01 * (k1 * k1 * k1 - 3 * k1 * k1 + 2 * k1);
+      const double q1 = k >= 1 ? 1
+                               : 0.3 + 0.7 * (k1 * k1 * k1 - 3 * k1 * k1 + 3 * k1) -
+                                     0.01 * (k1 * k1 * k1 - 3 * k1 * k1 + 2 * k1);
       ASSERT_LE(law.yield(r.stress, q1, k < 1 ? 1 : 1 + 0.01 * (k - 1)), 1e-6);
     }
     scaled_back += state.fallbacks > 0;
@@ -179,7 +186,8 @@ TEST(Cdpm2, LargeAndRandomStepsStayOnOrInsideTheSurface) {
 TEST(Cdpm2, ElasticBoundIsSafe) {
   const Cdpm2 law(reference());
   const Concrete& c = law.parameters().concrete;
-  const double lambda = c.young * c.poisson / ((1 + c.poisson) * (1 - 2 * c.poisson)), mu = c.young / (2 * (1 + c.poisson));
+  const double lambda = c.young * c.poisson / ((1 + c.poisson) * (1 - 2 * c.poisson)),
+               mu = c.young / (2 * (1 + c.poisson));
   std::mt19937 generator(11);
   std::uniform_real_distribution<double> u(-1, 1);
   for (int i = 0; i < 5000; ++i) {
@@ -201,7 +209,9 @@ TEST(Cdpm2, RateRaisesBothStrengths) {
   Cdpm2::State state;
   double best = 0;
   for (int i = 1; i <= 2000; ++i)
-    best = std::max(best, law(strain_of({c.young * i * 1e-7, 0, 0, 0, 0, 0}, c.young, c.poisson), {10, -2, -2, 0, 0, 0}, state, state).stress[0]);
+    best = std::max(best, law(strain_of({c.young * i * 1e-7, 0, 0, 0, 0, 0}, c.young, c.poisson),
+                              {10, -2, -2, 0, 0, 0}, state, state)
+                              .stress[0]);
   EXPECT_NEAR(best / c.f_t, 1.337, 0.05);
 }
 

@@ -19,7 +19,8 @@ using test::strain_of;
 constexpr Sym still{};
 
 /// Uniaxial stress at axial strain eps in one step: the sides contract by nu (1 - d_t) eps.
-Response pull(const ConcreteDamage& law, double eps, ConcreteDamage::State& state, const Sym& rate = still, Sym* strain = nullptr) {
+Response pull(const ConcreteDamage& law, double eps, ConcreteDamage::State& state, const Sym& rate = still,
+              Sym* strain = nullptr) {
   double d = state.d_t;
   for (int k = 0; k < 50; ++k) {
     ConcreteDamage::State next = state;
@@ -42,7 +43,8 @@ double peak(const ConcreteDamage& law, const Sym& direction, int component, doub
   ConcreteDamage::State state;
   double best = 0;
   for (int i = 1; i <= steps; ++i) {
-    const Response r = law(strain_of(scaled(direction, top * i / steps), c.young, c.poisson), still, state, state);
+    const Response r =
+        law(strain_of(scaled(direction, top * i / steps), c.young, c.poisson), still, state, state);
     best = std::max(best, std::abs(r.stress[component]));
   }
   return best;
@@ -57,7 +59,9 @@ TEST(ConcreteDamage, UniaxialTensionFollowsTheExponential) {
     const double eps = i * 5e-8;
     const Response r = pull(law, eps, state);
     if (state.d_t >= law.parameters().cap) break;
-    const double expected = c.young * eps <= c.f_t ? c.young * eps : c.f_t * std::exp(-(c.young * eps - c.f_t) / (c.young * softening));
+    const double expected = c.young * eps <= c.f_t
+                                ? c.young * eps
+                                : c.f_t * std::exp(-(c.young * eps - c.f_t) / (c.young * softening));
     ASSERT_NEAR(r.stress[0], expected, 1e-4 * c.f_t);  // Poisson's effect follows the damage by one step
     ASSERT_NEAR(r.stress[1], 0, 1e-7 * c.f_t);
   }
@@ -70,10 +74,12 @@ TEST(ConcreteDamage, UniaxialCompressionFollowsTheModelCode) {
   double best = 0;
   for (int i = 1; i <= 12000; ++i) {
     const double eps = i * 1e-6;
-    const Response r = law(strain_of({0, 0, -c.young * eps, 0, 0, 0}, c.young, c.poisson), still, state, state);
+    const Response r =
+        law(strain_of({0, 0, -c.young * eps, 0, 0, 0}, c.young, c.poisson), still, state, state);
     EXPECT_NEAR(-r.stress[2], compression_curve(law.parameters(), eps, 0.1), 1e-5 * c.f_cm);
     best = std::max(best, -r.stress[2]);
-    if (eps < c.eps_c1) {  // the Model Code's own parabola, without an elastic range, is at most 6 % of f_c away
+    if (eps <
+        c.eps_c1) {  // the Model Code's own parabola, without an elastic range, is at most 6 % of f_c away
       const double x = eps / c.eps_c1, k = c.young * c.eps_c1 / c.f_cm;
       EXPECT_NEAR(-r.stress[2], c.f_cm * (k * x - x * x) / (1 + (k - 2) * x), 0.06 * c.f_cm);
     }
@@ -101,7 +107,8 @@ TEST(ConcreteDamage, PureShearCracksAtTheTensileStrength) {
 
 TEST(ConcreteDamage, DissipatesTheFractureEnergyForAnyCellSize) {
   double worst = 0;
-  for (const double h : {0.05, 0.1, 0.4}) {  // in finer cells the cap leaves more: 0.7 % at 0.02 m, kept as stored energy
+  for (const double h :
+       {0.05, 0.1, 0.4}) {  // in finer cells the cap leaves more: 0.7 % at 0.02 m, kept as stored energy
     const ConcreteDamage law(c30(h));
     const Concrete& c = law.parameters().concrete;
     ConcreteDamage::State state;
@@ -132,10 +139,12 @@ TEST(ConcreteDamage, CrushingEnergyBeyondThePeakForAnyCellSize) {
     const Concrete& c = law.parameters().concrete;
     ConcreteDamage::State state;
     const double end = c.eps_c1 + 10 * c.crushing_energy / (h * c.f_cm);
-    double eps = 0, before = 0, beyond = 0, stored = 0, left = 0;   // left: by the cap, of the energy of crushing
+    double eps = 0, before = 0, beyond = 0, stored = 0,
+           left = 0;  // left: by the cap, of the energy of crushing
     for (int i = 1; i <= 40000; ++i) {
       const double next = end * i / 40000.0;
-      const Response r = law(strain_of({-c.young * next, 0, 0, 0, 0, 0}, c.young, c.poisson), still, state, state);
+      const Response r =
+          law(strain_of({-c.young * next, 0, 0, 0, 0, 0}, c.young, c.poisson), still, state, state);
       if (eps >= c.eps_c1) beyond += 0.5 * (before - r.stress[0]) * (next - eps);
       before = -r.stress[0];
       stored = r.energy;
@@ -157,12 +166,14 @@ TEST(ConcreteDamage, CyclicUnloadsToTheOriginAndRecoversInCompression) {
   EXPECT_GT(d_t, 0.9);
   EXPECT_NEAR(cracked.stress[0], (1 - d_t) * c.young * 6e-4, 1);
   EXPECT_NEAR(pull(law, 3e-4, state).stress[0], (1 - d_t) * c.young * 3e-4, 1);  // secant unloading
-  EXPECT_NEAR(pull(law, -1e-4, state).stress[0], -c.young * 1e-4, 1);             // the crack closes: full stiffness
-  const Response crushed = law({-2e-3, 4e-4, 4e-4, 0, 0, 0}, Sym{}, state, state);   // its sides free, those of sound concrete
+  EXPECT_NEAR(pull(law, -1e-4, state).stress[0], -c.young * 1e-4, 1);  // the crack closes: full stiffness
+  const Response crushed =
+      law({-2e-3, 4e-4, 4e-4, 0, 0, 0}, Sym{}, state, state);  // its sides free, those of sound concrete
   EXPECT_GT(state.d_c, 0.3);
   const double nu = c.poisson * (1 - d_t), twice_shear = c.young / (1 + nu);
   EXPECT_NEAR(crushed.stress[0], (1 - state.d_c) * twice_shear * (nu / (1 - 2 * nu) * -1.2e-3 - 2e-3), 1);
-  EXPECT_NEAR(pull(law, 5e-4, state).stress[0], (1 - d_t) * c.young * 5e-4, 1);  // tension keeps its own damage
+  EXPECT_NEAR(pull(law, 5e-4, state).stress[0], (1 - d_t) * c.young * 5e-4,
+              1);  // tension keeps its own damage
   EXPECT_DOUBLE_EQ(state.d_t, d_t);
 }
 
@@ -190,7 +201,7 @@ TEST(ConcreteDamage, CrushedConcreteBetweenConcreteCarriesPressureAndRubs) {
     const double from = last;
     for (int i = 1; i <= steps; ++i) {
       const double e = from + (strain - from) * i / steps;
-      r = law({e, 0, 0, 0, 0, 0}, still, state, state);   // an oedometer
+      r = law({e, 0, 0, 0, 0, 0}, still, state, state);  // an oedometer
       work += 0.5 * (r.stress[0] + before) * (e - last);
       dissipated += r.dissipation;
       before = r.stress[0], last = e;
@@ -198,7 +209,8 @@ TEST(ConcreteDamage, CrushedConcreteBetweenConcreteCarriesPressureAndRubs) {
   };
   to(-0.03, 200000);
   ASSERT_GT(state.d_c, 0.9999);
-  // Half of the pressure goes into compaction: c = lambda eps = K eps / 2 with nu = 0.2; friction adds 2/3 M p along the axis and takes 1/3 M p off across it.
+  // Half of the pressure goes into compaction: c = lambda eps = K eps / 2 with nu = 0.2; friction adds 2/3 M
+  // p along the axis and takes 1/3 M p off across it.
   const double K = c.young / 1.8, p = K * 0.03 / 2, sine = 0.7 / std::sqrt(1.49), M = 6 * sine / (3 - sine);
   EXPECT_NEAR(state.pressure / p, 1, 1e-9);
   EXPECT_NEAR(r.stress[0] / -(p * (1 + 2 * M / 3)), 1, 1e-3);
@@ -207,11 +219,12 @@ TEST(ConcreteDamage, CrushedConcreteBetweenConcreteCarriesPressureAndRubs) {
   to(-0.03, 20000);
   EXPECT_NEAR(r.stress[0] / -(p * (1 + 2 * M / 3)), 1, 1e-3);
   to(-0.005, 20000);
-  EXPECT_NEAR(r.stress[0], 0, 1e4);   // compacted: its volume at rest is smaller now
+  EXPECT_NEAR(r.stress[0], 0, 1e4);  // compacted: its volume at rest is smaller now
   EXPECT_NEAR((work - r.energy) / dissipated, 1, 2e-3);
 }
 
-/// What is sheared below the limit and held, and loses its pressure, rubs from where the limit meets its deviator: it gives what it stored, (|t|_0^2 - |t|_1^2) / 4 G, however long the step. By the limit before
+/// What is sheared below the limit and held, and loses its pressure, rubs from where the limit meets its
+/// deviator: it gives what it stored, (|t|_0^2 - |t|_1^2) / 4 G, however long the step. By the limit before
 /// the step, which nothing had reached, 2.9 times as much was reported.
 TEST(ConcreteDamage, CrushedConcreteThatLosesItsPressureRubsByWhatItStored) {
   const ConcreteDamage law(c30(0.4));
@@ -226,7 +239,8 @@ TEST(ConcreteDamage, CrushedConcreteThatLosesItsPressureRubsByWhatItStored) {
       for (std::size_t k = 0; k < 6; ++k) next[k] = from[k] + (strain[k] - from[k]) * i / steps;
       const Response before = r;
       r = law(next, still, state, state);
-      for (std::size_t k = 0; k < 6; ++k) work += 0.5 * (r.stress[k] + before.stress[k]) * (next[k] - last[k]);
+      for (std::size_t k = 0; k < 6; ++k)
+        work += 0.5 * (r.stress[k] + before.stress[k]) * (next[k] - last[k]);
       dissipated += r.dissipation;
       last = next;
     }
@@ -234,13 +248,13 @@ TEST(ConcreteDamage, CrushedConcreteThatLosesItsPressureRubsByWhatItStored) {
   to({-0.03, 0, 0, 0, 0, 0}, 20000);
   ASSERT_GT(state.d_c, 0.9999);
   to({-0.03, -0.02, -0.02, 0, 0, 0}, 20000);
-  to({-0.025, -0.0225, -0.0225, 0, 0, 0}, 20000);   // a deviator of a quarter of the limit
+  to({-0.025, -0.0225, -0.0225, 0, 0, 0}, 20000);  // a deviator of a quarter of the limit
   for (const int steps : {1, 3, 1000}) {
     const ConcreteDamage::State kept = state;
     const Sym from = last;
     const Response was = r;
     work = dissipated = 0, began = r.energy;
-    to({-0.00916667, -0.00666667, -0.00666667, 0, 0, 0}, steps);   // the deviator is held
+    to({-0.00916667, -0.00666667, -0.00666667, 0, 0, 0}, steps);  // the deviator is held
     EXPECT_GT(dissipated, 0.01 * began) << steps;
     EXPECT_NEAR((work - (r.energy - began)) / dissipated, 1, 0.02) << steps;
     state = kept, last = from, r = was;
@@ -293,9 +307,12 @@ TEST(ConcreteDamage, RateRaisesTheStrengthAndStaysFrozen) {
   best = 0;
   const Sym squeeze{-100, 20, 20, 0, 0, 0};
   for (int i = 1; i <= 4000; ++i)
-    best = std::max(best, -law(strain_of({-c.young * i * 1e-6, 0, 0, 0, 0, 0}, c.young, c.poisson), squeeze, crushed, crushed).stress[0]);
+    best = std::max(best, -law(strain_of({-c.young * i * 1e-6, 0, 0, 0, 0, 0}, c.young, c.poisson), squeeze,
+                               crushed, crushed)
+                               .stress[0]);
   EXPECT_NEAR(best / c.f_cm, 1.25, 1e-3);
-  // At 1000 1/s the tensile factor would make a 0.5 m cell snap back: it is limited, and G_F is still dissipated.
+  // At 1000 1/s the tensile factor would make a 0.5 m cell snap back: it is limited, and G_F is still
+  // dissipated.
   p.cell = CellFrame::cube(0.5);
   const ConcreteDamage coarse(p);
   ConcreteDamage::State burst;
@@ -313,16 +330,19 @@ TEST(ConcreteDamage, IsotropicUnderRotation) {
   ConcreteDamage::State a, b;
   Response straight = law(strain_of(s, c.young, c.poisson), still, a, a);
   const Response turned = law(strain_of(test::rotated(s, 0.4, -1.2, 2.0), c.young, c.poisson), still, b, b);
-  // The extent of a cube depends on direction, so compare through the damage of each and the split alone when l is equal.
+  // The extent of a cube depends on direction, so compare through the damage of each and the split alone when
+  // l is equal.
   ASSERT_GT(a.d_t, 0.05);
   ASSERT_GT(a.d_c, 0.05);
   EXPECT_NEAR(b.r_t / a.r_t, 1, 1e-9);
   EXPECT_NEAR(b.r_c / a.r_c, 1, 1e-9);
-  for (int i = 0; i < 200; ++i) straight = law(strain_of(s, c.young, c.poisson), still, a, a);  // until damage and Poisson's effect agree
+  for (int i = 0; i < 200; ++i)
+    straight = law(strain_of(s, c.young, c.poisson), still, a, a);  // until damage and Poisson's effect agree
   const Sym expected = test::rotated(straight.stress, 0.4, -1.2, 2.0);
   const ConcreteDamage::State frozen = a;
   ConcreteDamage::State next;
-  const Response same = law(strain_of(test::rotated(s, 0.4, -1.2, 2.0), c.young, c.poisson), still, frozen, next);
+  const Response same =
+      law(strain_of(test::rotated(s, 0.4, -1.2, 2.0), c.young, c.poisson), still, frozen, next);
   for (int i = 0; i < 6; ++i) EXPECT_NEAR(same.stress[i], expected[i], 20.0);
   EXPECT_NE(turned.stress[0], 0.0);
 }
@@ -336,7 +356,8 @@ TEST(ConcreteDamage, ElasticBoundIsSafe) {
     Sym e;
     for (double& x : e) x = u(generator);
     ConcreteDamage::State probe;
-    const double lambda = c.young * c.poisson / ((1 + c.poisson) * (1 - 2 * c.poisson)), mu = c.young / (2 * (1 + c.poisson));
+    const double lambda = c.young * c.poisson / ((1 + c.poisson) * (1 - 2 * c.poisson)),
+                 mu = c.young / (2 * (1 + c.poisson));
     const double twice = contract(hooke(lambda, mu, e), e);
     const Sym just_below = scaled(e, 0.9999 * std::sqrt(law.elastic_bound() / twice));
     law(just_below, still, probe, probe);
@@ -352,8 +373,9 @@ struct RatesAsGiven final : StrainRates {
   const double* at_points() override { return &rate[0][0]; }
 };
 
-/// The largest difference of the points of a cell at once from single points, over random walks of the strain that pull, crush, shear and return:
-/// of stresses and energies over what the law can carry, of histories over their own size.
+/// The largest difference of the points of a cell at once from single points, over random walks of the strain
+/// that pull, crush, shear and return: of stresses and energies over what the law can carry, of histories
+/// over their own size.
 double farthest_from_single_points(const ConcreteDamage& law, InstructionSet with, bool rates) {
   const Concrete& c = law.parameters().concrete;
   const double energy_scale = c.f_cm * c.f_cm / c.young;
@@ -374,7 +396,8 @@ double farthest_from_single_points(const ConcreteDamage& law, InstructionSet wit
           rate.rate[k][i] = 1e4 * moved;
         }
       double stress[6][8], energy[8], lost[8];
-      law.stress8(&strain[0][0], rates ? &rate : nullptr, law.parameters().cell, cell, cell, &stress[0][0], energy, lost, with);
+      law.stress8(&strain[0][0], rates ? &rate : nullptr, law.parameters().cell, cell, cell, &stress[0][0],
+                  energy, lost, with);
       for (int i = 0; i < 8; ++i) {
         Sym e, v{};
         for (std::size_t k = 0; k < 6; ++k) {
@@ -383,12 +406,16 @@ double farthest_from_single_points(const ConcreteDamage& law, InstructionSet wit
         }
         ConcreteDamage::State& s = single[i];
         const Response r = law(e, v, s, s);
-        const auto differ = [&](double a, double b, double scale) { farthest = std::max(farthest, std::abs(a - b) / scale); };
-        for (std::size_t k = 0; k < 6; ++k) differ(stress[k][i], r.stress[k], c.f_cm), differ(cell.flow[k][i], s.flow[k], 1e-3);
+        const auto differ = [&](double a, double b, double scale) {
+          farthest = std::max(farthest, std::abs(a - b) / scale);
+        };
+        for (std::size_t k = 0; k < 6; ++k)
+          differ(stress[k][i], r.stress[k], c.f_cm), differ(cell.flow[k][i], s.flow[k], 1e-3);
         differ(energy[i], r.energy, energy_scale), differ(lost[i], r.dissipation, energy_scale);
         differ(cell.d_t[i], s.d_t, 1), differ(cell.d_c[i], s.d_c, 1);
         differ(cell.r_t[i], s.r_t, c.f_t), differ(cell.r_c[i], s.r_c, c.f_cm);
-        for (std::size_t k = 0; k < 3; ++k) differ(cell.normal[k][i], s.normal[k], 1), differ(cell.slip[k][i], s.slip[k], 1e-3);
+        for (std::size_t k = 0; k < 3; ++k)
+          differ(cell.normal[k][i], s.normal[k], 1), differ(cell.slip[k][i], s.slip[k], 1e-3);
         differ(cell.compaction[i], s.compaction, 1e-3), differ(cell.pressure[i], s.pressure, c.f_cm);
       }
     }
@@ -402,7 +429,9 @@ TEST(ConcreteDamage, EightPointsAtOnceEqualEightSinglePoints) {
       ConcreteDamage::Parameters p = c30(0.15);
       p.rate_effect = rates;
       p.aggregate = aggregate;
-      p.concrete.crushing_energy = 24210;   // Where two principal values differ by a hundredth, the direction of the crack has 1e4 times their round-off: on these walks below 1e-12.
+      p.concrete.crushing_energy =
+          24210;  // Where two principal values differ by a hundredth, the direction of the crack has 1e4
+                  // times their round-off: on these walks below 1e-12.
       const ConcreteDamage law(p);
       EXPECT_LT(farthest_from_single_points(law, InstructionSet::avx2, rates), 1e-12);
       if (instruction_set() != InstructionSet::avx512) continue;
@@ -416,7 +445,8 @@ TEST(ConcreteDamage, UndamagedStressIsElasticToTheBit) {
   ConcreteDamage::State state;
   const Sym e = strain_of({1e6, -2e6, 0.5e6, 0.3e6, -0.4e6, 0.2e6}, c.young, c.poisson);
   const Response r = law(e, still, state, state);
-  const double lambda = c.young * c.poisson / ((1 + c.poisson) * (1 - 2 * c.poisson)), mu = c.young / (2 * (1 + c.poisson));
+  const double lambda = c.young * c.poisson / ((1 + c.poisson) * (1 - 2 * c.poisson)),
+               mu = c.young / (2 * (1 + c.poisson));
   const Sym expected = hooke(lambda, mu, e);
   for (int i = 0; i < 6; ++i) EXPECT_NEAR(r.stress[i], expected[i], 1e-13 * 2e6);
   EXPECT_EQ(state.r_t, 0);
@@ -427,17 +457,27 @@ struct CrackedPanel {
   ConcreteDamage law;
   double opened, limit = 0, width = 0;
   ConcreteDamage::State state;
-  CrackedPanel(double crack, double aggregate) : law([&] { auto p = c30(); p.rate_effect = false; p.aggregate = aggregate; return p; }()), opened(crack / 0.1) {
+  CrackedPanel(double crack, double aggregate)
+      : law([&] {
+          auto p = c30();
+          p.rate_effect = false;
+          p.aggregate = aggregate;
+          return p;
+        }()),
+        opened(crack / 0.1) {
     for (int i = 1; i <= 400; ++i) law({opened * i / 400, 0, 0, 0, 0, 0}, still, state, state);
-    const double w = 1e3 * crack, shear = law.parameters().concrete.young / 2.4, free = 0.18e6 * std::sqrt(38.0) / 0.31;   // [mm], [Pa]
-    limit = aggregate > 0 ? free / (1 + 24 / 0.31 * w / (1e3 * aggregate + 16)) * (1 - 1e-3 * w / aggregate) : 0;
+    const double w = 1e3 * crack, shear = law.parameters().concrete.young / 2.4,
+                 free = 0.18e6 * std::sqrt(38.0) / 0.31;  // [mm], [Pa]
+    limit =
+        aggregate > 0 ? free / (1 + 24 / 0.31 * w / (1e3 * aggregate + 16)) * (1 - 1e-3 * w / aggregate) : 0;
     width = std::hypot(opened, free / shear);
   }
   Response shear(double gamma) { return law({opened, 0, 0, 0, 0, gamma}, still, state, state); }
 };
 
-/// A row of cells that leans by theta against a horizontal crack strains by the jump times its normal: the principal direction turns from the pull's to that of the row's strain. Pure opening,
-/// to which interlock is to add nothing.
+/// A row of cells that leans by theta against a horizontal crack strains by the jump times its normal: the
+/// principal direction turns from the pull's to that of the row's strain. Pure opening, to which interlock is
+/// to add nothing.
 TEST(Interlock, PureOpeningOfARowThatLeansMobilisesNothing) {
   for (const double theta : {0.0, 15.0, 30.0, 45.0}) {
     const double lean = std::tan(theta * M_PI / 180);
@@ -450,10 +490,12 @@ TEST(Interlock, PureOpeningOfARowThatLeansMobilisesNothing) {
     double last = 0, worst = 0;
     for (int i = -100; i <= 20'000; ++i) {
       const double e = 1e-6 * std::max(0, i);
-      Sym strain = strain_of({0, 0, i <= 0 ? 1.0001 * c.f_t * (i + 100) / 100 : std::max(last, 0.0), 0, 0, 0}, c.young, c.poisson);
+      Sym strain = strain_of({0, 0, i <= 0 ? 1.0001 * c.f_t * (i + 100) / 100 : std::max(last, 0.0), 0, 0, 0},
+                             c.young, c.poisson);
       strain[2] += e, strain[4] -= e * lean;
       const Response with = rough(strain, still, b, b), without = smooth(strain, still, a, a);
-      for (std::size_t k = 0; k < 6; ++k) worst = std::max(worst, std::abs(with.stress[k] - without.stress[k]));
+      for (std::size_t k = 0; k < 6; ++k)
+        worst = std::max(worst, std::abs(with.stress[k] - without.stress[k]));
       last = without.stress[2];
     }
     EXPECT_LT(worst, 0.01 * c.f_t) << theta;
@@ -465,11 +507,17 @@ TEST(Interlock, FacesHoldByTheRatioOfSlipToOpening) {
     for (const double side : {1.0, -1.0}) {
       CrackedPanel rough(crack, 0.016), smooth(crack, 0);
       EXPECT_NEAR(rough.state.normal[0], 1, 1e-12);
-      for (int i = 0; i <= 150; ++i) {   // so little that the damage law itself has next to no compression across the panel
+      for (int i = 0; i <= 150;
+           ++i) {  // so little that the damage law itself has next to no compression across the panel
         const double psi = 0.001 * i, gamma = psi * rough.width;
         const Response with = rough.shear(side * gamma), without = smooth.shear(side * gamma);
-        EXPECT_NEAR(with.stress[5] - without.stress[5], side * rough.limit * psi * psi / (1 + psi * psi), 1e-6 * rough.limit) << crack << " " << psi;
-        EXPECT_NEAR(with.stress[0] - without.stress[0], -rough.limit * (std::atan(psi) - psi / (1 + psi * psi)) * rough.opened / rough.width, 1e-6 * rough.limit) << crack << " " << psi;
+        EXPECT_NEAR(with.stress[5] - without.stress[5], side * rough.limit * psi * psi / (1 + psi * psi),
+                    1e-6 * rough.limit)
+            << crack << " " << psi;
+        EXPECT_NEAR(with.stress[0] - without.stress[0],
+                    -rough.limit * (std::atan(psi) - psi / (1 + psi * psi)) * rough.opened / rough.width,
+                    1e-6 * rough.limit)
+            << crack << " " << psi;
       }
     }
 }
@@ -479,10 +527,12 @@ TEST(Interlock, FacesSlideAndRub) {
     CrackedPanel panel(crack, 0.016), smooth(crack, 0);
     double lost = 0, law_lost = 0, most = 0;
     for (int i = 1; i <= 500; ++i) {
-      const Response r = panel.shear(2 * panel.width * i / 500), law = smooth.shear(2 * panel.width * i / 500);
+      const Response r = panel.shear(2 * panel.width * i / 500),
+                     law = smooth.shear(2 * panel.width * i / 500);
       EXPECT_GE(r.dissipation, 0);
       lost += r.dissipation, law_lost += law.dissipation, most = std::max(most, r.stress[5] - law.stress[5]);
-      EXPECT_LE(r.stress[5] - law.stress[5], std::max(panel.limit - law.stress[5], 0.0) + 1e-3 * panel.limit) << crack;   // together at most the limit, or what the law gives alone
+      EXPECT_LE(r.stress[5] - law.stress[5], std::max(panel.limit - law.stress[5], 0.0) + 1e-3 * panel.limit)
+          << crack;  // together at most the limit, or what the law gives alone
     }
     EXPECT_GT(most, 0.05 * panel.limit) << crack;
     EXPECT_GT(lost, law_lost) << crack;
@@ -490,8 +540,11 @@ TEST(Interlock, FacesSlideAndRub) {
   }
 }
 
-/// Work of the stress along a path of strains less what is stored and what is dissipated, and the dissipation, per unit volume.
-struct Books { double work = 0, stored = 0, dissipated = 0, least = 0; };
+/// Work of the stress along a path of strains less what is stored and what is dissipated, and the
+/// dissipation, per unit volume.
+struct Books {
+  double work = 0, stored = 0, dissipated = 0, least = 0;
+};
 template <class Path>
 Books along(const ConcreteDamage& law, ConcreteDamage::State state, const Path& path, int steps) {
   Books b;
@@ -501,7 +554,8 @@ Books along(const ConcreteDamage& law, ConcreteDamage::State state, const Path& 
   for (int i = 1; i <= steps; ++i) {
     const Sym strain = path(static_cast<double>(i) / steps);
     const Response now = law(strain, still, state, state);
-    for (std::size_t k = 0; k < 6; ++k) b.work += 0.5 * (was.stress[k] + now.stress[k]) * (strain[k] - last[k]);
+    for (std::size_t k = 0; k < 6; ++k)
+      b.work += 0.5 * (was.stress[k] + now.stress[k]) * (strain[k] - last[k]);
     b.dissipated += now.dissipation;
     b.least = std::min(b.least, now.dissipation);
     last = strain, was = now;
@@ -513,11 +567,21 @@ Books along(const ConcreteDamage& law, ConcreteDamage::State state, const Path& 
 TEST(Interlock, EnergyClosesWhileCracksSlideOpenAndClose) {
   for (const double crack : {0.3e-3, 1e-3}) {
     const CrackedPanel rough(crack, 0.016), smooth(crack, 0);
-    const auto path = [&](double s) { return Sym{rough.opened * (1 + 0.8 * std::sin(6 * M_PI * s) + 2 * s), 0, 0, 0, 0, 4 * rough.width * std::sin(14 * M_PI * s)}; };
-    const Books with = along(rough.law, rough.state, path, 20'000), without = along(smooth.law, smooth.state, path, 20'000);
-    const double open_with = with.work - with.stored - with.dissipated, open_without = without.work - without.stored - without.dissipated;
-    EXPECT_GE(with.least, -1e-9);   // [J/m3], rounding
-    EXPECT_GT(with.dissipated, 1.5 * without.dissipated);   // the rest is the law's own, whose shear crosses the crack
+    const auto path = [&](double s) {
+      return Sym{rough.opened * (1 + 0.8 * std::sin(6 * M_PI * s) + 2 * s),
+                 0,
+                 0,
+                 0,
+                 0,
+                 4 * rough.width * std::sin(14 * M_PI * s)};
+    };
+    const Books with = along(rough.law, rough.state, path, 20'000),
+                without = along(smooth.law, smooth.state, path, 20'000);
+    const double open_with = with.work - with.stored - with.dissipated,
+                 open_without = without.work - without.stored - without.dissipated;
+    EXPECT_GE(with.least, -1e-9);  // [J/m3], rounding
+    EXPECT_GT(with.dissipated,
+              1.5 * without.dissipated);  // the rest is the law's own, whose shear crosses the crack
     EXPECT_NEAR(open_with, open_without, 0.01 * (with.dissipated - without.dissipated));
   }
 }

@@ -11,9 +11,7 @@ namespace {
 constexpr double diameter = 0.016, yield = 500e6, f_c = 38e6, area = 0.25 * M_PI * diameter * diameter;
 const double strength = 1.6 * area * std::sqrt(f_c * yield), full = 0.1 * diameter;
 
-Dowel in_wide_concrete() {
-  return Dowel({diameter, yield, f_c, {10, 10}});
-}
+Dowel in_wide_concrete() { return Dowel({diameter, yield, f_c, {10, 10}}); }
 
 /// The law along a path of slips: work by the trapezoid of the forces, and what it dissipated.
 struct Path {
@@ -72,9 +70,7 @@ TEST(Dowel, CoverSplitsByBaumannAndRuesch) {
   for (int i = 1; i <= 20000; ++i) {
     const double slip = 3e-3 * i / 20000, force = path.go({slip, 0});
     most = std::max(most, force);
-    if (slip > at) {
-      EXPECT_NEAR(force, std::max(0.0, split * (1 - (slip - at) / 2.5e-3)), 1e-3 * split);
-    }
+    if (slip > at) { EXPECT_NEAR(force, std::max(0.0, split * (1 - (slip - at) / 2.5e-3)), 1e-3 * split); }
   }
   EXPECT_NEAR(most, split, 1e-3 * split);
   EXPECT_NEAR(path.dissipated, path.work, 1e-3 * path.work);  // nothing is stored any more

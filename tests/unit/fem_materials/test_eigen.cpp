@@ -27,7 +27,8 @@ void compare(const Sym& s, double tolerance) {
   EXPECT_NEAR(v.third, reference.eigenvalues()[0], tolerance * size);
   double plus[6];
   positive_part(raw, v, plus);
-  const Mat3 expected = reference.eigenvectors() * reference.eigenvalues().cwiseMax(0.0).asDiagonal() * reference.eigenvectors().transpose();
+  const Mat3 expected = reference.eigenvectors() * reference.eigenvalues().cwiseMax(0.0).asDiagonal() *
+                        reference.eigenvectors().transpose();
   const Mat3 got = matrix({plus[0], plus[1], plus[2], plus[3], plus[4], plus[5]});
   EXPECT_LE((got - expected).cwiseAbs().maxCoeff(), 4 * tolerance * size) << matrix(s);
 }
@@ -41,16 +42,17 @@ TEST(Eigen, RandomTensorsAgainstQr) {
     for (double& x : s) x = scale * u(generator);
     const double raw[6] = {s[0], s[1], s[2], s[3], s[4], s[5]};
     const auto v = principal_values(raw);
-    const double spread = std::min(v.first - v.second, v.second - v.third) / std::max(std::abs(v.first), std::abs(v.third));
+    const double spread =
+        std::min(v.first - v.second, v.second - v.third) / std::max(std::abs(v.first), std::abs(v.third));
     compare(s, spread > 1e-3 ? 1e-12 : 5e-8);
   }
 }
 
 TEST(Eigen, RepeatedAndNearlyRepeatedValues) {
   for (const double shift : {0.0, 1e-15, -1e-15, 1e-12, -1e-12, 1e-9, 1e-6})
-    for (const Sym& diagonal : {Sym{1, 0, 0, 0, 0, 0}, Sym{-1, 0, 0, 0, 0, 0}, Sym{1, 1, 0, 0, 0, 0}, Sym{1, 1, 1, 0, 0, 0},
-                                Sym{-1, -1, -1, 0, 0, 0}, Sym{1, 0, -1, 0, 0, 0}, Sym{2, -1, -1, 0, 0, 0}, Sym{-2, 1, 1, 0, 0, 0},
-                                Sym{0, 0, 0, 0, 0, 0}}) {
+    for (const Sym& diagonal : {Sym{1, 0, 0, 0, 0, 0}, Sym{-1, 0, 0, 0, 0, 0}, Sym{1, 1, 0, 0, 0, 0},
+                                Sym{1, 1, 1, 0, 0, 0}, Sym{-1, -1, -1, 0, 0, 0}, Sym{1, 0, -1, 0, 0, 0},
+                                Sym{2, -1, -1, 0, 0, 0}, Sym{-2, 1, 1, 0, 0, 0}, Sym{0, 0, 0, 0, 0, 0}}) {
       Sym s = diagonal;
       s[1] += shift;
       compare(s, 5e-8);
@@ -71,7 +73,8 @@ TEST(Eigen, VectorLanesGiveWhatTheScalarGives) {
     }
     const auto v = principal_values(packed);
     for (int lane = 0; lane < 4; ++lane) {
-      const double one[6] = {lanes[0][lane], lanes[1][lane], lanes[2][lane], lanes[3][lane], lanes[4][lane], lanes[5][lane]};
+      const double one[6] = {lanes[0][lane], lanes[1][lane], lanes[2][lane],
+                             lanes[3][lane], lanes[4][lane], lanes[5][lane]};
       const auto s = principal_values(one);
       EXPECT_NEAR(v.first[lane], s.first, 1e-7);
       EXPECT_NEAR(v.second[lane], s.second, 1e-7);
@@ -81,8 +84,8 @@ TEST(Eigen, VectorLanesGiveWhatTheScalarGives) {
 }
 
 TEST(Eigen, DirectionIsAnEigenvectorAlsoForRepeatedValues) {
-  for (const Sym& s : {Sym{3, 1, -2, 0.5, -0.3, 0.8}, Sym{1, 1, 1, 0, 0, 0}, Sym{2, 0, 0, 0, 0, 0}, Sym{0, 0, 2, 0, 0, 0}, Sym{1, 1, 3, 0, 0, 0},
-                       Sym{0, 0, 0, 0, 0, 1}}) {
+  for (const Sym& s : {Sym{3, 1, -2, 0.5, -0.3, 0.8}, Sym{1, 1, 1, 0, 0, 0}, Sym{2, 0, 0, 0, 0, 0},
+                       Sym{0, 0, 2, 0, 0, 0}, Sym{1, 1, 3, 0, 0, 0}, Sym{0, 0, 0, 0, 0, 1}}) {
     const double raw[6] = {s[0], s[1], s[2], s[3], s[4], s[5]};
     const auto v = principal_values(raw);
     for (const double value : {v.first, v.third}) {

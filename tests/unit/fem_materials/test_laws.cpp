@@ -20,7 +20,9 @@ template <>
 struct Sample<Elastic> {
   static constexpr double work_tolerance = 2e-3;
   static Elastic::Parameters good() { return {30e9, 0.2}; }
-  static std::vector<Elastic::Parameters> bad() { return {{0, 0.2}, {-1, 0.2}, {30e9, 0.5}, {30e9, -1}, {std::nan(""), 0.2}, {30e9, std::nan("")}}; }
+  static std::vector<Elastic::Parameters> bad() {
+    return {{0, 0.2}, {-1, 0.2}, {30e9, 0.5}, {30e9, -1}, {std::nan(""), 0.2}, {30e9, std::nan("")}};
+  }
 };
 
 template <>
@@ -44,7 +46,8 @@ struct Sample<ConcreteDamage> {
 
 template <>
 struct Sample<Cdpm2> {
-  // Lateral plastic strain against undamaged lateral compression gives back work that a non-negative dissipation cannot book.
+  // Lateral plastic strain against undamaged lateral compression gives back work that a non-negative
+  // dissipation cannot book.
   static constexpr double work_tolerance = 0.03;
   static Cdpm2::Parameters good() {
     Cdpm2::Parameters p;
@@ -99,11 +102,12 @@ TYPED_TEST(EveryLaw, ElasticStressIsTheGradientOfTheEnergy) {
   EXPECT_EQ(r.dissipation, 0);
 }
 
-/// Work put in along a path is what is stored plus what is dissipated; dissipation is never negative. Proportional paths, along
-/// which the split stress has an energy.
+/// Work put in along a path is what is stored plus what is dissipated; dissipation is never negative.
+/// Proportional paths, along which the split stress has an energy.
 TYPED_TEST(EveryLaw, WorkIsStoredOrDissipated) {
   const TypeParam law(Sample<TypeParam>::good());
-  for (const Sym& s : {Sym{1, 0, 0, 0, 0, 0}, Sym{-1, 0, 0, 0, 0, 0}, Sym{-1, -0.5, 0, 0, 0, 0}, Sym{0, 0, 1, 0, 0, 0}}) {
+  for (const Sym& s :
+       {Sym{1, 0, 0, 0, 0, 0}, Sym{-1, 0, 0, 0, 0, 0}, Sym{-1, -0.5, 0, 0, 0, 0}, Sym{0, 0, 1, 0, 0, 0}}) {
     typename TypeParam::State state{};
     const Sym direction = test::strain_of(s, 30e9, 0.2);
     const double top = s[0] < 0 ? 150e6 : 20e6;
@@ -112,7 +116,9 @@ TYPED_TEST(EveryLaw, WorkIsStoredOrDissipated) {
     double work = 0, lost = 0;
     for (int i = 1; i <= 12000; ++i) {
       const double phase = i / 12000.0;
-      const double level = top * (phase < 0.5 ? phase / 0.5 : (phase < 0.75 ? 1 - 2 * (phase - 0.5) : 0.5 + 2.4 * (phase - 0.75)));
+      const double level =
+          top *
+          (phase < 0.5 ? phase / 0.5 : (phase < 0.75 ? 1 - 2 * (phase - 0.5) : 0.5 + 2.4 * (phase - 0.75)));
       const Sym e = test::scaled(direction, level);
       const Response r = law(e, Sym{}, state, state);
       ASSERT_GE(r.dissipation, 0);
@@ -125,7 +131,8 @@ TYPED_TEST(EveryLaw, WorkIsStoredOrDissipated) {
   }
 }
 
-/// Cracked concrete that turns between tension and compression has no potential: its books close at every step all the same, and tell what it gave back.
+/// Cracked concrete that turns between tension and compression has no potential: its books close at every
+/// step all the same, and tell what it gave back.
 TEST(Cdpm2Books, CloseAtEveryStepOfARandomPath) {
   const Cdpm2 law(Sample<Cdpm2>::good());
   std::mt19937 generator(3);
@@ -181,7 +188,8 @@ TYPED_TEST(EveryLaw, ARejectedCallLeavesNoTrace) {
 TYPED_TEST(EveryLaw, BadParametersThrow) {
   EXPECT_NO_THROW(TypeParam(Sample<TypeParam>::good()));
   int i = 0;
-  for (const auto& p : Sample<TypeParam>::bad()) EXPECT_THROW(TypeParam{p}, InputError) << "parameter set " << i++;
+  for (const auto& p : Sample<TypeParam>::bad())
+    EXPECT_THROW(TypeParam{p}, InputError) << "parameter set " << i++;
 }
 
 }  // namespace

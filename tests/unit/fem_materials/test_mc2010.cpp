@@ -26,7 +26,8 @@ TEST(Mc2010, GivenValuesWinAndAreReportedSo) {
   const Concrete c = mc2010(in);
   EXPECT_DOUBLE_EQ(c.f_t, 2.5e6);
   bool said = false;
-  for (const auto& line : c.report) said = said || (line.find("f_t") == 0 && line.find("given") != std::string::npos);
+  for (const auto& line : c.report)
+    said = said || (line.find("f_t") == 0 && line.find("given") != std::string::npos);
   EXPECT_TRUE(said);
 }
 

@@ -23,9 +23,7 @@ T1,0.016,0.5,0.5,1.95,Y1860,1e9
 std::vector<Problem> problems_of(const std::string& text) {
   try {
     parse_bars(text, "bars.csv");
-  } catch (const InputError& e) {
-    return e.problems();
-  }
+  } catch (const InputError& e) { return e.problems(); }
   return {};
 }
 
@@ -41,7 +39,9 @@ TEST(RebarFile, ReadsPolylines) {
 }
 
 TEST(RebarFile, EveryBadLineIsNamed) {
-  const auto p = problems_of("bar,diameter,x,y,z,grade\nA,25,0,0,0,B500\nB,0.02,0,0,zero,B500\nC,0.02,0,0,0,Q9\nC,0.02,0,0,1,Q9\nD,0.02,0,0,0,B500\nE,0.02,0,0,0,B500\nE,0.02,0,0\n");
+  const auto p = problems_of(
+      "bar,diameter,x,y,z,grade\nA,25,0,0,0,B500\nB,0.02,0,0,zero,B500\nC,0.02,0,0,0,Q9\nC,0.02,0,0,1,Q9\nD,"
+      "0.02,0,0,0,B500\nE,0.02,0,0,0,B500\nE,0.02,0,0\n");
   ASSERT_GE(p.size(), 5u);
   EXPECT_EQ(p[0].line, 2);
   EXPECT_NE(p[0].remedy.find("metres"), std::string::npos);
@@ -56,7 +56,8 @@ TEST(RebarFile, EveryBadLineIsNamed) {
 }
 
 TEST(RebarFile, PrestressBeyondYieldIsToldByItsColumn) {
-  const auto p = problems_of("bar,diameter,x,y,z,grade,prestress\nA,0.02,0,0,0,B500B,9e8\nA,0.02,0,0,1,B500B,9e8\n");
+  const auto p =
+      problems_of("bar,diameter,x,y,z,grade,prestress\nA,0.02,0,0,0,B500B,9e8\nA,0.02,0,0,1,B500B,9e8\n");
   ASSERT_GE(p.size(), 1u);
   EXPECT_EQ(p[0].key, "bar A prestress");
   EXPECT_EQ(p[0].line, 2);
@@ -68,7 +69,9 @@ TEST(RebarFile, HeaderAndOrder) {
   EXPECT_EQ(problems_of("bar,diameter,x,y,z,grade,colour\n")[0].value, "colour");
   EXPECT_FALSE(problems_of("").empty());
   EXPECT_FALSE(problems_of("bar,diameter,x,y,z,grade\n").empty());
-  const auto split = problems_of("bar,diameter,x,y,z,grade\nA,.02,0,0,0,B500\nA,.02,0,0,1,B500\nB,.02,0,0,0,B500\nB,.02,0,0,1,B500\nA,.02,0,0,2,B500\n");
+  const auto split = problems_of(
+      "bar,diameter,x,y,z,grade\nA,.02,0,0,0,B500\nA,.02,0,0,1,B500\nB,.02,0,0,0,B500\nB,.02,0,0,1,B500\nA,."
+      "02,0,0,2,B500\n");
   ASSERT_EQ(split.size(), 1u);
   EXPECT_EQ(split[0].line, 6);
   EXPECT_THROW(read_bars("/nonexistent/bars.csv"), InputError);
@@ -123,7 +126,8 @@ TEST(RebarRules, BarsDoNotLieInOneAnother) {
   m.length = 10;
   EXPECT_NO_THROW(longitudinal_bars(m, {116, 0.028, 0.05, 0.012, {}}));
   EXPECT_THROW(longitudinal_bars(m, {118, 0.028, 0.05, 0.012, {}}), InputError);
-  m.section = Member::Section::rectangular;   // sides of 0.9 m between the outer bars: 22 gaps of 40.9 mm each, and 23 of 39.1 mm
+  m.section = Member::Section::rectangular;  // sides of 0.9 m between the outer bars: 22 gaps of 40.9 mm
+                                             // each, and 23 of 39.1 mm
   m.width = m.depth = 1.04;
   EXPECT_NO_THROW(longitudinal_bars(m, {4 * 22, 0.040, 0.05, 0, {}}));
   EXPECT_THROW(longitudinal_bars(m, {4 * 23, 0.040, 0.05, 0, {}}), InputError);
@@ -143,13 +147,17 @@ Mesh box(int nx, int ny, int nz, const Vec3& size, double distortion) {
       for (int i = 0; i <= nx; ++i) {
         Vec3 p(size.x() * i / nx, size.y() * j / ny, size.z() * k / nz);
         const bool inner = i > 0 && i < nx && j > 0 && j < ny && k > 0 && k < nz;
-        if (inner) p += distortion * Vec3(std::sin(3.0 * id(i, j, k)), std::cos(5.0 * id(i, j, k)), std::sin(7.0 * id(i, j, k)));
+        if (inner)
+          p += distortion *
+               Vec3(std::sin(3.0 * id(i, j, k)), std::cos(5.0 * id(i, j, k)), std::sin(7.0 * id(i, j, k)));
         m.nodes.push_back(p);
       }
   for (int k = 0; k < nz; ++k)
     for (int j = 0; j < ny; ++j)
       for (int i = 0; i < nx; ++i)
-        m.hexes.push_back({id(i, j, k), id(i + 1, j, k), id(i + 1, j + 1, k), id(i, j + 1, k), id(i, j, k + 1), id(i + 1, j, k + 1), id(i + 1, j + 1, k + 1), id(i, j + 1, k + 1)});
+        m.hexes.push_back({id(i, j, k), id(i + 1, j, k), id(i + 1, j + 1, k), id(i, j + 1, k),
+                           id(i, j, k + 1), id(i + 1, j, k + 1), id(i + 1, j + 1, k + 1),
+                           id(i, j + 1, k + 1)});
   return m;
 }
 
@@ -166,8 +174,10 @@ TEST(Embed, PiecesCoverTheBarAndLieWhereTheyShould) {
   for (const double distortion : {0.0, 0.03}) {
     const Mesh m = box(4, 3, 5, {1, 1, 2}, distortion);
     const auto host = host_search(m.nodes, m.hexes);
-    const std::vector<Bar> bars{straight({0.1, 0.15, 0}, {0.93, 0.7, 2}), straight({0.25, 1.0 / 3, 0.0}, {0.25, 1.0 / 3, 2}, "along an edge of the cells"),
-                                straight({0, 0, 0}, {1, 0, 0}, "on the surface"), straight({0, 0, 0}, {1, 1, 2}, "diagonal")};
+    const std::vector<Bar> bars{
+        straight({0.1, 0.15, 0}, {0.93, 0.7, 2}),
+        straight({0.25, 1.0 / 3, 0.0}, {0.25, 1.0 / 3, 2}, "along an edge of the cells"),
+        straight({0, 0, 0}, {1, 0, 0}, "on the surface"), straight({0, 0, 0}, {1, 1, 2}, "diagonal")};
     const auto segments = embed(bars, host);
     std::vector<double> covered(bars.size(), 0.0);
     for (const Segment& s : segments) {
@@ -181,10 +191,12 @@ TEST(Embed, PiecesCoverTheBarAndLieWhereTheyShould) {
       EXPECT_LE((p + e * (s.arc + s.length) - b).norm(), 3e-6);
       covered[s.bar] += s.length;
     }
-    for (std::size_t i = 0; i < bars.size(); ++i) EXPECT_NEAR(covered[i] / bars[i].length(), 1, 1e-7) << bars[i].name;
+    for (std::size_t i = 0; i < bars.size(); ++i)
+      EXPECT_NEAR(covered[i] / bars[i].length(), 1, 1e-7) << bars[i].name;
   }
   const Mesh regular = box(4, 1, 1, {1, 1, 1}, 0);
-  const auto segments = embed({straight({0.05, 0.5, 0.5}, {0.95, 0.5, 0.5})}, host_search(regular.nodes, regular.hexes));
+  const auto segments =
+      embed({straight({0.05, 0.5, 0.5}, {0.95, 0.5, 0.5})}, host_search(regular.nodes, regular.hexes));
   ASSERT_EQ(segments.size(), 4u);
   EXPECT_NEAR(segments[0].length, 0.20, 1e-8);
   EXPECT_NEAR(segments[1].length, 0.25, 1e-8);
@@ -196,7 +208,9 @@ TEST(Embed, CoordinatesFarFromTheOrigin) {
     const Vec3 shift(far, 210.4, 66.5);
     for (Vec3& x : m.nodes) x += shift;
     double covered = 0;
-    for (const Segment& s : embed({straight(shift + Vec3(0.1, 0.1, 0.02), shift + Vec3(0.1, 0.1, 1.98))}, host_search(m.nodes, m.hexes))) covered += s.length;
+    for (const Segment& s : embed({straight(shift + Vec3(0.1, 0.1, 0.02), shift + Vec3(0.1, 0.1, 1.98))},
+                                  host_search(m.nodes, m.hexes)))
+      covered += s.length;
     EXPECT_NEAR(covered, 1.96, 1e-6) << far;
   }
 }
@@ -207,7 +221,8 @@ TEST(Embed, BarsOutsideAreNamed) {
     Bar poking = straight({0.5, 0.5, 0.5}, {0.5, 0.5, 2.5}, "P7");
     poking.file = "bars.csv";
     poking.line = 12;
-    embed({straight({0.1, 0.1, 0.1}, {0.9, 0.9, 1.9}), poking, straight({5, 5, 5}, {6, 6, 6}, "far")}, host_search(m.nodes, m.hexes), "structure.P1.rebar");
+    embed({straight({0.1, 0.1, 0.1}, {0.9, 0.9, 1.9}), poking, straight({5, 5, 5}, {6, 6, 6}, "far")},
+          host_search(m.nodes, m.hexes), "structure.P1.rebar");
     FAIL() << "accepted";
   } catch (const InputError& e) {
     ASSERT_EQ(e.problems().size(), 2u);
@@ -227,17 +242,20 @@ std::vector<double> displacement(const Mesh& m, const std::vector<Vec3>& at) {
 
 TEST(EmbeddedBars, ForceIsTheGradientOfTheEnergyAndBalances) {
   const Mesh m = box(2, 2, 3, {1, 1, 2}, 0.05);
-  std::vector<Bar> bars{straight({0.1, 0.15, 0.1}, {0.93, 0.7, 1.9}), straight({0.2, 0.8, 0.05}, {0.7, 0.3, 1.7}, "B")};
+  std::vector<Bar> bars{straight({0.1, 0.15, 0.1}, {0.93, 0.7, 1.9}),
+                        straight({0.2, 0.8, 0.05}, {0.7, 0.3, 1.7}, "B")};
   bars[1].steel.prestress = 200e6;
   const EmbeddedBars embedded(bars, embed(bars, host_search(m.nodes, m.hexes)), m.nodes, m.hexes);
   const std::size_t n = embedded.segments().size();
   std::vector<Vec3> x = m.nodes;
-  for (std::size_t i = 0; i < x.size(); ++i) x[i] += 5e-4 * Vec3(std::sin(1.0 * i), std::cos(2.0 * i), std::sin(3.0 * i));
+  for (std::size_t i = 0; i < x.size(); ++i)
+    x[i] += 5e-4 * Vec3(std::sin(1.0 * i), std::cos(2.0 * i), std::sin(3.0 * i));
   const auto run = [&](const std::vector<Vec3>& at, std::vector<double>* force) {
     auto state = embedded.initial_states();
     std::vector<double> strain(n, 0.0), f(4 * at.size(), 0.0);
     std::vector<int> changed;
-    const auto sums = embedded.forces(displacement(m, at).data(), 0, state, strain, state, strain, changed, f.data());
+    const auto sums =
+        embedded.forces(displacement(m, at).data(), 0, state, strain, state, strain, changed, f.data());
     EXPECT_EQ(sums.yielding, 0);
     EXPECT_TRUE(changed.empty());
     if (force) *force = f;
@@ -272,7 +290,9 @@ TEST(EmbeddedBars, WhatIsNotDeformedHasNoStrainToTheLastBit) {
   const Mesh m = box(2, 2, 2, {1, 1, 1}, 0.05);
   std::vector<Bar> bars;
   for (int i = 0; i < 200; ++i)
-    bars.push_back(straight({0.5 + 0.3 * std::sin(1.0 * i), 0.5 + 0.3 * std::cos(2.0 * i), 0.2 + 0.1 * std::sin(3.0 * i)}, {0.5 + 0.3 * std::cos(5.0 * i), 0.5 + 0.3 * std::sin(7.0 * i), 0.8 + 0.1 * std::cos(11.0 * i)}));
+    bars.push_back(straight(
+        {0.5 + 0.3 * std::sin(1.0 * i), 0.5 + 0.3 * std::cos(2.0 * i), 0.2 + 0.1 * std::sin(3.0 * i)},
+        {0.5 + 0.3 * std::cos(5.0 * i), 0.5 + 0.3 * std::sin(7.0 * i), 0.8 + 0.1 * std::cos(11.0 * i)}));
   const EmbeddedBars embedded(bars, embed(bars, host_search(m.nodes, m.hexes)), m.nodes, m.hexes);
   auto state = embedded.initial_states();
   const std::vector<double> still(4 * m.nodes.size(), 0.0);
@@ -301,7 +321,9 @@ TEST(EmbeddedBars, UniformStretchYieldsAndMassIsComplete) {
   EXPECT_NEAR(top, 200e9 * 0.001 * bars[0].area(), 1);
   for (Vec3& p : x) p.z() *= 1.01;
   EXPECT_TRUE(changed.empty());
-  EXPECT_EQ(embedded.forces(displacement(m, x).data(), 0, state, strain, state, strain, changed, force.data()).yielding, 4);
+  EXPECT_EQ(embedded.forces(displacement(m, x).data(), 0, state, strain, state, strain, changed, force.data())
+                .yielding,
+            4);
   EXPECT_EQ(changed, (std::vector<int>{0, 1, 2, 3}));
   std::vector<double> mass(m.nodes.size(), 0.0);
   embedded.add_mass(7850, mass);

@@ -48,7 +48,8 @@ TEST(Punching, ByHand) {
 }
 
 TEST(Section, PureForcesAndRectangularBeam) {
-  // b 0.3, h 0.55, 4 bars 25 mm at the bottom (-y), d = 0.5: x = A f_yd / (0.809524 b f_cd), z = d - 0.415966 x, steel yields
+  // b 0.3, h 0.55, 4 bars 25 mm at the bottom (-y), d = 0.5: x = A f_yd / (0.809524 b f_cd), z = d - 0.415966
+  // x, steel yields
   const double a = pi * 0.0125 * 0.0125;
   std::vector<SectionBar> bars;
   for (const double x : {-0.1, -0.03, 0.03, 0.1}) bars.push_back({x, -0.225, a, 500e6, 200e9});
@@ -58,7 +59,8 @@ TEST(Section, PureForcesAndRectangularBeam) {
   const double force = 4 * a * 500e6 / 1.15, x = force / (0.809524 * 0.3 * 20e6);
   EXPECT_NEAR(s.moment(0, pi / 2) / (force * (0.5 - 0.415966 * x)), 1, 3e-3);
   EXPECT_NEAR(s.axial_tension(), force, 1e-6);
-  EXPECT_NEAR(s.axial_compression(), 0.165 * 20e6 + 4 * a * (400e6 - 20e6), 1e-3);  // 2 per mille: 400 MPa in the bars
+  EXPECT_NEAR(s.axial_compression(), 0.165 * 20e6 + 4 * a * (400e6 - 20e6),
+              1e-3);  // 2 per mille: 400 MPa in the bars
   EXPECT_EQ(s.moment(1.01 * s.axial_compression(), 0), 0);
   EXPECT_EQ(s.moment(-1.01 * s.axial_tension(), 0), 0);
 }
@@ -97,7 +99,8 @@ TEST(Section, RoundAndHollow) {
   const Section box(Member::Section::rectangular, 2, 1.5, 0.3, {}, c30);
   EXPECT_NEAR(box.area(), 2 * 1.5 - 1.4 * 0.9, 1e-12);
   EXPECT_THROW(Section(Member::Section::rectangular, 2, 1.5, 0.8, {}, c30), InputError);
-  EXPECT_THROW(Section(Member::Section::rectangular, 2, 1.5, 0, {{1.1, 0, 1e-4, 500e6, 200e9}}, c30), InputError);
+  EXPECT_THROW(Section(Member::Section::rectangular, 2, 1.5, 0, {{1.1, 0, 1e-4, 500e6, 200e9}}, c30),
+               InputError);
 }
 
 TEST(CrackWidth, BandStrainTimesLength) {
@@ -113,7 +116,8 @@ TEST(CrackWidth, BandStrainTimesLength) {
     r = law(e, Sym{}, state, state);
   }
   EXPECT_NEAR(crack_width(0.2, e, r.stress, c.young, c.poisson), 0.2 * (5e-4 - r.stress[0] / c.young), 1e-9);
-  EXPECT_NEAR(law.crack_opening(state.f_t, state.b_t, state.d_t, 5e-4), 0.2 * (5e-4 - r.stress[0] / c.young), 1e-9);
+  EXPECT_NEAR(law.crack_opening(state.f_t, state.b_t, state.d_t, 5e-4), 0.2 * (5e-4 - r.stress[0] / c.young),
+              1e-9);
 }
 
 }  // namespace

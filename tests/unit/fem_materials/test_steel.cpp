@@ -55,7 +55,8 @@ TEST(Steel, CycleShowsTheBauschingerEffectAndTheTangentIsTheDerivative) {
     for (const double e : {0.001, 0.015, 0.03}) {
       Steel::State a, b, c;
       const auto r = law(e, 0, Steel::State{}, a);
-      const double fd = (law(e + 1e-8, 0, Steel::State{}, b).stress - law(e - 1e-8, 0, Steel::State{}, c).stress) / 2e-8;
+      const double fd =
+          (law(e + 1e-8, 0, Steel::State{}, b).stress - law(e - 1e-8, 0, Steel::State{}, c).stress) / 2e-8;
       EXPECT_NEAR(fd / r.tangent, 1, 1e-5);
     }
   }
@@ -92,13 +93,12 @@ TEST(Steel, GradesAndBadInput) {
   EXPECT_DOUBLE_EQ(own.yield, 464e6);
   EXPECT_DOUBLE_EQ(own.ultimate, 630e6);
   EXPECT_DOUBLE_EQ(own.fracture_strain, 0.1);
-  for (const char* bad : {"", "B5000", "464", "464/630", "464/400/0.1", "464/630/0.1x", "5/6/0.1"}) EXPECT_THROW(steel_grade(bad), InputError) << bad;
+  for (const char* bad : {"", "B5000", "464", "464/630", "464/400/0.1", "464/630/0.1x", "5/6/0.1"})
+    EXPECT_THROW(steel_grade(bad), InputError) << bad;
   const auto rule = [](const char* grade) -> std::string {
     try {
       steel_grade(grade);
-    } catch (const InputError& e) {
-      return e.problems().at(0).rule;
-    }
+    } catch (const InputError& e) { return e.problems().at(0).rule; }
     return "accepted";
   };
   EXPECT_EQ(rule("B5000"), "not a known steel grade");
@@ -126,7 +126,10 @@ TEST(BondSlip, EnvelopeAndUnloading) {
   for (int i = 1; i <= 1200; ++i) {
     slip = i * 1e-5;
     const auto r = law(slip, state, state);
-    const double expected = slip <= 1e-3 ? top * std::pow(slip / 1e-3, 0.4) : slip <= 2e-3 ? top : slip <= 10e-3 ? top * (1 - 0.6 * (slip - 2e-3) / 8e-3) : 0.4 * top;
+    const double expected = slip <= 1e-3    ? top * std::pow(slip / 1e-3, 0.4)
+                            : slip <= 2e-3  ? top
+                            : slip <= 10e-3 ? top * (1 - 0.6 * (slip - 2e-3) / 8e-3)
+                                            : 0.4 * top;
     EXPECT_NEAR(r.stress, std::min(expected, 200e9 * slip), 1e-9 * top);
     EXPECT_GE(r.dissipation, 0);
   }
@@ -139,21 +142,23 @@ TEST(BondSlip, EnvelopeAndUnloading) {
   EXPECT_THROW(BondSlip{p}, InputError);
 }
 
-/// Back through the origin the stress rises from a quarter of the envelope to all of it by the unloading stiffness. With a jump at 0 slips had no balance there, and bars of a cracking tie ended
-/// the run.
+/// Back through the origin the stress rises from a quarter of the envelope to all of it by the unloading
+/// stiffness. With a jump at 0 slips had no balance there, and bars of a cracking tie ended the run.
 TEST(BondSlip, GoesThroughTheOriginWithoutAJump) {
   const BondSlip law(BondSlip::Parameters{});
   for (const double side : {1.0, -1.0}) {
     BondSlip::State state;
-    for (int i = 0; i <= 100; ++i) law(side * i * 5e-6, state, state);   // half a millimetre out
+    for (int i = 0; i <= 100; ++i) law(side * i * 5e-6, state, state);  // half a millimetre out
     const double full = law.envelope(5e-4), step = 2e-8;
     double last = law(side * 5e-4, state, state).stress, least = 0;
-    for (int i = 1; i <= 50000; ++i) {   // and as far to the other side
+    for (int i = 1; i <= 50000; ++i) {  // and as far to the other side
       const double slip = side * (5e-4 - i * step);
       const BondSlip::State before = state;
       const double stress = law(slip, before, state).stress;
       EXPECT_LE(std::abs(stress - last), 200e9 * step * (1 + 1e-6)) << slip;
-      EXPECT_NEAR(stress - law(slip + 1e-3 * side * step, before, state).stress, -1e-3 * side * step * law.tangent(slip, before), 1.01e-3 * 200e9 * step) << slip;
+      EXPECT_NEAR(stress - law(slip + 1e-3 * side * step, before, state).stress,
+                  -1e-3 * side * step * law.tangent(slip, before), 1.01e-3 * 200e9 * step)
+          << slip;
       law(slip, before, state);
       last = stress;
       least = std::min(least, side * stress);
@@ -162,7 +167,8 @@ TEST(BondSlip, GoesThroughTheOriginWithoutAJump) {
   }
 }
 
-/// A deck held at one height over a seat that rises by a hundredth, or falls, is pulled along it: what the pull does is stored in the normal spring or rubbed off.
+/// A deck held at one height over a seat that rises by a hundredth, or falls, is pulled along it: what the
+/// pull does is stored in the normal spring or rubbed off.
 TEST(Bearing, BooksCloseOnASeatThatRises) {
   Bearing::Parameters p;
   p.normal_stiffness = 1e9, p.shear_stiffness = 1e7, p.friction = 0.3;
@@ -185,8 +191,9 @@ TEST(Bearing, BooksCloseOnASeatThatRises) {
   }
 }
 
-/// On a seat steeper than its friction a foot that is pressed slides down by no more than what takes the pressure off: it slid by 0.19 m at a depth of 4.5 mm, lifted, came back and
-/// was pressed again, and each time 0.13 MJ were counted as rubbed off.
+/// On a seat steeper than its friction a foot that is pressed slides down by no more than what takes the
+/// pressure off: it slid by 0.19 m at a depth of 4.5 mm, lifted, came back and was pressed again, and each
+/// time 0.13 MJ were counted as rubbed off.
 TEST(Bearing, OnASteepSeatSlidesNoFartherThanItsDepth) {
   Bearing::Parameters p;
   p.normal_stiffness = 5e8, p.shear_stiffness = 5e6, p.friction = 0.3;
@@ -199,10 +206,12 @@ TEST(Bearing, OnASteepSeatSlidesNoFartherThanItsDepth) {
     EXPECT_LT(slope * way, 0);
     EXPECT_GT(left, 0);
     EXPECT_NEAR(r.normal, p.normal_stiffness * left, 1e-9 * r.normal);
-    EXPECT_NEAR(r.shear[0] + r.normal * slope, std::copysign(0.3 * r.normal, slope), 1e-9 * r.normal);   // t - N s = mu N, along the way
+    EXPECT_NEAR(r.shear[0] + r.normal * slope, std::copysign(0.3 * r.normal, slope),
+                1e-9 * r.normal);  // t - N s = mu N, along the way
     EXPECT_NEAR(r.dissipation, 0.3 * r.normal * std::abs(way), 1e-9 * r.dissipation);
-    EXPECT_LT(r.dissipation + r.energy, 0.5 * p.normal_stiffness * depth * depth);   // no more than the depth held
-    const Bearing::Result again = law(left, {0, 0}, state, state, {slope, 0});   // and stays there
+    EXPECT_LT(r.dissipation + r.energy,
+              0.5 * p.normal_stiffness * depth * depth);                        // no more than the depth held
+    const Bearing::Result again = law(left, {0, 0}, state, state, {slope, 0});  // and stays there
     EXPECT_NEAR(again.normal, r.normal, 1e-6 * r.normal);
     EXPECT_NEAR(state.slip[0], way, 1e-6 * std::abs(way));
   }
@@ -226,12 +235,12 @@ TEST(Bearing, SticksSlidesLiftsAndFallsOff) {
   r = law(-1e-3, {0.1, 0.1}, state, state);
   EXPECT_EQ(r.normal, 0);
   EXPECT_NEAR(std::hypot(r.shear[0], r.shear[1]), 0, 1e-9);
-  EXPECT_GT(law(1e-3, {-0.41, 0.1}, state, state).normal, 0);   // on to the cap beam, not off it
+  EXPECT_GT(law(1e-3, {-0.41, 0.1}, state, state).normal, 0);  // on to the cap beam, not off it
   r = law(1e-3, {0.41, 0.1}, state, state);
   EXPECT_EQ(r.normal, 0);
   EXPECT_EQ(state.lost, 1);
   EXPECT_EQ(law(1e-3, {0, 0}, state, state).normal, 0);  // it does not climb back
-  p.seat_across = {-0.2, 0.5};   // the cap beam's ends
+  p.seat_across = {-0.2, 0.5};                           // the cap beam's ends
   const Bearing near_an_end(p);
   state = {};
   EXPECT_GT(near_an_end(1e-3, {0, 0.49}, state, state).normal, 0);

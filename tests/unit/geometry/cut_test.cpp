@@ -34,7 +34,8 @@ CutJointSet joint_set(const std::string& name, double dip_direction, double dip,
   return s;
 }
 
-/// What must hold for any cutting: volume, closed surfaces, Euler's number, and the same area on both sides of joints.
+/// What must hold for any cutting: volume, closed surfaces, Euler's number, and the same area on both sides
+/// of joints.
 void expect_invariants(const CutResult& r, const std::string& what) {
   double sum = 0;
   std::map<std::pair<int, int>, double> on_faces, on_interfaces;
@@ -50,14 +51,13 @@ void expect_invariants(const CutResult& r, const std::string& what) {
       ASSERT_TRUE(half.count({e.second, e.first})) << what << ": block " << b << " is open";
     }
     const int euler = static_cast<int>(p.vertices.size()) - static_cast<int>(p.triangles.size()) / 2;
-    if (p.convex) {
-      ASSERT_EQ(euler, 2) << what;
-    }
+    if (p.convex) { ASSERT_EQ(euler, 2) << what; }
     ASSERT_EQ(euler % 2, 0) << what;
     ASSERT_EQ(static_cast<int>(p.face_joint_set.size()), p.faces());
     for (std::size_t t = 0; t < p.triangles.size(); ++t) {
       const auto& c = p.triangles[t];
-      const double area = 0.5 * (p.vertices[c[1]] - p.vertices[c[0]]).cross(p.vertices[c[2]] - p.vertices[c[0]]).norm();
+      const double area =
+          0.5 * (p.vertices[c[1]] - p.vertices[c[0]]).cross(p.vertices[c[2]] - p.vertices[c[0]]).norm();
       const int joint = p.face_joint_set[p.triangle_face[t]];
       if (joint >= 0) on_faces[{b, joint}] += area;
     }
@@ -72,7 +72,9 @@ void expect_invariants(const CutResult& r, const std::string& what) {
     EXPECT_LE(i.bonded_area, i.area * (1 + 1e-12)) << what;
   }
   const double area_scale = std::pow(r.region_volume, 2.0 / 3);
-  for (const auto& [key, area] : on_faces) EXPECT_NEAR(area, on_interfaces[key], 1e-9 * area_scale) << what << " block " << key.first << " joint " << key.second;
+  for (const auto& [key, area] : on_faces)
+    EXPECT_NEAR(area, on_interfaces[key], 1e-9 * area_scale)
+        << what << " block " << key.first << " joint " << key.second;
 }
 
 int convex_count(const CutResult& r) {
@@ -83,7 +85,9 @@ int convex_count(const CutResult& r) {
 
 struct TemporaryMesh {
   TemporaryMesh(const std::string& name, const Mesh& mesh)
-      : path((std::filesystem::temp_directory_path() / ("talus_cut_" + std::to_string(::getpid()) + "_" + name + ".ply")).string()) {
+      : path((std::filesystem::temp_directory_path() /
+              ("talus_cut_" + std::to_string(::getpid()) + "_" + name + ".ply"))
+                 .string()) {
     write_mesh(path, mesh);
   }
   ~TemporaryMesh() { std::filesystem::remove(path); }
@@ -131,7 +135,8 @@ TEST(Cut, OrthogonalSetsGiveBricks) {
     EXPECT_TRUE(b.body.convex);
   }
   EXPECT_EQ(r.interfaces.size(), 3u * 3 * 2 + 4 * 2 * 2 + 4 * 3 * 1);
-  for (const auto& i : r.interfaces) EXPECT_GT(i.normal.dot(r.blocks[i.b].centroid - r.blocks[i.a].centroid), 0);
+  for (const auto& i : r.interfaces)
+    EXPECT_GT(i.normal.dot(r.blocks[i.b].centroid - r.blocks[i.a].centroid), 0);
   EXPECT_EQ(r.joint_names, (std::vector<std::string>{"x", "y", "z"}));
 }
 
@@ -146,9 +151,7 @@ TEST(Cut, TheJointSetOfEachFaceIsKnown) {
     for (int f = 0; f < b.body.faces(); ++f) {
       ++count[b.body.face_joint_set[f]];
       const int joint = b.body.face_joint_set[f];
-      if (joint >= 0) {
-        EXPECT_NEAR(std::abs(b.body.face_normals[f][joint == 0 ? 2 : 0]), 1, 1e-12);
-      }
+      if (joint >= 0) { EXPECT_NEAR(std::abs(b.body.face_normals[f][joint == 0 ? 2 : 0]), 1, 1e-12); }
     }
     EXPECT_EQ(count, (std::map<int, int>{{-1, 4}, {0, 1}, {1, 1}}));
   }
@@ -184,7 +187,18 @@ TEST(Cut, RockRegionOfManyFaces) {
   Mesh rock;
   {  // a dented ball of 80 triangles
     const double g = std::numbers::phi;
-    Mesh ball = convex_hull({{0, 1, g}, {0, -1, g}, {0, 1, -g}, {0, -1, -g}, {1, g, 0}, {-1, g, 0}, {1, -g, 0}, {-1, -g, 0}, {g, 0, 1}, {-g, 0, 1}, {g, 0, -1}, {-g, 0, -1}});
+    Mesh ball = convex_hull({{0, 1, g},
+                             {0, -1, g},
+                             {0, 1, -g},
+                             {0, -1, -g},
+                             {1, g, 0},
+                             {-1, g, 0},
+                             {1, -g, 0},
+                             {-1, -g, 0},
+                             {g, 0, 1},
+                             {-g, 0, 1},
+                             {g, 0, -1},
+                             {-g, 0, -1}});
     rock.vertices = ball.vertices;
     std::map<std::pair<int, int>, int> middle;
     Random random(5);
@@ -197,7 +211,9 @@ TEST(Cut, RockRegionOfManyFaces) {
     };
     for (const auto& [a, b, c] : ball.triangles) {
       const int ab = mid(a, b), bc = mid(b, c), ca = mid(c, a);
-      for (const auto& t : {std::array{a, ab, ca}, std::array{b, bc, ab}, std::array{c, ca, bc}, std::array{ab, bc, ca}}) rock.triangles.push_back(t);
+      for (const auto& t :
+           {std::array{a, ab, ca}, std::array{b, bc, ab}, std::array{c, ca, bc}, std::array{ab, bc, ca}})
+        rock.triangles.push_back(t);
     }
   }
   const TemporaryMesh mesh("rock", rock);
@@ -234,7 +250,11 @@ TEST(Cut, DiscBeyondTheRegionCutsItInTwoHoweverItDips) {
   for (const double dip_direction : {0., 30., 222.})
     for (const double dip : {0., 17., 60., 90.}) {
       CutSpec s = box_spec(Vec3(10, 10, 10));
-      s.joints.push_back({.name = "disc", .dip_direction = dip_direction * deg, .dip = dip * deg, .through = Vec3(5, 5, 5), .radius = 9});
+      s.joints.push_back({.name = "disc",
+                          .dip_direction = dip_direction * deg,
+                          .dip = dip * deg,
+                          .through = Vec3(5, 5, 5),
+                          .radius = 9});
       const CutResult r = cut(s);
       ASSERT_EQ(r.blocks.size(), 2u) << dip_direction << "/" << dip;
       EXPECT_NEAR(r.blocks[0].volume, 500, 1e-9) << dip_direction << "/" << dip;
@@ -243,10 +263,16 @@ TEST(Cut, DiscBeyondTheRegionCutsItInTwoHoweverItDips) {
 }
 
 TEST(Cut, BoundedJointsThatCloseCutABlockOut) {
-  // Two rectangles: a level one under the corner x > 1, z > 1, and a steep one behind it. The rest is one L-shaped block.
+  // Two rectangles: a level one under the corner x > 1, z > 1, and a steep one behind it. The rest is one
+  // L-shaped block.
   CutSpec s = box_spec({2, 2, 2});
-  s.joints.push_back({.name = "level", .through = Vec3(1, 1, 1), .polygon = {{1, -1, 1}, {3, -1, 1}, {3, 3, 1}, {1, 3, 1}}});
-  s.joints.push_back({.name = "steep", .dip_direction = 90 * deg, .dip = 90 * deg, .through = Vec3(1, 1, 1), .polygon = {{1, -1, 1}, {1, 3, 1}, {1, 3, 3}, {1, -1, 3}}});
+  s.joints.push_back(
+      {.name = "level", .through = Vec3(1, 1, 1), .polygon = {{1, -1, 1}, {3, -1, 1}, {3, 3, 1}, {1, 3, 1}}});
+  s.joints.push_back({.name = "steep",
+                      .dip_direction = 90 * deg,
+                      .dip = 90 * deg,
+                      .through = Vec3(1, 1, 1),
+                      .polygon = {{1, -1, 1}, {1, 3, 1}, {1, 3, 3}, {1, -1, 3}}});
   const CutResult r = cut(s);
   ASSERT_EQ(r.blocks.size(), 2u);
   expect_invariants(r, "corner");
@@ -285,7 +311,8 @@ TEST(Cut, PlanesThroughCornersAndAlongFacesAreDecidedOnce) {
   // Degenerate on purpose: joints in the faces of the box, through its edges and corners, off by 1e-12.
   for (const double off : {0.0, 1e-12, -1e-12}) {
     CutSpec s = box_spec({1, 1, 1});
-    s.joint_sets = {joint_set("x", 90, 90, 0.5), joint_set("diagonal", 90, 45, std::sqrt(0.5)), joint_set("other", 270, 45, std::sqrt(0.5))};
+    s.joint_sets = {joint_set("x", 90, 90, 0.5), joint_set("diagonal", 90, 45, std::sqrt(0.5)),
+                    joint_set("other", 270, 45, std::sqrt(0.5))};
     for (auto& set : s.joint_sets) set.origin = Vec3(off, 0, 0);
     const CutResult r = cut(s);
     EXPECT_EQ(r.blocks.size(), 6u) << off;
@@ -321,7 +348,8 @@ TEST(Cut, SpacingDistributionsHaveTheirMean) {
     set.spacing_deviation = 0.6;
     s.joint_sets = {set};
     const CutResult r = cut(s);
-    EXPECT_NEAR(static_cast<double>(r.blocks.size()), 2000, kind == std::string("exponential") ? 150 : 50) << kind;
+    EXPECT_NEAR(static_cast<double>(r.blocks.size()), 2000, kind == std::string("exponential") ? 150 : 50)
+        << kind;
     expect_invariants(r, kind);
   }
 }
@@ -329,7 +357,9 @@ TEST(Cut, SpacingDistributionsHaveTheirMean) {
 TEST(Cut, SameSeedSameBits) {
   CutSpec s = box_spec({10, 10, 10});
   s.joint_sets = {joint_set("a", 30, 60, 2.1), joint_set("b", 150, 70, 2.7), joint_set("c", 270, 20, 3.3)};
-  for (auto& set : s.joint_sets) set.fisher = 80, set.spacing_distribution = "lognormal", set.spacing_deviation = 0.5, set.persistence = 0.8;
+  for (auto& set : s.joint_sets)
+    set.fisher = 80, set.spacing_distribution = "lognormal", set.spacing_deviation = 0.5,
+    set.persistence = 0.8;
   const CutResult a = cut(s), b = cut(s);
   ASSERT_EQ(a.blocks.size(), b.blocks.size());
   for (std::size_t k = 0; k < a.blocks.size(); ++k) {
@@ -426,7 +456,9 @@ TEST(Cut, BlockSystemsGoOutAndIn) {
   s.joint_sets = {joint_set("a", 267, 87, 1.1), joint_set("b", 92, 88, 0.9)};
   s.least_volume = 0.2;
   const CutResult r = cut(s);
-  const std::string base = (std::filesystem::temp_directory_path() / ("talus_cut_" + std::to_string(::getpid()) + "_system")).string();
+  const std::string base =
+      (std::filesystem::temp_directory_path() / ("talus_cut_" + std::to_string(::getpid()) + "_system"))
+          .string();
   write_mesh(base + ".obj", block_system(r));
   write_blocks_vtu(base + "_polygons.vtu", r);
   write_mesh(base + "_triangles.vtu", read_mesh(base + ".obj"));
@@ -451,7 +483,8 @@ TEST(Cut, RandomJointSets) {
     CutSpec s = box_spec({random.uniform(4, 9), random.uniform(4, 9), random.uniform(4, 9)});
     const int n = 1 + static_cast<int>(random.uniform(0, 4));
     for (int k = 0; k < n; ++k) {
-      CutJointSet set = joint_set("s" + std::to_string(k), random.uniform(0, 360), random.uniform(0, 90), random.uniform(1.5, 4));
+      CutJointSet set = joint_set("s" + std::to_string(k), random.uniform(0, 360), random.uniform(0, 90),
+                                  random.uniform(1.5, 4));
       set.seed = static_cast<unsigned>(seed);
       if (random.uniform() < 0.5) set.fisher = random.uniform(10, 300);
       if (random.uniform() < 0.5) set.spacing_distribution = "exponential";
@@ -460,8 +493,11 @@ TEST(Cut, RandomJointSets) {
       s.joint_sets.push_back(set);
     }
     for (int k = 0; k < 3; ++k) {
-      CutJoint j{.name = "j" + std::to_string(k), .dip_direction = random.uniform(0, 360) * deg, .dip = random.uniform(0, 90) * deg,
-                 .through = Vec3(random.uniform(1, 4), random.uniform(1, 4), random.uniform(1, 4)), .radius = random.uniform(0.5, 5)};
+      CutJoint j{.name = "j" + std::to_string(k),
+                 .dip_direction = random.uniform(0, 360) * deg,
+                 .dip = random.uniform(0, 90) * deg,
+                 .through = Vec3(random.uniform(1, 4), random.uniform(1, 4), random.uniform(1, 4)),
+                 .radius = random.uniform(0.5, 5)};
       if (random.uniform() < 0.5) j.bond_tension = 1e5;
       s.joints.push_back(j);
     }

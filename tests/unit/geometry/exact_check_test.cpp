@@ -38,7 +38,8 @@ TriangleSurface ground() {
 
 TEST(ExactCheck, CubesFaceToFace) {
   const Polyhedron c = cube();
-  EXPECT_FALSE(deepest_intersection(c, at({0, 0, 0}), c, at({1, 0.2, 0.3}), 0).intersect);  // touching is not crossing
+  EXPECT_FALSE(
+      deepest_intersection(c, at({0, 0, 0}), c, at({1, 0.2, 0.3}), 0).intersect);  // touching is not crossing
   const Overlap in = deepest_intersection(c, at({0, 0, 0}), c, at({1 - 0x1p-30, 0.2, 0.3}), 0);
   EXPECT_TRUE(in.intersect);
   EXPECT_NEAR(in.depth, 0x1p-30, 1e-16);
@@ -70,8 +71,12 @@ TEST(ExactCheck, BodyWithinBody) {
 TEST(ExactCheck, ConcaveBodyHoldsAnotherInItsNotch) {
   CutSpec s;
   s.box = Box3(Vec3::Zero(), Vec3::Constant(2));
-  s.joints.push_back({.name = "l", .through = Vec3(1, 1, 1), .polygon = {{1, -1, 1}, {3, -1, 1}, {3, 3, 1}, {1, 3, 1}}});
-  s.joints.push_back({.name = "s", .dip_direction = std::numbers::pi / 2, .dip = std::numbers::pi / 2, .through = Vec3(1, 1, 1),
+  s.joints.push_back(
+      {.name = "l", .through = Vec3(1, 1, 1), .polygon = {{1, -1, 1}, {3, -1, 1}, {3, 3, 1}, {1, 3, 1}}});
+  s.joints.push_back({.name = "s",
+                      .dip_direction = std::numbers::pi / 2,
+                      .dip = std::numbers::pi / 2,
+                      .through = Vec3(1, 1, 1),
                       .polygon = {{1, -1, 1}, {1, 3, 1}, {1, 3, 3}, {1, -1, 3}}});
   const CutResult r = cut(s);
   ASSERT_EQ(r.blocks.size(), 2u);
@@ -97,14 +102,17 @@ TEST(ExactCheck, RandomPairsAgreeWithSampling) {
     const Polyhedron a = make_shape(s);
     s.seed = static_cast<unsigned>(k % 5 + 10);
     const Polyhedron b = make_shape(s);
-    const auto turn = [&] { return Eigen::AngleAxisd(random.uniform(0, 6), random.direction()).toRotationMatrix(); };
+    const auto turn = [&] {
+      return Eigen::AngleAxisd(random.uniform(0, 6), random.direction()).toRotationMatrix();
+    };
     const Pose pa = at({0, 0, 0}, turn()), pb = at(random.direction() * random.uniform(0.5, 1.8), turn());
     const Overlap o = deepest_intersection(a, pa, b, pb, 1e-9);
     // A point well within both proves an intersection; moving b out by the depth must end it.
     const auto inside = [](const Polyhedron& p, const Pose& pose, const Vec3& x) {
       double depth = 1e9;
       const Vec3 local = pose.F.transpose() * (x - pose.c);
-      for (int f = 0; f < p.faces(); ++f) depth = std::min(depth, p.face_normals[f].dot(p.vertices[p.face_vertices[p.face_offset[f]]] - local));
+      for (int f = 0; f < p.faces(); ++f)
+        depth = std::min(depth, p.face_normals[f].dot(p.vertices[p.face_vertices[p.face_offset[f]]] - local));
       return depth;
     };
     bool found = false;
@@ -112,12 +120,12 @@ TEST(ExactCheck, RandomPairsAgreeWithSampling) {
       const Vec3 x = pb.c * random.uniform() + random.direction() * random.uniform(0, 0.8);
       found = std::min(inside(a, pa, x), inside(b, pb, x)) > 1e-6;
     }
-    if (found) {
-      EXPECT_TRUE(o.intersect) << k;
-    }
+    if (found) { EXPECT_TRUE(o.intersect) << k; }
     if (o.intersect) {
       ++intersecting;
-      EXPECT_FALSE(deepest_intersection(a, pa, b, at(pb.c + o.direction * (o.depth + 1e-12), pb.F), 1e-9).intersect) << k;
+      EXPECT_FALSE(
+          deepest_intersection(a, pa, b, at(pb.c + o.direction * (o.depth + 1e-12), pb.F), 1e-9).intersect)
+          << k;
     }
   }
   EXPECT_GT(intersecting, 10);
@@ -156,10 +164,12 @@ TEST(ExactCheck, SheetHasTwoSides) {
 TEST(ExactCheck, PointOverAnEdgeOrVertexBelongsToOneTriangle) {
   // Fan of triangles about the origin: a vertical ray through the common vertex or edges must count once.
   TriangleSurface s;
-  s.vertices = {{0, 0, 1}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {-1, 1, 0}, {-1, 0, 0}, {-1, -1, 0}, {0, -1, 0}, {1, -1, 0}};
+  s.vertices = {{0, 0, 1},  {1, 0, 0},   {1, 1, 0},  {0, 1, 0}, {-1, 1, 0},
+                {-1, 0, 0}, {-1, -1, 0}, {0, -1, 0}, {1, -1, 0}};
   for (int k = 1; k <= 8; ++k) s.triangles.push_back({0, k, k % 8 + 1});
   const CheckedSurface checked(s);
-  for (const auto& [x, y] : {std::pair{0.0, 0.0}, {0.5, 0.5}, {0.5, 0.0}, {0.0, -0.25}, {-0.125, 0.125}, {0.3, 0.1}})
+  for (const auto& [x, y] :
+       {std::pair{0.0, 0.0}, {0.5, 0.5}, {0.5, 0.0}, {0.0, -0.25}, {-0.125, 0.125}, {0.3, 0.1}})
     EXPECT_TRUE(checked.solid_at({x, y, -1})) << x << " " << y;
 }
 
@@ -187,7 +197,8 @@ TEST(ExactCheck, BlocksOfACutDoNotOverlap) {
     for (const auto& b : r.blocks) bodies.emplace_back(b.body), poses.push_back(at(b.centroid));
     for (const auto& b : bodies) pointers.push_back(&b);
     const auto found = find_intersections(pointers, poses, {}, {}, 1e-9);
-    EXPECT_TRUE(found.empty()) << "seed " << seed << ": " << found[0].a << " and " << found[0].b << " by " << found[0].depth;
+    EXPECT_TRUE(found.empty()) << "seed " << seed << ": " << found[0].a << " and " << found[0].b << " by "
+                               << found[0].depth;
     // The check itself must be able to fail.
     poses[0].c += (poses[1].c - poses[0].c) * 0.9;
     EXPECT_FALSE(find_intersections(pointers, poses, {}, {}, 1e-9).empty());

@@ -18,7 +18,9 @@ constexpr double deg = std::numbers::pi / 180;
 TEST(KeyBlocks, WedgeOnTwoPlanesHasItsClosedForm) {
   // Wedge on planes 130/40 and 220/60, weight alone, the same friction on both.
   const auto wedge = [](double phi) {
-    return key_block({{joint_normal(130 * deg, 40 * deg), 1, {phi, 0}, 0}, {joint_normal(220 * deg, 60 * deg), 1, {phi, 0}, 1}}, 1.0, Vec3(0, 0, -1));
+    return key_block({{joint_normal(130 * deg, 40 * deg), 1, {phi, 0}, 0},
+                      {joint_normal(220 * deg, 60 * deg), 1, {phi, 0}, 1}},
+                     1.0, Vec3(0, 0, -1));
   };
   const KeyBlock k = wedge(30 * deg);
   EXPECT_EQ(k.mode, KeyBlock::Mode::wedge);
@@ -45,21 +47,25 @@ TEST(KeyBlocks, PlaneSlidingWithCohesion) {
 TEST(KeyBlocks, FallingTaperedStableEnclosed) {
   const Vec3 down(0, 0, -1);
   EXPECT_EQ(key_block({{Vec3(0, 0, -1), 1, {}, 0}}, 1, down).mode, KeyBlock::Mode::falling);  // roof block
-  EXPECT_EQ(key_block({{Vec3(0, 0, 1), 1, {}, 0}}, 1, down).type, KeyBlock::Type::stable);    // on a level joint
+  EXPECT_EQ(key_block({{Vec3(0, 0, 1), 1, {}, 0}}, 1, down).type,
+            KeyBlock::Type::stable);  // on a level joint
   EXPECT_EQ(key_block({{Vec3(0, 0, 1), 1, {}, 0}}, 0, down).type, KeyBlock::Type::enclosed);
   // Four planes that close around the block from all sides.
   std::vector<BlockPlane> closed;
-  for (const Vec3& n : {Vec3(1, 1, 1), Vec3(1, -1, -1), Vec3(-1, 1, -1), Vec3(-1, -1, 1)}) closed.push_back({n.normalized(), 1, {}, 0});
+  for (const Vec3& n : {Vec3(1, 1, 1), Vec3(1, -1, -1), Vec3(-1, 1, -1), Vec3(-1, -1, 1)})
+    closed.push_back({n.normalized(), 1, {}, 0});
   EXPECT_EQ(key_block(closed, 1, down).type, KeyBlock::Type::tapered);
   // Two walls that face each other leave a way out between them.
-  EXPECT_NE(key_block({{Vec3(1, 0, 0), 1, {}, 0}, {Vec3(-1, 0, 0), 1, {}, 1}}, 1, down).type, KeyBlock::Type::tapered);
+  EXPECT_NE(key_block({{Vec3(1, 0, 0), 1, {}, 0}, {Vec3(-1, 0, 0), 1, {}, 1}}, 1, down).type,
+            KeyBlock::Type::tapered);
 }
 
 TEST(KeyBlocks, OfACutRockMass) {
   // One steep and one level joint: the upper block over a plane that dips east at 40 degrees slides.
   CutSpec s;
   s.box = Box3(Vec3::Zero(), Vec3(4, 4, 4));
-  s.joints.push_back({.name = "dipping", .dip_direction = 90 * deg, .dip = 40 * deg, .through = Vec3(2, 2, 2)});
+  s.joints.push_back(
+      {.name = "dipping", .dip_direction = 90 * deg, .dip = 40 * deg, .through = Vec3(2, 2, 2)});
   const CutResult r = cut(s);
   ASSERT_EQ(r.blocks.size(), 2u);
   KeyBlockOptions o;
@@ -72,9 +78,11 @@ TEST(KeyBlocks, OfACutRockMass) {
   EXPECT_NE(keys[0].type, KeyBlock::Type::unstable);
 }
 
-/// A cliff that overhangs, 10 m high and deep: its face runs from (2, 0) to (12, 10) in x and z; one joint, or two.
+/// A cliff that overhangs, 10 m high and deep: its face runs from (2, 0) to (12, 10) in x and z; one joint,
+/// or two.
 CutResult overhang(std::vector<CutJoint> joints) {
-  const auto file = std::filesystem::temp_directory_path() / ("talus_overhang_" + std::to_string(::getpid()) + ".obj");
+  const auto file =
+      std::filesystem::temp_directory_path() / ("talus_overhang_" + std::to_string(::getpid()) + ".obj");
   std::ofstream(file) << "v 0 0 0\nv 2 0 0\nv 12 0 10\nv 0 0 10\nv 0 10 0\nv 2 10 0\nv 12 10 10\nv 0 10 10\n"
                          "f 1 2 3 4\nf 8 7 6 5\nf 1 5 6 2\nf 2 6 7 3\nf 3 7 8 4\nf 4 8 5 1\n";
   CutSpec s;
@@ -90,7 +98,9 @@ TEST(KeyBlocks, AnOverhangingFaceIsFree) {
   o.strength = {{25 * deg, 0}};
   {
     // The joint dips into the mountain: what hangs under it falls; the mountain stands on the region's base.
-    const auto keys = key_blocks(overhang({{.name = "roof", .dip_direction = 270 * deg, .dip = 60 * deg, .through = Vec3(6, 5, 5)}}), o);
+    const auto keys = key_blocks(
+        overhang({{.name = "roof", .dip_direction = 270 * deg, .dip = 60 * deg, .through = Vec3(6, 5, 5)}}),
+        o);
     ASSERT_EQ(keys.size(), 2u);
     EXPECT_EQ(keys[1].mode, KeyBlock::Mode::falling);
     EXPECT_EQ(keys[1].factor_of_safety, 0);
@@ -98,7 +108,9 @@ TEST(KeyBlocks, AnOverhangingFaceIsFree) {
   }
   {
     // It dips out of the mountain: the wedge over it slides, F = tan(25)/tan(30).
-    const auto keys = key_blocks(overhang({{.name = "floor", .dip_direction = 90 * deg, .dip = 30 * deg, .through = Vec3(4, 5, 6)}}), o);
+    const auto keys = key_blocks(
+        overhang({{.name = "floor", .dip_direction = 90 * deg, .dip = 30 * deg, .through = Vec3(4, 5, 6)}}),
+        o);
     ASSERT_EQ(keys.size(), 2u);
     EXPECT_EQ(keys[1].mode, KeyBlock::Mode::plane);
     EXPECT_NEAR(keys[1].factor_of_safety, std::tan(25 * deg) / std::tan(30 * deg), 1e-9);
@@ -106,7 +118,9 @@ TEST(KeyBlocks, AnOverhangingFaceIsFree) {
   {
     // Ground right under the face holds it.
     o.is_held = [](const Vec3&, const Vec3& n) { return n.z() < -0.5; };
-    const auto keys = key_blocks(overhang({{.name = "roof", .dip_direction = 270 * deg, .dip = 60 * deg, .through = Vec3(6, 5, 5)}}), o);
+    const auto keys = key_blocks(
+        overhang({{.name = "roof", .dip_direction = 270 * deg, .dip = 60 * deg, .through = Vec3(6, 5, 5)}}),
+        o);
     EXPECT_NE(keys[1].mode, KeyBlock::Mode::falling);
   }
 }
@@ -115,9 +129,15 @@ TEST(Stereonet, EqualAreaProjection) {
   EXPECT_NEAR(equal_area({0, 0, -1}).norm(), 0, 1e-15);
   EXPECT_NEAR((equal_area({0, 1, 0}) - Eigen::Vector2d(0, 1)).norm(), 0, 1e-12);
   // Plunge 30 degrees to the east: r = sqrt(2) sin(30 deg).
-  EXPECT_NEAR((equal_area({std::cos(30 * deg), 0, -std::sin(30 * deg)}) - Eigen::Vector2d(std::sqrt(2) * std::sin(30 * deg), 0)).norm(), 0, 1e-12);
+  EXPECT_NEAR((equal_area({std::cos(30 * deg), 0, -std::sin(30 * deg)}) -
+               Eigen::Vector2d(std::sqrt(2) * std::sin(30 * deg), 0))
+                  .norm(),
+              0, 1e-12);
   // An upward line is its opposite.
-  EXPECT_NEAR((equal_area({0, std::cos(1.0), std::sin(1.0)}) - equal_area({0, -std::cos(1.0), -std::sin(1.0)})).norm(), 0, 1e-15);
+  EXPECT_NEAR(
+      (equal_area({0, std::cos(1.0), std::sin(1.0)}) - equal_area({0, -std::cos(1.0), -std::sin(1.0)}))
+          .norm(),
+      0, 1e-15);
 }
 
 TEST(BlockOutput, SystemIsReadBackAndCurveEndsAtOne) {

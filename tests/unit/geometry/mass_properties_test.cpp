@@ -12,7 +12,8 @@ using namespace talus::geometry;
 namespace {
 Mesh box(const Vec3& lo, const Vec3& hi) {
   std::vector<Vec3> p;
-  for (int i = 0; i < 8; ++i) p.emplace_back(i & 1 ? hi.x() : lo.x(), i & 2 ? hi.y() : lo.y(), i & 4 ? hi.z() : lo.z());
+  for (int i = 0; i < 8; ++i)
+    p.emplace_back(i & 1 ? hi.x() : lo.x(), i & 2 ? hi.y() : lo.y(), i & 4 ? hi.z() : lo.z());
   return convex_hull(p);
 }
 }  // namespace
@@ -31,7 +32,8 @@ TEST(MassProperties, BoxHasItsClosedForm) {
 }
 
 TEST(MassProperties, TetrahedronHasItsClosedForm) {
-  // Corner tetrahedron of legs a, b, c: V = abc/6, second moment about the centroid m/80 * (3 a^2 ..., -ab ...).
+  // Corner tetrahedron of legs a, b, c: V = abc/6, second moment about the centroid m/80 * (3 a^2 ..., -ab
+  // ...).
   const double a = 2, b = 3, c = 5;
   const Mesh m = convex_hull({{0, 0, 0}, {a, 0, 0}, {0, b, 0}, {0, 0, c}});
   const auto p = mass_properties(m.vertices, m.triangles, 7);
@@ -48,7 +50,8 @@ TEST(MassProperties, FarFromTheOriginNothingIsLost) {
   const Mesh near = box({-0.5, -1, -1.5}, {0.5, 1, 1.5});
   Mesh far = near;
   for (Vec3& v : far.vertices) v += Vec3(1 << 20, 1 << 21, 1 << 19);  // exact in binary
-  const auto p = mass_properties(near.vertices, near.triangles, 1), q = mass_properties(far.vertices, far.triangles, 1);
+  const auto p = mass_properties(near.vertices, near.triangles, 1),
+             q = mass_properties(far.vertices, far.triangles, 1);
   EXPECT_NEAR((p.second_moment - q.second_moment).norm(), 0, 1e-13 * p.second_moment.norm());
   EXPECT_NEAR(p.volume, q.volume, 1e-13);
 }

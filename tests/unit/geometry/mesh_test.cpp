@@ -20,7 +20,8 @@ Mesh unit_box() {
 }
 
 std::string temporary(const std::string& name) {
-  return (std::filesystem::temp_directory_path() / ("talus_mesh_" + std::to_string(::getpid()) + "_" + name)).string();
+  return (std::filesystem::temp_directory_path() / ("talus_mesh_" + std::to_string(::getpid()) + "_" + name))
+      .string();
 }
 
 void expect_problem(const std::string& text, const std::string& name, const std::string& part, int line = 0) {
@@ -30,9 +31,7 @@ void expect_problem(const std::string& text, const std::string& name, const std:
   } catch (const InputError& e) {
     EXPECT_NE(std::string(e.what()).find(part), std::string::npos) << e.what();
     EXPECT_EQ(e.problems()[0].file, name);
-    if (line) {
-      EXPECT_EQ(e.problems()[0].line, line) << e.what();
-    }
+    if (line) { EXPECT_EQ(e.problems()[0].line, line) << e.what(); }
   }
 }
 
@@ -54,15 +53,18 @@ INSTANTIATE_TEST_SUITE_P(All, MeshFormats, testing::Values("obj", "stl", "ply", 
 
 TEST(Mesh, TextStlSharesItsCorners) {
   const std::string text =
-      "solid a\nfacet normal 0 0 1\n outer loop\n  vertex 0 0 0\n  vertex 1e0 0 0\n  vertex 0 1 0\n endloop\nendfacet\n"
-      "facet normal 0 0 1\nouter loop\nvertex 1 0 0\nvertex 1 1 0\nvertex 0 1 -0\nendloop\nendfacet\nendsolid a\n";
+      "solid a\nfacet normal 0 0 1\n outer loop\n  vertex 0 0 0\n  vertex 1e0 0 0\n  vertex 0 1 0\n "
+      "endloop\nendfacet\n"
+      "facet normal 0 0 1\nouter loop\nvertex 1 0 0\nvertex 1 1 0\nvertex 0 1 "
+      "-0\nendloop\nendfacet\nendsolid a\n";
   const Mesh m = read_mesh_text(text, "a.stl");
   EXPECT_EQ(m.vertices.size(), 4u);
   EXPECT_EQ(m.triangles.size(), 2u);
 }
 
 TEST(Mesh, ObjGroupsPolygonsAndNegativeIndices) {
-  // An L-shaped (concave) hexagon: five of its ear triangles would be wrong if it were cut as a fan from any corner.
+  // An L-shaped (concave) hexagon: five of its ear triangles would be wrong if it were cut as a fan from any
+  // corner.
   const std::string text =
       "# comment\nv 0 0 0\nv 2 0 0\nv 2 1 0\nv 1 1 0\nv 1 2 0\nv 0 2 0\ng ell\nf 1/1/1 2//1 3 4 5 6\n"
       "v 5 0 0\nv 6 0 0\nv 5 1 0\no other\nf -3 -2 -1\n";
@@ -82,9 +84,10 @@ TEST(Mesh, ObjGroupsPolygonsAndNegativeIndices) {
 
 TEST(Mesh, BinaryPlyOfBothByteOrders) {
   for (const bool big : {false, true}) {
-    std::string text = std::string("ply\nformat binary_") + (big ? "big" : "little") +
-                       "_endian 1.0\ncomment x\nelement vertex 3\nproperty float x\nproperty float y\nproperty double z\n"
-                       "element face 1\nproperty list uint8 int32 vertex_index\nend_header\n";
+    std::string text =
+        std::string("ply\nformat binary_") + (big ? "big" : "little") +
+        "_endian 1.0\ncomment x\nelement vertex 3\nproperty float x\nproperty float y\nproperty double z\n"
+        "element face 1\nproperty list uint8 int32 vertex_index\nend_header\n";
     const auto put = [&](auto x) {
       char b[sizeof x];
       std::memcpy(b, &x, sizeof x);
@@ -105,7 +108,8 @@ TEST(Mesh, BadFilesAreNamedWithTheirLine) {
   expect_problem("v 0 0 0\nv 1 0 zero\n", "a.obj", "must be a number", 2);
   expect_problem("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n", "a.obj", "1..3", 4);
   expect_problem("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n", "a.off", "0..2", 6);
-  expect_problem("solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nendloop\n", "a.stl", "three vertices", 6);
+  expect_problem("solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nendloop\n", "a.stl",
+                 "three vertices", 6);
   expect_problem("rubbish", "a.stl", "neither text");
   expect_problem("", "a.obj", "no faces");
   expect_problem("x", "a.step", "not a mesh format");
@@ -209,7 +213,8 @@ TEST(Triangulation, PolygonWithTwoHoles) {
   std::vector<Vec3> v;
   const auto square = [&](double x, double y, double s, bool ccw) {
     const int b = static_cast<int>(v.size());
-    v.emplace_back(x, y, 3), v.emplace_back(x + s, y, 3), v.emplace_back(x + s, y + s, 3), v.emplace_back(x, y + s, 3);
+    v.emplace_back(x, y, 3), v.emplace_back(x + s, y, 3), v.emplace_back(x + s, y + s, 3),
+        v.emplace_back(x, y + s, 3);
     return ccw ? std::vector<int>{b, b + 1, b + 2, b + 3} : std::vector<int>{b, b + 3, b + 2, b + 1};
   };
   const auto outer = square(0, 0, 10, true), hole1 = square(2, 2, 2, false), hole2 = square(6, 2, 2, false);

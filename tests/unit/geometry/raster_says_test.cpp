@@ -17,8 +17,13 @@ using namespace talus::geometry;
 namespace {
 
 struct File {
-  explicit File(const std::string& name) : path((std::filesystem::temp_directory_path() / ("talus_says_" + std::to_string(::getpid()) + "_" + name)).string()) {}
-  File(const std::string& name, const std::string& text) : File(name) { std::ofstream(path, std::ios::binary) << text; }
+  explicit File(const std::string& name)
+      : path((std::filesystem::temp_directory_path() /
+              ("talus_says_" + std::to_string(::getpid()) + "_" + name))
+                 .string()) {}
+  File(const std::string& name, const std::string& text) : File(name) {
+    std::ofstream(path, std::ios::binary) << text;
+  }
   ~File() { std::filesystem::remove(path); }
   std::string path;
 };
@@ -43,14 +48,13 @@ Terrain terrain_of(const TinyTiff& t) {
 std::string refusal(const TinyTiff& t) {
   try {
     terrain_of(t);
-  } catch (const InputError& e) {
-    return e.problems()[0].rule;
-  }
+  } catch (const InputError& e) { return e.problems()[0].rule; }
   return {};
 }
 
 bool warned(const Terrain& t, const std::string& part) {
-  return std::any_of(t.warnings.begin(), t.warnings.end(), [&](const Problem& p) { return p.str().find(part) != std::string::npos; });
+  return std::any_of(t.warnings.begin(), t.warnings.end(),
+                     [&](const Problem& p) { return p.str().find(part) != std::string::npos; });
 }
 
 double north_west(const Terrain& t) {
@@ -59,7 +63,9 @@ double north_west(const Terrain& t) {
   return std::nan("");
 }
 
-std::string item(const std::string& name, const std::string& value) { return "<Item name=\"" + name + "\" sample=\"0\" role=\"" + name + "\">" + value + "</Item>"; }
+std::string item(const std::string& name, const std::string& value) {
+  return "<Item name=\"" + name + "\" sample=\"0\" role=\"" + name + "\">" + value + "</Item>";
+}
 
 }  // namespace
 
@@ -81,7 +87,10 @@ TEST(RasterSays, NodataIsAStoredValueNotAScaledOne) {
 }
 
 TEST(RasterSays, HeightsInFeetAreConverted) {
-  for (const auto& [unit, metres] : {std::pair<std::string, double>{"ft", 0.3048}, {"US survey foot", 1200.0 / 3937}, {"foot", 0.3048}, {"cm", 0.01}}) {
+  for (const auto& [unit, metres] : {std::pair<std::string, double>{"ft", 0.3048},
+                                     {"US survey foot", 1200.0 / 3937},
+                                     {"foot", 0.3048},
+                                     {"cm", 0.01}}) {
     TinyTiff t = tiff(heights);
     t.metadata = "<GDALMetadata>" + item("unittype", unit) + "</GDALMetadata>";
     const Terrain terrain = terrain_of(t);
@@ -97,7 +106,7 @@ TEST(RasterSays, HeightsInFeetAreConverted) {
 
 TEST(RasterSays, APlanInFeetIsRefused) {
   TinyTiff t = tiff(heights);
-  t.crs = 2263;   // New York Long Island, US survey feet
+  t.crs = 2263;  // New York Long Island, US survey feet
   EXPECT_NE(refusal(t).find("unit of its coordinates in plan"), std::string::npos) << refusal(t);
   t.crs = 25832;
   EXPECT_EQ(refusal(t), "");
@@ -106,9 +115,10 @@ TEST(RasterSays, APlanInFeetIsRefused) {
 TEST(RasterSays, HeightsInFeetByTheCoordinateSystemAreConverted) {
   TinyTiff t = tiff(heights);
   t.crs = 25832;
-  t.vertical = 6360;   // NAVD88 in US survey feet
+  t.vertical = 6360;  // NAVD88 in US survey feet
   const Terrain terrain = terrain_of(t);
-  EXPECT_TRUE(warned(terrain, "converted to metres")) << (terrain.warnings.empty() ? "silent" : terrain.warnings[0].str());
+  EXPECT_TRUE(warned(terrain, "converted to metres"))
+      << (terrain.warnings.empty() ? "silent" : terrain.warnings[0].str());
   EXPECT_NEAR(north_west(terrain), 501 * 1200.0 / 3937, 1e-9);
 }
 
@@ -116,7 +126,8 @@ TEST(RasterSays, MasksAndAlphaAreHoles) {
   TinyTiff masked = tiff(heights);
   masked.mask = {255, 255, 255, 255, 255, 255, 255, 255, 0};
   EXPECT_EQ(terrain_of(masked).surface.vertices.size(), 8u);
-  TinyTiff alpha = tiff({501, 255, 502, 255, 503, 255, 504, 255, 505, 255, 506, 255, 507, 255, 508, 255, 0, 0});
+  TinyTiff alpha =
+      tiff({501, 255, 502, 255, 503, 255, 504, 255, 505, 255, 506, 255, 507, 255, 508, 255, 0, 0});
   alpha.bands = 2;
   alpha.alpha = true;
   const Terrain t = terrain_of(alpha);
@@ -150,20 +161,25 @@ TEST(RasterSays, APaletteMayHoldClasses) {
 }
 
 TEST(RasterSays, DialectsOfTextGridsAreOne) {
-  const std::string head = "ncols 3\nnrows 3\nxllcorner 100\nyllcorner 200\ncellsize 10\nNODATA_value -9999\n", rows = "1 2 3\n4 5 6\n7 8 9\n";
+  const std::string head =
+                        "ncols 3\nnrows 3\nxllcorner 100\nyllcorner 200\ncellsize 10\nNODATA_value -9999\n",
+                    rows = "1 2 3\n4 5 6\n7 8 9\n";
   const auto vertices = [](const std::string& text) {
     const File file("g.asc", text);
     return load_terrain(file.path).surface.vertices;
   };
   const auto expected = vertices(head + rows);
   EXPECT_EQ(vertices("\xEF\xBB\xBF" + head + rows), expected);
-  EXPECT_EQ(vertices("ncols 3\r\nnrows 3\r\nxllcorner 100\r\nyllcenter 205\r\ncellsize 10\r\n" + rows), expected);
-  EXPECT_EQ(vertices("NROWS 3\nNCOLS 3\nXLLCENTER 105\nYLLCORNER 200\nCELLSIZE 10\nNODATA_VALUE -9999\n" + rows), expected);
+  EXPECT_EQ(vertices("ncols 3\r\nnrows 3\r\nxllcorner 100\r\nyllcenter 205\r\ncellsize 10\r\n" + rows),
+            expected);
+  EXPECT_EQ(
+      vertices("NROWS 3\nNCOLS 3\nXLLCENTER 105\nYLLCORNER 200\nCELLSIZE 10\nNODATA_VALUE -9999\n" + rows),
+      expected);
   for (const bool little : {true, false}) {
     std::string wide = little ? "\xFF\xFE" : "\xFE\xFF";
     for (const char c : head + rows) wide += little ? std::string({c, '\0'}) : std::string({'\0', c});
     EXPECT_EQ(vertices(wide), expected) << little;
-    EXPECT_EQ(vertices(wide.substr(2)), expected) << little;   // without a mark
+    EXPECT_EQ(vertices(wide.substr(2)), expected) << little;  // without a mark
   }
   std::string mac = head + rows;
   std::replace(mac.begin(), mac.end(), '\n', '\r');
@@ -175,27 +191,30 @@ TEST(RasterSays, AnIncompleteHeaderIsNamed) {
     const File file("g.asc", text);
     try {
       load_terrain(file.path);
-    } catch (const InputError& e) {
-      return e.problems()[0].value;
-    }
+    } catch (const InputError& e) { return e.problems()[0].value; }
     return "none";
   };
   EXPECT_EQ(value("ncols 2\nnrows 2\nxllcorner 0\ncellsize 1\n1 2\n3 4\n"), "yllcorner or yllcenter");
   EXPECT_EQ(value("ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\n1 2\n3 4\n"), "cellsize");
-  EXPECT_EQ(value("ncols 2\nnrows 2\nxllcorner 0\nxllcenter 0.5\nyllcorner 0\ncellsize 1\n1 2\n3 4\n"), "xllcorner and xllcenter");
+  EXPECT_EQ(value("ncols 2\nnrows 2\nxllcorner 0\nxllcenter 0.5\nyllcorner 0\ncellsize 1\n1 2\n3 4\n"),
+            "xllcorner and xllcenter");
 }
 
 TEST(RasterSays, HeightsBeyondAnyTerrainAreWarnedOf) {
-  EXPECT_TRUE(warned(terrain_of(tiff({9501, 9502, 9503, 9504, 9505, 9506, 9507, 9508, 9509})), "look like feet"));
+  EXPECT_TRUE(
+      warned(terrain_of(tiff({9501, 9502, 9503, 9504, 9505, 9506, 9507, 9508, 9509})), "look like feet"));
   std::string text = "ncols 20\nnrows 20\nxllcorner 0\nyllcorner 0\ncellsize 1\n";
   for (int i = 0; i < 20; ++i)
-    for (int j = 0; j < 20; ++j) text += std::to_string(100 + 3.28 * 0.8 * i) + (j == 19 ? "\n" : " ");   // 39 deg, heights in feet
+    for (int j = 0; j < 20; ++j)
+      text += std::to_string(100 + 3.28 * 0.8 * i) + (j == 19 ? "\n" : " ");  // 39 deg, heights in feet
   const File file("steep.asc", text);
   EXPECT_TRUE(warned(load_terrain(file.path), "different units"));
 }
 
 TEST(RasterSays, PiecesThatNodataCutsOffAreNamed) {
-  const File file("islands.asc", "ncols 5\nnrows 2\nxllcenter 100\nyllcenter 0\ncellsize 1\nNODATA_value -9\n1 1 -9 1 1\n1 1 -9 1 1\n");
+  const File file(
+      "islands.asc",
+      "ncols 5\nnrows 2\nxllcenter 100\nyllcenter 0\ncellsize 1\nNODATA_value -9\n1 1 -9 1 1\n1 1 -9 1 1\n");
   EXPECT_TRUE(warned(load_terrain(file.path), "2 pieces"));
   EXPECT_TRUE(warned(load_terrain(file.path), "x = 103, y = 0"));
 }
@@ -203,7 +222,11 @@ TEST(RasterSays, PiecesThatNodataCutsOffAreNamed) {
 TEST(RasterSays, NothingIsSaidOfWhatTheCropLeavesOut) {
   std::string text = "ncols 12\nnrows 12\nxllcenter 0\nyllcenter 0\ncellsize 1\nNODATA_value -9999\n";
   for (int i = 0; i < 12; ++i)
-    for (int j = 0; j < 12; ++j) text += (i == 1 && j == 1 ? "-9999" : i == 2 && j == 9 ? "400" : "5") + std::string(j == 11 ? "\n" : " ");
+    for (int j = 0; j < 12; ++j)
+      text += (i == 1 && j == 1   ? "-9999"
+               : i == 2 && j == 9 ? "400"
+                                  : "5") +
+              std::string(j == 11 ? "\n" : " ");
   const File file("spike.asc", text);
   EXPECT_TRUE(warned(load_terrain(file.path), "stands out") && warned(load_terrain(file.path), "NODATA"));
   TerrainOptions o;

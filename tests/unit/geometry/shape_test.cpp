@@ -39,7 +39,8 @@ TEST(Shape, VolumesHaveTheirClosedForms) {
     EXPECT_TRUE(shape.body.convex) << c.kind;
     EXPECT_NEAR((bounding_box(shape.body).sizes() - c.size).norm(), 0, 1e-12) << c.kind;
     EXPECT_NEAR(mass_properties(shape.body, 1).centroid.norm(), 0, 1e-14) << c.kind;
-    const int euler = static_cast<int>(shape.body.vertices.size()) - static_cast<int>(shape.body.edges.size()) + shape.body.faces();
+    const int euler = static_cast<int>(shape.body.vertices.size()) -
+                      static_cast<int>(shape.body.edges.size()) + shape.body.faces();
     EXPECT_EQ(euler, 2) << c.kind;
   }
 }
@@ -91,7 +92,9 @@ TEST(Shape, RandomRocksRepeatAndMeetTheirVolume) {
 
 TEST(Shape, FileKeepsItsWorldCoordinatesThroughTheShift) {
   const Mesh box = convex_hull({{10, 20, 30}, {12, 20, 30}, {10, 23, 30}, {10, 20, 34}});
-  const std::string path = (std::filesystem::temp_directory_path() / ("talus_shape_" + std::to_string(::getpid()) + ".obj")).string();
+  const std::string path =
+      (std::filesystem::temp_directory_path() / ("talus_shape_" + std::to_string(::getpid()) + ".obj"))
+          .string();
   write_mesh(path, box);
   ShapeSpec s;
   s.kind = "file";
@@ -107,9 +110,7 @@ TEST(Shape, BadInputNamesTheField) {
   const auto key = [](const ShapeSpec& s) {
     try {
       make_shape(s);
-    } catch (const InputError& e) {
-      return e.problems()[0].key;
-    }
+    } catch (const InputError& e) { return e.problems()[0].key; }
     return std::string("accepted");
   };
   ShapeSpec s;

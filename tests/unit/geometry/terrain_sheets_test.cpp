@@ -19,7 +19,8 @@ using Triangles = std::vector<std::array<int, 3>>;
 
 /// A plateau at z = 10, a wall that leans out by 1 m in 10 over x = 0, and a floor at z = 0.
 struct Cliff {
-  std::vector<Vec3> vertices{{-10, -10, 10}, {-10, 10, 10}, {1, -10, 10}, {1, 10, 10}, {0, -10, 0}, {0, 10, 0}, {30, -10, 0}, {30, 10, 0}};
+  std::vector<Vec3> vertices{{-10, -10, 10}, {-10, 10, 10}, {1, -10, 10}, {1, 10, 10},
+                             {0, -10, 0},    {0, 10, 0},    {30, -10, 0}, {30, 10, 0}};
   Triangles triangles{{0, 2, 3}, {0, 3, 1}, {2, 4, 5}, {2, 5, 3}, {4, 6, 7}, {4, 7, 5}};
 };
 
@@ -30,10 +31,13 @@ Triangles turned(Triangles triangles, unsigned seed) {
   return triangles;
 }
 
-Vec3 area_vector(const std::vector<Vec3>& v, const std::array<int, 3>& t) { return (v[t[1]] - v[t[0]]).cross(v[t[2]] - v[t[0]]); }
+Vec3 area_vector(const std::vector<Vec3>& v, const std::array<int, 3>& t) {
+  return (v[t[1]] - v[t[0]]).cross(v[t[2]] - v[t[0]]);
+}
 
 bool warned(const std::vector<Problem>& warnings, const std::string& part) {
-  return std::any_of(warnings.begin(), warnings.end(), [&](const Problem& p) { return p.rule.find(part) != std::string::npos; });
+  return std::any_of(warnings.begin(), warnings.end(),
+                     [&](const Problem& p) { return p.rule.find(part) != std::string::npos; });
 }
 
 }  // namespace
@@ -51,7 +55,7 @@ TEST(TerrainSheets, OverhangingFacesKeepTheirSide) {
 
 TEST(TerrainSheets, WindingInTheFileDoesNotMatter) {
   const Cliff c;
-  for (unsigned seed = 0; seed < 20; ++seed) {   // 0: the whole sheet upside down
+  for (unsigned seed = 0; seed < 20; ++seed) {  // 0: the whole sheet upside down
     Triangles t = turned(c.triangles, seed);
     std::size_t kept = 0;
     for (std::size_t k = 0; k < t.size(); ++k) kept += t[k] == c.triangles[k];
@@ -80,7 +84,7 @@ TEST(TerrainSheets, EachSheetIsTurnedByItself) {
 /// No plan area tells the side of an upright wall: its winding in the file does, of most of its area.
 TEST(TerrainSheets, AnUprightSheetKeepsTheWindingOfMostOfItsArea) {
   const std::vector<Vec3> v{{0, 0, 0}, {0, 5, 0}, {0, 5, 8}, {0, 0, 8}, {0, 9, 0}};
-  const Triangles east{{0, 1, 2}, {0, 2, 3}, {1, 4, 2}};   // 20, 20 and 16 m^2
+  const Triangles east{{0, 1, 2}, {0, 2, 3}, {1, 4, 2}};  // 20, 20 and 16 m^2
   for (const int flipped : {-1, 0, 1, 2}) {
     Triangles t = east;
     if (flipped >= 0) std::swap(t[flipped][1], t[flipped][2]);
@@ -110,7 +114,8 @@ TEST(TerrainSheets, AMoebiusStripIsNamedWithItsPlace) {
   Triangles t;
   for (int i = 0; i < n; ++i) {
     const double a = 2 * M_PI * i / n;
-    const Vec3 out(std::cos(a), std::sin(a), 0), across = std::cos(a / 2) * out + std::sin(a / 2) * Vec3::UnitZ();
+    const Vec3 out(std::cos(a), std::sin(a), 0),
+        across = std::cos(a / 2) * out + std::sin(a / 2) * Vec3::UnitZ();
     v.push_back(10 * out - across);
     v.push_back(10 * out + across);
   }
@@ -121,15 +126,19 @@ TEST(TerrainSheets, AMoebiusStripIsNamedWithItsPlace) {
   }
   const auto warnings = orient_sheets(v, t, "strip.obj", Vec3(1000, 2000, 0));
   ASSERT_TRUE(warned(warnings, "Moebius"));
-  EXPECT_NE(warnings.back().value.find("an edge at [9"), std::string::npos) << warnings.back().value;   // map coordinates
+  EXPECT_NE(warnings.back().value.find("an edge at [9"), std::string::npos)
+      << warnings.back().value;  // map coordinates
 }
 
 TEST(TerrainSheets, EdgesOfMoreThanTwoFacesConnectNothing) {
-  // A level sheet with a flap below it: the edge in the middle has three faces, and each half is a sheet of its own.
-  const std::vector<Vec3> v{{-1, 0, 0}, {0, 0, 0}, {0, 1, 0}, {-1, 1, 0}, {1, 0, 0}, {1, 1, 0}, {0.2, 0, -1}, {0.2, 1, -1}};
+  // A level sheet with a flap below it: the edge in the middle has three faces, and each half is a sheet of
+  // its own.
+  const std::vector<Vec3> v{{-1, 0, 0}, {0, 0, 0}, {0, 1, 0},    {-1, 1, 0},
+                            {1, 0, 0},  {1, 1, 0}, {0.2, 0, -1}, {0.2, 1, -1}};
   Triangles t{{0, 1, 2}, {0, 2, 3}, {1, 2, 4}, {4, 2, 5}, {1, 2, 6}, {6, 2, 7}};
   const auto warnings = orient_sheets(v, t, "flap.obj");
-  EXPECT_TRUE(warned(warnings, "more than two faces meet there")) << (warnings.empty() ? "none" : warnings[0].str());
+  EXPECT_TRUE(warned(warnings, "more than two faces meet there"))
+      << (warnings.empty() ? "none" : warnings[0].str());
   for (const auto& f : t) EXPECT_GT(area_vector(v, f).z(), 0);
 }
 
@@ -180,7 +189,10 @@ TEST(TerrainSheets, GroundIsTheFloorUnderAnOverhang) {
   s.vertices = c.vertices;
   s.triangles = c.triangles;
   const contact::SurfaceIndex index(s);
-  const contact::Plumb under = contact::plumb_at(index, {0.5, 1, 2}), in = contact::plumb_at(index, {0.5, 1, 8}), behind = contact::plumb_at(index, {-5, 1, 4}), above = contact::plumb_at(index, {0.5, 1, 12});
+  const contact::Plumb under = contact::plumb_at(index, {0.5, 1, 2}),
+                       in = contact::plumb_at(index, {0.5, 1, 8}),
+                       behind = contact::plumb_at(index, {-5, 1, 4}),
+                       above = contact::plumb_at(index, {0.5, 1, 12});
   EXPECT_FALSE(under.solid);
   EXPECT_NEAR(under.floor, 0, 1e-12);
   EXPECT_NEAR(under.above, 5, 1e-12);
@@ -213,7 +225,8 @@ TEST(TerrainSheets, LoosePiecesAndHolesAreNamed) {
   const auto warnings = orient_sheets(v, t, "scan.obj", Vec3(1000, 0, 0));
   EXPECT_TRUE(warned(warnings, "1 face at [1003, 3, 20]"));
   EXPECT_TRUE(warned(warnings, "faces are missing within the terrain"));
-  EXPECT_TRUE(orient_sheets(v, same, "scan.obj", Vec3::Zero(), Box3(Vec3(0, 0, 0), Vec3(1, 1, 0))).empty());   // all that lies outside of the crop
+  EXPECT_TRUE(orient_sheets(v, same, "scan.obj", Vec3::Zero(), Box3(Vec3(0, 0, 0), Vec3(1, 1, 0)))
+                  .empty());  // all that lies outside of the crop
 }
 
 TEST(TerrainSheets, SinglePrecisionInMapCoordinatesIsNamed) {
@@ -221,7 +234,8 @@ TEST(TerrainSheets, SinglePrecisionInMapCoordinatesIsNamed) {
     std::pair<std::vector<Vec3>, Triangles> m;
     for (int j = 0; j <= 5; ++j)
       for (int i = 0; i <= 5; ++i) {
-        Vec3 x(east + cell * i + 0.137 * ((i * j) % 3), 5200000 + cell * j + 0.211 * ((i + j) % 4), 500 + 0.3 * i);
+        Vec3 x(east + cell * i + 0.137 * ((i * j) % 3), 5200000 + cell * j + 0.211 * ((i + j) % 4),
+               500 + 0.3 * i);
         if (floats) x = x.cast<float>().cast<double>();
         m.first.push_back(x);
       }
@@ -240,6 +254,6 @@ TEST(TerrainSheets, SinglePrecisionInMapCoordinatesIsNamed) {
   EXPECT_NE(found[0].value.find("steps of 0.5 m"), std::string::npos) << found[0].value;
   const auto exact = sheet(600000, 5, false);
   EXPECT_TRUE(rounding_warning(exact.first, exact.second, "map.obj").empty());
-  const auto wide = sheet(600000, 500, true);   // half a metre is nothing to faces of 500 m
+  const auto wide = sheet(600000, 500, true);  // half a metre is nothing to faces of 500 m
   EXPECT_TRUE(rounding_warning(wide.first, wide.second, "map.stl").empty());
 }

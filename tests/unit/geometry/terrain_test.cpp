@@ -17,7 +17,9 @@ namespace {
 
 struct TemporaryFile {
   explicit TemporaryFile(const std::string& name, const std::string& text = "") {
-    path = (std::filesystem::temp_directory_path() / ("talus_terrain_" + std::to_string(::getpid()) + "_" + name)).string();
+    path = (std::filesystem::temp_directory_path() /
+            ("talus_terrain_" + std::to_string(::getpid()) + "_" + name))
+               .string();
     if (!text.empty()) std::ofstream(path) << text;
   }
   ~TemporaryFile() { std::filesystem::remove(path); }
@@ -29,8 +31,12 @@ const std::string rows = "1 2 3\n4 5 6\n7 8 9\n";  // north first
 }  // namespace
 
 TEST(Terrain, CornerAndCentreRegistration) {
-  const TemporaryFile corner("corner.asc", "ncols 3\nnrows 3\nxllcorner 100\nyllcorner 200\ncellsize 10\nNODATA_value -9999\n" + rows);
-  const TemporaryFile centre("centre.asc", "ncols 3\nnrows 3\nxllcenter 100\nyllcenter 200\ncellsize 10\nNODATA_value -9999\n" + rows);
+  const TemporaryFile corner(
+      "corner.asc",
+      "ncols 3\nnrows 3\nxllcorner 100\nyllcorner 200\ncellsize 10\nNODATA_value -9999\n" + rows);
+  const TemporaryFile centre(
+      "centre.asc",
+      "ncols 3\nnrows 3\nxllcenter 100\nyllcenter 200\ncellsize 10\nNODATA_value -9999\n" + rows);
   const Terrain a = load_terrain(corner.path), b = load_terrain(centre.path);
   ASSERT_EQ(a.surface.vertices.size(), 9u);
   EXPECT_EQ(a.surface.vertices[0], Vec3(105, 205, 7));  // cell centres, south-west first
@@ -42,7 +48,9 @@ TEST(Terrain, CornerAndCentreRegistration) {
 }
 
 TEST(Terrain, HolesDropTrianglesAndAreRemembered) {
-  const TemporaryFile file("hole.asc", "ncols 3\nnrows 3\nxllcenter 0\nyllcenter 0\ncellsize 1\nNODATA_value -9999\n1 2 -9999\n4 5 6\n7 8 9\n");
+  const TemporaryFile file("hole.asc",
+                           "ncols 3\nnrows 3\nxllcenter 0\nyllcenter 0\ncellsize 1\nNODATA_value -9999\n1 2 "
+                           "-9999\n4 5 6\n7 8 9\n");
   const Terrain t = load_terrain(file.path);
   EXPECT_EQ(t.surface.vertices.size(), 8u);
   EXPECT_EQ(t.surface.triangles.size(), 6u);  // both triangles of the quad touch its upper right node
@@ -55,7 +63,8 @@ TEST(Terrain, HolesDropTrianglesAndAreRemembered) {
 }
 
 TEST(Terrain, OriginAndCrop) {
-  const TemporaryFile file("crop.asc", "ncols 3\nnrows 3\nxllcenter 1000\nyllcenter 2000\ncellsize 1\n" + rows);
+  const TemporaryFile file("crop.asc",
+                           "ncols 3\nnrows 3\nxllcenter 1000\nyllcenter 2000\ncellsize 1\n" + rows);
   TerrainOptions o;
   o.origin = {1000, 2000, 5};
   o.crop = Box3(Vec3(0.2, 0.2, 0), Vec3(0.8, 0.8, 0));
@@ -67,7 +76,9 @@ TEST(Terrain, OriginAndCrop) {
 }
 
 TEST(Terrain, GeoTiffSaysTheSameAsTheGrid) {
-  const TemporaryFile grid("same.asc", "ncols 3\nnrows 3\nxllcenter 100.25\nyllcenter 200\ncellsize 10\nNODATA_value -9999\n1.125 2 -9999\n4 5 6\n7 8 9\n");
+  const TemporaryFile grid("same.asc",
+                           "ncols 3\nnrows 3\nxllcenter 100.25\nyllcenter 200\ncellsize 10\nNODATA_value "
+                           "-9999\n1.125 2 -9999\n4 5 6\n7 8 9\n");
   const TemporaryFile tiff("same.tif");
   Raster r = read_raster(grid.path);
   r.crs = "EPSG:31254";
@@ -92,9 +103,11 @@ TEST(Terrain, MeshIsTurnedUpUnlessTwoSided) {
 }
 
 TEST(Terrain, MaterialsByPolygon) {
-  const TemporaryFile file("material.asc", "ncols 3\nnrows 3\nxllcenter 1000\nyllcenter 2000\ncellsize 1\n" + rows);
-  const TemporaryFile area("area.geojson",
-                           R"({"type": "FeatureCollection", "features": [{"type": "Feature", "properties": {}, "geometry":
+  const TemporaryFile file("material.asc",
+                           "ncols 3\nnrows 3\nxllcenter 1000\nyllcenter 2000\ncellsize 1\n" + rows);
+  const TemporaryFile area(
+      "area.geojson",
+      R"({"type": "FeatureCollection", "features": [{"type": "Feature", "properties": {}, "geometry":
       {"type": "Polygon", "coordinates": [[[999, 1999], [1001, 1999], [1001, 2003], [999, 2003], [999, 1999]]]}}]})");
   TerrainOptions o;
   o.origin = {1000, 2000, 0};
@@ -105,7 +118,8 @@ TEST(Terrain, MaterialsByPolygon) {
   int sevens = 0;
   for (std::size_t k = 0; k < t.surface.triangles.size(); ++k) {
     const auto& c = t.surface.triangles[k];
-    const double x = (t.surface.vertices[c[0]].x() + t.surface.vertices[c[1]].x() + t.surface.vertices[c[2]].x()) / 3;
+    const double x =
+        (t.surface.vertices[c[0]].x() + t.surface.vertices[c[1]].x() + t.surface.vertices[c[2]].x()) / 3;
     EXPECT_EQ(t.surface.material[k], x < 1 ? 7 : 3);
     sevens += t.surface.material[k] == 7;
   }
@@ -113,9 +127,11 @@ TEST(Terrain, MaterialsByPolygon) {
 }
 
 TEST(Terrain, MaterialsByRasterOfClasses) {
-  const TemporaryFile file("classes.asc", "ncols 3\nnrows 3\nxllcenter 1000\nyllcenter 2000\ncellsize 1\n" + rows);
+  const TemporaryFile file("classes.asc",
+                           "ncols 3\nnrows 3\nxllcenter 1000\nyllcenter 2000\ncellsize 1\n" + rows);
   // Cells of one metre, two wide: class 5 on the western half of the terrain, 6 on the eastern.
-  const TemporaryFile cover("cover.asc", "ncols 2\nnrows 2\nxllcorner 1000\nyllcorner 2000\ncellsize 1\n5 6\n5 6\n");
+  const TemporaryFile cover("cover.asc",
+                            "ncols 2\nnrows 2\nxllcorner 1000\nyllcorner 2000\ncellsize 1\n5 6\n5 6\n");
   TerrainOptions o;
   o.origin = {1000, 2000, 0};
   o.default_material = 3;
@@ -123,23 +139,27 @@ TEST(Terrain, MaterialsByRasterOfClasses) {
   const Terrain t = load_terrain(file.path, o);
   for (std::size_t k = 0; k < t.surface.triangles.size(); ++k) {
     const auto& c = t.surface.triangles[k];
-    const double x = (t.surface.vertices[c[0]].x() + t.surface.vertices[c[1]].x() + t.surface.vertices[c[2]].x()) / 3;
+    const double x =
+        (t.surface.vertices[c[0]].x() + t.surface.vertices[c[1]].x() + t.surface.vertices[c[2]].x()) / 3;
     EXPECT_EQ(t.surface.material[k], x > 1 ? 7 : 3);
   }
   o.material_areas[0].value = 9;
   EXPECT_EQ(load_terrain(file.path, o).warnings.size(), 1u);  // no such class
-  const TemporaryFile far("far.asc", "ncols 2\nnrows 2\nxllcorner 11.2\nyllcorner 47.1\ncellsize 0.001\n5 6\n5 6\n");
+  const TemporaryFile far("far.asc",
+                          "ncols 2\nnrows 2\nxllcorner 11.2\nyllcorner 47.1\ncellsize 0.001\n5 6\n5 6\n");
   o.material_areas[0].raster_file = far.path;
   EXPECT_THROW(load_terrain(file.path, o), InputError);  // degrees beside metres
 }
 
 TEST(Terrain, CoordinateSystemsThatDifferAreRefused) {
-  const TemporaryFile file("crs.asc", "ncols 3\nnrows 3\nxllcenter 1000\nyllcenter 2000\ncellsize 1\n" + rows);
+  const TemporaryFile file("crs.asc",
+                           "ncols 3\nnrows 3\nxllcenter 1000\nyllcenter 2000\ncellsize 1\n" + rows);
   const auto polygon = [](const std::string& crs) {
     return R"({"type": "FeatureCollection", "crs": {"type": "name", "properties": {"name": ")" + crs +
            R"("}}, "features": [{"type": "Feature", "properties": {}, "geometry": {"type": "Polygon", "coordinates": [[[999, 1999], [1001, 1999], [1001, 2003], [999, 1999]]]}}]})";
   };
-  const TemporaryFile same("same.geojson", polygon("urn:ogc:def:crs:EPSG::31254")), other("other.geojson", polygon("urn:ogc:def:crs:EPSG::2056"));
+  const TemporaryFile same("same.geojson", polygon("urn:ogc:def:crs:EPSG::31254")),
+      other("other.geojson", polygon("urn:ogc:def:crs:EPSG::2056"));
   TerrainOptions o;
   o.crs = "EPSG:31254";
   o.material_areas = {{same.path, "", 0, 1}};
@@ -155,7 +175,8 @@ TEST(Terrain, CoordinateSystemsThatDifferAreRefused) {
 }
 
 TEST(Terrain, FarFromTheOriginIsWarnedOf) {
-  const TemporaryFile file("map.asc", "ncols 3\nnrows 3\nxllcenter 650000\nyllcenter 5200000\ncellsize 1\n" + rows);
+  const TemporaryFile file("map.asc",
+                           "ncols 3\nnrows 3\nxllcenter 650000\nyllcenter 5200000\ncellsize 1\n" + rows);
   const Terrain t = load_terrain(file.path);
   ASSERT_EQ(t.warnings.size(), 1u);
   EXPECT_EQ(t.warnings[0].key, "site.origin");
@@ -167,7 +188,8 @@ TEST(Terrain, FarFromTheOriginIsWarnedOf) {
 namespace {
 
 std::string line_file(const std::string& coordinates) {
-  return R"({"type": "FeatureCollection", "features": [{"type": "Feature", "properties": {}, "geometry": {"type": "MultiLineString", "coordinates": )" + coordinates + "}}]}";
+  return R"({"type": "FeatureCollection", "features": [{"type": "Feature", "properties": {}, "geometry": {"type": "MultiLineString", "coordinates": )" +
+         coordinates + "}}]}";
 }
 
 bool has_edge(const TriangleSurface& s, const Vec3& a, const Vec3& b) {
@@ -181,7 +203,8 @@ bool has_edge(const TriangleSurface& s, const Vec3& a, const Vec3& b) {
 
 TEST(Terrain, BreaklinesAloneMakeTheSurface) {
   // A crest and a toe across, and a ridge that joins them off the middle.
-  const TemporaryFile file("lines.geojson", line_file("[[[0, 0, 10], [4, 0, 12], [10, 0, 10]], [[0, 20, 0], [6, 20, 0], [10, 20, 0]], [[4, 0, 12], [6, 20, 0]]]"));
+  const TemporaryFile file("lines.geojson", line_file("[[[0, 0, 10], [4, 0, 12], [10, 0, 10]], [[0, 20, 0], "
+                                                      "[6, 20, 0], [10, 20, 0]], [[4, 0, 12], [6, 20, 0]]]"));
   TerrainOptions o;
   o.breaklines = file.path;
   const Terrain t = load_terrain("", o);
@@ -196,7 +219,8 @@ TEST(Terrain, BreaklinesInAGridStayThroughDecimation) {
     for (int j = 0; j < 21; ++j) text += i < 3 && j < 3 ? "-9999 " : "5 ";
     text += "\n";
   }
-  const TemporaryFile grid("flat.asc", text), line("ridge.geojson", line_file("[[[2.3, 4.1, 8], [10.2, 9.7, 9], [17.6, 12.4, 8]]]"));
+  const TemporaryFile grid("flat.asc", text),
+      line("ridge.geojson", line_file("[[[2.3, 4.1, 8], [10.2, 9.7, 9], [17.6, 12.4, 8]]]"));
   TerrainOptions o;
   o.breaklines = line.path;
   o.decimation_error = 0.01;
@@ -206,11 +230,13 @@ TEST(Terrain, BreaklinesInAGridStayThroughDecimation) {
   EXPECT_LT(t.surface.triangles.size(), 500u);  // of 800: the plain is thinned out, the ridge is not
   double area = 0;
   for (const auto& c : t.surface.triangles) {
-    const Vec3 n = (t.surface.vertices[c[1]] - t.surface.vertices[c[0]]).cross(t.surface.vertices[c[2]] - t.surface.vertices[c[0]]);
+    const Vec3 n = (t.surface.vertices[c[1]] - t.surface.vertices[c[0]])
+                       .cross(t.surface.vertices[c[2]] - t.surface.vertices[c[0]]);
     EXPECT_GT(n.z(), 0);
     area += 0.5 * n.z();
   }
-  EXPECT_NEAR(area, 400 - 8.5, 1e-9);  // the hole in the north-west corner, 3 x 3 nodes, is still one: 2.5 x 3.5 cells less the half that the split keeps
+  EXPECT_NEAR(area, 400 - 8.5, 1e-9);  // the hole in the north-west corner, 3 x 3 nodes, is still one: 2.5
+                                       // x 3.5 cells less the half that the split keeps
 }
 
 TEST(Terrain, BreaklinesThatCannotBeAreRefused) {
@@ -220,13 +246,13 @@ TEST(Terrain, BreaklinesThatCannotBeAreRefused) {
     o.breaklines = file.path;
     try {
       load_terrain("", o);
-    } catch (const InputError& e) {
-      return e.problems()[0].rule;
-    }
+    } catch (const InputError& e) { return e.problems()[0].rule; }
     return "";
   };
-  EXPECT_EQ(rule("[[[0, 0, 0], [10, 10, 0]], [[0, 10, 0], [10, 0, 3]]]"), "two lines cross between their points");
-  EXPECT_NE(rule("[[[0, 0, 0], [10, 10, 0]], [[0, 0, 4], [10, 0, 3]]]").find("above each other"), std::string::npos);
+  EXPECT_EQ(rule("[[[0, 0, 0], [10, 10, 0]], [[0, 10, 0], [10, 0, 3]]]"),
+            "two lines cross between their points");
+  EXPECT_NE(rule("[[[0, 0, 0], [10, 10, 0]], [[0, 0, 4], [10, 0, 3]]]").find("above each other"),
+            std::string::npos);
   EXPECT_EQ(rule("[[[0, 0], [10, 10]]]"), "is not GeoJSON as needed here");
 }
 
@@ -242,13 +268,17 @@ TEST(Terrain, BadInputIsRefusedWithItsPlace) {
   EXPECT_THROW(load_terrain("/nowhere.asc"), InputError);
   const TemporaryFile rubbish("rubbish.asc", "this is no grid\n");
   EXPECT_THROW(load_terrain(rubbish.path), InputError);
-  const TemporaryFile empty("empty.asc", "ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 1\nNODATA_value -9999\n-9999 -9999\n-9999 -9999\n");
+  const TemporaryFile empty("empty.asc",
+                            "ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 1\nNODATA_value "
+                            "-9999\n-9999 -9999\n-9999 -9999\n");
   EXPECT_THROW(load_terrain(empty.path), InputError);
 }
 
 TEST(Terrain, HeightsBeyondAllGroundAreRefusedWithTheirCell) {
   for (const char* z : {"1e30", "-1e200"}) {
-    const TemporaryFile file("high.asc", std::string("ncols 3\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 5\n1 2 3\n4 ") + z + " 6\n");
+    const TemporaryFile file(
+        "high.asc",
+        std::string("ncols 3\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 5\n1 2 3\n4 ") + z + " 6\n");
     try {
       load_terrain(file.path);
       FAIL() << "taken";
@@ -260,7 +290,8 @@ TEST(Terrain, HeightsBeyondAllGroundAreRefusedWithTheirCell) {
 }
 
 TEST(Terrain, DecimalCommasAreRefusedWithTheirLine) {
-  const TemporaryFile file("comma.asc", "ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 1\n1.5 2.5\n3.5 4,5\n");
+  const TemporaryFile file("comma.asc",
+                           "ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 1\n1.5 2.5\n3.5 4,5\n");
   try {
     load_terrain(file.path);
     FAIL() << "taken";
@@ -272,11 +303,14 @@ TEST(Terrain, DecimalCommasAreRefusedWithTheirLine) {
 }
 
 TEST(Terrain, HeightsThatStandOutAreNamed) {
-  // A rough slope of 45 degrees with a cliff of 30 m: neither is an outlier, a spike and a pit of two nodes are.
+  // A rough slope of 45 degrees with a cliff of 30 m: neither is an outlier, a spike and a pit of two nodes
+  // are.
   constexpr int n = 30;
   std::vector<double> z(n * n);
   for (int i = 0; i < n; ++i)
-    for (int j = 0; j < n; ++j) z[static_cast<std::size_t>(i * n + j)] = 2.0 * i + 0.3 * ((7 * i + 5 * j) % 4) + (j > 20 && i > 12 ? 30 : 0);
+    for (int j = 0; j < n; ++j)
+      z[static_cast<std::size_t>(i * n + j)] =
+          2.0 * i + 0.3 * ((7 * i + 5 * j) % 4) + (j > 20 && i > 12 ? 30 : 0);
   const HeightGrid grid{z, n, n, 600000, 200000, 2, 2};
   EXPECT_TRUE(height_outliers(grid).empty());
   z[5 * n + 7] = 9999;
@@ -285,7 +319,8 @@ TEST(Terrain, HeightsThatStandOutAreNamed) {
   EXPECT_EQ(found, (std::vector<std::size_t>{5 * n + 7, 20 * n + 10, 20 * n + 11}));
   const auto warning = outlier_warning(grid, "dem.asc");
   ASSERT_EQ(warning.size(), 1u);
-  EXPECT_NE(warning[0].rule.find("z = 9999 m at x = 600014, y = 200010"), std::string::npos) << warning[0].rule;
+  EXPECT_NE(warning[0].rule.find("z = 9999 m at x = 600014, y = 200010"), std::string::npos)
+      << warning[0].rule;
 }
 
 TEST(Terrain, WidenedLimitsAreLevelWithTheEdge) {
@@ -298,7 +333,8 @@ TEST(Terrain, WidenedLimitsAreLevelWithTheEdge) {
   EXPECT_NEAR(box.min().x(), -10, 1e-9);
   EXPECT_NEAR(box.max().y(), 12, 1e-9);
   for (const auto& c : t.surface.triangles) {
-    const Vec3 n = (t.surface.vertices[c[1]] - t.surface.vertices[c[0]]).cross(t.surface.vertices[c[2]] - t.surface.vertices[c[0]]);
+    const Vec3 n = (t.surface.vertices[c[1]] - t.surface.vertices[c[0]])
+                       .cross(t.surface.vertices[c[2]] - t.surface.vertices[c[0]]);
     EXPECT_GT(n.z(), 0);
   }
 }
@@ -321,7 +357,8 @@ TEST(Terrain, AMillionTrianglesLoad) {
   const int n = 708;
   Mesh mesh;
   for (int i = 0; i < n; ++i)
-    for (int j = 0; j < n; ++j) mesh.vertices.emplace_back(j, i, 20 * std::sin(0.01 * i) * std::cos(0.013 * j));
+    for (int j = 0; j < n; ++j)
+      mesh.vertices.emplace_back(j, i, 20 * std::sin(0.01 * i) * std::cos(0.013 * j));
   for (int i = 0; i + 1 < n; ++i)
     for (int j = 0; j + 1 < n; ++j) {
       const int k = i * n + j;
@@ -349,13 +386,16 @@ TEST(Terrain, DecimationKeepsItsVerticalBoundEverywhere) {
       }
     return g;
   };
-  const auto height = [](const std::vector<Vec3>& v, const std::vector<std::array<int, 3>>& tris, double x, double y) {
+  const auto height = [](const std::vector<Vec3>& v, const std::vector<std::array<int, 3>>& tris, double x,
+                         double y) {
     for (const auto& t : tris) {
       const Vec3 &a = v[t[0]], &b = v[t[1]], &c = v[t[2]];
       const auto area = [](double ax, double ay, double bx, double by) { return ax * by - ay * bx; };
       const double all = area(b.x() - a.x(), b.y() - a.y(), c.x() - a.x(), c.y() - a.y());
-      const double wb = area(x - a.x(), y - a.y(), c.x() - a.x(), c.y() - a.y()) / all, wc = area(b.x() - a.x(), b.y() - a.y(), x - a.x(), y - a.y()) / all;
-      if (wb >= -1e-9 && wc >= -1e-9 && wb + wc <= 1 + 1e-9) return a.z() + wb * (b.z() - a.z()) + wc * (c.z() - a.z());
+      const double wb = area(x - a.x(), y - a.y(), c.x() - a.x(), c.y() - a.y()) / all,
+                   wc = area(b.x() - a.x(), b.y() - a.y(), x - a.x(), y - a.y()) / all;
+      if (wb >= -1e-9 && wc >= -1e-9 && wb + wc <= 1 + 1e-9)
+        return a.z() + wb * (b.z() - a.z()) + wc * (c.z() - a.z());
     }
     return std::nan("");
   };

@@ -11,19 +11,19 @@ namespace talus::geometry {
 
 struct TinyTiff {
   int columns = 3, rows = 3, bands = 1;
-  std::vector<double> values;                       // rows x columns x bands, north first
-  bool bytes = false;                               // 8 bits a value, else double
-  int photometric = 1;                              // 1 grey, 2 RGB, 3 palette
-  bool alpha = false;                               // the last band is one
-  std::string nodata, metadata;                     // tags 42113, 42112
-  int crs = 0;                                      // EPSG code of a projected system
-  int vertical = 0;                                 // EPSG code of a system of heights
-  std::vector<unsigned char> mask;                  // a second image, 0: no data
+  std::vector<double> values;       // rows x columns x bands, north first
+  bool bytes = false;               // 8 bits a value, else double
+  int photometric = 1;              // 1 grey, 2 RGB, 3 palette
+  bool alpha = false;               // the last band is one
+  std::string nodata, metadata;     // tags 42113, 42112
+  int crs = 0;                      // EPSG code of a projected system
+  int vertical = 0;                 // EPSG code of a system of heights
+  std::vector<unsigned char> mask;  // a second image, 0: no data
   double west = 1000, north = 2030, cell = 10;
 
   void write(const std::string& path) const {
     std::string out("II\x2A\0\0\0\0\0", 8);
-    std::uint32_t link = 4;   // where the place of the next directory is to stand
+    std::uint32_t link = 4;  // where the place of the next directory is to stand
     const auto put = [&](std::uint32_t at, std::uint32_t x) { std::memcpy(out.data() + at, &x, 4); };
     const auto directory = [&](const std::map<int, std::pair<int, std::string>>& tags) {
       std::map<int, std::uint32_t> place;
@@ -35,16 +35,21 @@ struct TinyTiff {
         }
       if (out.size() % 2) out += '\0';
       put(link, static_cast<std::uint32_t>(out.size()));
-      const auto short_text = [](std::size_t x) { return std::string({static_cast<char>(x & 255), static_cast<char>(x >> 8)}); };
+      const auto short_text = [](std::size_t x) {
+        return std::string({static_cast<char>(x & 255), static_cast<char>(x >> 8)});
+      };
       out += short_text(tags.size());
       for (const auto& [tag, entry] : tags) {
         static const int size[] = {0, 1, 1, 2, 4, 8, 1, 1, 2, 4, 8, 4, 8};
         out += short_text(static_cast<std::size_t>(tag)) + short_text(static_cast<std::size_t>(entry.first));
         std::string field(8, '\0');
-        const auto count = static_cast<std::uint32_t>(entry.second.size() / static_cast<std::size_t>(size[entry.first]));
+        const auto count =
+            static_cast<std::uint32_t>(entry.second.size() / static_cast<std::size_t>(size[entry.first]));
         std::memcpy(field.data(), &count, 4);
-        if (place.count(tag)) std::memcpy(field.data() + 4, &place[tag], 4);
-        else std::memcpy(field.data() + 4, entry.second.data(), entry.second.size());
+        if (place.count(tag))
+          std::memcpy(field.data() + 4, &place[tag], 4);
+        else
+          std::memcpy(field.data() + 4, entry.second.data(), entry.second.size());
         out += field;
       }
       link = static_cast<std::uint32_t>(out.size());
@@ -52,7 +57,8 @@ struct TinyTiff {
     };
     const auto shorts = [](const std::vector<int>& list) {
       std::string s;
-      for (const int x : list) s += std::string({static_cast<char>(x & 255), static_cast<char>((x >> 8) & 255)});
+      for (const int x : list)
+        s += std::string({static_cast<char>(x & 255), static_cast<char>((x >> 8) & 255)});
       return std::pair(3, s);
     };
     const auto longs = [](std::uint32_t x) {
@@ -69,21 +75,33 @@ struct TinyTiff {
 
     std::string pixels;
     for (const double v : values) {
-      if (bytes) pixels += static_cast<char>(static_cast<unsigned char>(v));
-      else pixels += std::string(reinterpret_cast<const char*>(&v), 8);
+      if (bytes)
+        pixels += static_cast<char>(static_cast<unsigned char>(v));
+      else
+        pixels += std::string(reinterpret_cast<const char*>(&v), 8);
     }
     const auto begin = static_cast<std::uint32_t>(out.size());
     out += pixels;
     std::map<int, std::pair<int, std::string>> tags{
-        {256, longs(static_cast<std::uint32_t>(columns))}, {257, longs(static_cast<std::uint32_t>(rows))}, {258, shorts(std::vector<int>(static_cast<std::size_t>(bands), bytes ? 8 : 64))},
-        {259, shorts({1})}, {262, shorts({photometric})}, {273, longs(begin)}, {277, shorts({bands})}, {278, longs(static_cast<std::uint32_t>(rows))},
-        {279, longs(static_cast<std::uint32_t>(pixels.size()))}, {284, shorts({1})}, {339, shorts(std::vector<int>(static_cast<std::size_t>(bands), bytes ? 1 : 3))},
-        {33550, doubles({cell, cell, 0})}, {33922, doubles({0, 0, 0, west, north, 0})}};
+        {256, longs(static_cast<std::uint32_t>(columns))},
+        {257, longs(static_cast<std::uint32_t>(rows))},
+        {258, shorts(std::vector<int>(static_cast<std::size_t>(bands), bytes ? 8 : 64))},
+        {259, shorts({1})},
+        {262, shorts({photometric})},
+        {273, longs(begin)},
+        {277, shorts({bands})},
+        {278, longs(static_cast<std::uint32_t>(rows))},
+        {279, longs(static_cast<std::uint32_t>(pixels.size()))},
+        {284, shorts({1})},
+        {339, shorts(std::vector<int>(static_cast<std::size_t>(bands), bytes ? 1 : 3))},
+        {33550, doubles({cell, cell, 0})},
+        {33922, doubles({0, 0, 0, west, north, 0})}};
     if (alpha) tags[338] = shorts({2});
     if (photometric == 3) tags[320] = shorts(std::vector<int>(768, 77));
     if (!nodata.empty()) tags[42113] = text(nodata);
     if (!metadata.empty()) tags[42112] = text(metadata);
-    std::vector<int> keys{1, 1, 0, crs ? 3 : 2, 1024, 0, 1, crs ? 1 : 32767, 1025, 0, 1, 1};   // four numbers each
+    std::vector<int> keys{1, 1, 0, crs ? 3 : 2, 1024, 0, 1, crs ? 1 : 32767, 1025,
+                          0, 1, 1};  // four numbers each
     if (crs) keys.insert(keys.end(), {3072, 0, 1, crs});
     if (vertical) keys[3] += 1, keys.insert(keys.end(), {4096, 0, 1, vertical});
     tags[34735] = shorts(keys);
@@ -91,8 +109,17 @@ struct TinyTiff {
     if (!mask.empty()) {
       const auto at = static_cast<std::uint32_t>(out.size());
       out += std::string(mask.begin(), mask.end());
-      directory({{254, longs(4)}, {256, longs(static_cast<std::uint32_t>(columns))}, {257, longs(static_cast<std::uint32_t>(rows))}, {258, shorts({8})}, {259, shorts({1})}, {262, shorts({4})},
-                 {273, longs(at)}, {277, shorts({1})}, {278, longs(static_cast<std::uint32_t>(rows))}, {279, longs(static_cast<std::uint32_t>(mask.size()))}, {284, shorts({1})}});
+      directory({{254, longs(4)},
+                 {256, longs(static_cast<std::uint32_t>(columns))},
+                 {257, longs(static_cast<std::uint32_t>(rows))},
+                 {258, shorts({8})},
+                 {259, shorts({1})},
+                 {262, shorts({4})},
+                 {273, longs(at)},
+                 {277, shorts({1})},
+                 {278, longs(static_cast<std::uint32_t>(rows))},
+                 {279, longs(static_cast<std::uint32_t>(mask.size()))},
+                 {284, shorts({1})}});
     }
     std::ofstream(path, std::ios::binary) << out;
   }

@@ -1,5 +1,6 @@
-/// A made-up run with known numbers, to test writers and the report without a simulator: a boulder bounces down a slope and
-/// strikes a pier with a half-sine force of known impulse; the pier sways with a damped cosine. Nothing here is physics to rely on.
+/// A made-up run with known numbers, to test writers and the report without a simulator: a boulder bounces
+/// down a slope and strikes a pier with a half-sine force of known impulse; the pier sways with a damped
+/// cosine. Nothing here is physics to rely on.
 #pragma once
 #include <cmath>
 #include <filesystem>
@@ -11,8 +12,10 @@ namespace talus::test {
 
 inline Polyhedron box(const Vec3& size) {
   Polyhedron p;
-  for (int i = 0; i < 8; ++i) p.vertices.push_back(0.5 * size.cwiseProduct(Vec3(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1)));
-  const int faces[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
+  for (int i = 0; i < 8; ++i)
+    p.vertices.push_back(0.5 * size.cwiseProduct(Vec3(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1)));
+  const int faces[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},
+                           {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
   p.face_offset = {0};
   for (int f = 0; f < 6; ++f) {
     for (const int v : faces[f]) p.face_vertices.push_back(v);
@@ -27,14 +30,15 @@ inline Polyhedron box(const Vec3& size) {
 
 struct SyntheticRun {
   int blocks = 2;
-  int terrain_nodes = 81;          // per side
+  int terrain_nodes = 81;  // per side
   std::array<int, 3> cells{4, 4, 24};
   double end = 8.0, impact = 5.0, contact_time = 0.02, peak = 40e6;
   double history_interval = 0.01, field_interval = 0.05;
   bool fragment = true, structure = true, bars = false;
-  bool members = false, line = false;  // a pier P2 and a span S1 of five stations each; a line "road" that B1 crosses at 4 s
-  Vec3 offset{1000, 2000, 1500};   // far from the origin, as real terrain is
-  Vec3 pier{120, 80, 0};           // base centre, relative to offset
+  bool members = false,
+       line = false;  // a pier P2 and a span S1 of five stations each; a line "road" that B1 crosses at 4 s
+  Vec3 offset{1000, 2000, 1500};  // far from the origin, as real terrain is
+  Vec3 pier{120, 80, 0};          // base centre, relative to offset
 
   double ground(double x, double y) const {
     const double slope = x < 110 ? 70 - 0.62 * x : 70 - 0.62 * 110 - 0.02 * (x - 110);
@@ -76,7 +80,8 @@ struct SyntheticRun {
       h.structures.push_back(s);
     }
     h.materials = {"rock", "slope", "C40"};
-    h.plan = {"blocks: " + std::to_string(blocks) + ", rigid, 6 unknowns each", "terrain: rigid, no unknowns", "damage law: left out, the structure is elastic"};
+    h.plan = {"blocks: " + std::to_string(blocks) + ", rigid, 6 unknowns each", "terrain: rigid, no unknowns",
+              "damage law: left out, the structure is elastic"};
     return h;
   }
 
@@ -130,7 +135,8 @@ struct SyntheticRun {
 
   /// Centroid of block i: three bounces down the slope to the pier, then back and down.
   Vec3 position(int i, double t) const {
-    const double y = pier.y() + 7.0 * ((i * 37) % 11 - 5) / 5.0 * (i > 0) - 12.0 * (1 - std::min(t / impact, 1.0)) * (i % 2 ? -1 : 1);
+    const double y = pier.y() + 7.0 * ((i * 37) % 11 - 5) / 5.0 * (i > 0) -
+                     12.0 * (1 - std::min(t / impact, 1.0)) * (i % 2 ? -1 : 1);
     const double x_hit = pier.x() - 1.0 - 1.3;
     double s = std::min(t / impact, 1.0);
     double x = 8 + (x_hit - 8) * (0.35 * s + 0.65 * s * s) - (i > 0 ? 6.0 + 2.0 * (i % 7) : 0.0);
@@ -146,15 +152,20 @@ struct SyntheticRun {
     const double u = t < impact ? t : impact + 0.6 * (1 - std::exp(-(t - impact)));
     const double angle = 0.45 * u * u + i;
     const Vec3 axis = Vec3(0.1, 1.0, 0.05 * (i % 3)).normalized();
-    return {std::cos(angle / 2), axis.x() * std::sin(angle / 2), axis.y() * std::sin(angle / 2), axis.z() * std::sin(angle / 2)};
+    return {std::cos(angle / 2), axis.x() * std::sin(angle / 2), axis.y() * std::sin(angle / 2),
+            axis.z() * std::sin(angle / 2)};
   }
   double sway(double t) const {
     const double u = t - impact;
-    return u <= 0 ? 0.0 : 0.035 * std::exp(-0.9 * u) * std::sin(2 * std::numbers::pi * 5.0 * u) + 0.004 * (1 - std::exp(-40 * u));
+    return u <= 0 ? 0.0
+                  : 0.035 * std::exp(-0.9 * u) * std::sin(2 * std::numbers::pi * 5.0 * u) +
+                        0.004 * (1 - std::exp(-40 * u));
   }
   double force(double t) const {
     const double u = (t - impact) / contact_time;
-    return u <= 0 || u >= 1 ? 0.0 : peak * std::sin(std::numbers::pi * u) * (1 + 0.25 * std::sin(2 * std::numbers::pi * 11 * u));
+    return u <= 0 || u >= 1
+               ? 0.0
+               : peak * std::sin(std::numbers::pi * u) * (1 + 0.25 * std::sin(2 * std::numbers::pi * 11 * u));
   }
   int present(double t) const { return blocks + (fragment && structure && t >= impact + 0.5 ? 1 : 0); }
 
@@ -185,7 +196,8 @@ struct SyntheticRun {
       s.damage_max = t < impact ? 0 : 0.86 * (1 - std::exp(-60 * (t - impact)));
       s.damaged_volume = t < impact ? 0 : 0.7 * (1 - std::exp(-60 * (t - impact)));
       for (const bool span : {false, true})
-        if (members) s.members.push_back(member_state(span, t)), s.peaks.members.push_back(member_peaks(span, t));
+        if (members)
+          s.members.push_back(member_state(span, t)), s.peaks.members.push_back(member_peaks(span, t));
       r.structures.push_back(s);
       r.ledger.strain = 0.5 * 2e8 * sway(t) * sway(t);
       r.ledger.damage_work = s.damage_max * 4e5;
@@ -193,7 +205,8 @@ struct SyntheticRun {
     const double k = r.ledger.kinetic + r.ledger.strain + r.ledger.potential;
     if (t == 0) start_energy_ = k;
     r.ledger.friction_work = 0.8 * std::max(0.0, start_energy_ - k);
-    r.ledger.damping_work = start_energy_ - k - r.ledger.friction_work - r.ledger.damage_work + 0.002 * r.ledger.kinetic;
+    r.ledger.damping_work =
+        start_energy_ - k - r.ledger.friction_work - r.ledger.damage_work + 0.002 * r.ledger.kinetic;
     r.ledger.residual = 0.002 * r.ledger.kinetic;
     return r;
   }
@@ -208,23 +221,30 @@ struct SyntheticRun {
           const Vec3 local(2.0 * i / nx - 1, 2.0 * j / ny - 1, 12.0 * k / nz);
           const double z = local.z() / 12;
           s.nodes.push_back(base() + local);
-          s.displacement.push_back(Vec3(sway(t) * z * z * (1.5 - 0.5 * z), 0, -sway(t) * 2 * z / 12 * local.x()));
+          s.displacement.push_back(
+              Vec3(sway(t) * z * z * (1.5 - 0.5 * z), 0, -sway(t) * 2 * z / 12 * local.x()));
           s.velocity.push_back(Vec3(0, 0, 0));
         }
     for (int k = 0; k < nz; ++k)
       for (int j = 0; j < ny; ++j)
         for (int i = 0; i < nx; ++i) {
-          s.hexes.push_back({id(i, j, k), id(i + 1, j, k), id(i + 1, j + 1, k), id(i, j + 1, k), id(i, j, k + 1), id(i + 1, j, k + 1), id(i + 1, j + 1, k + 1), id(i, j + 1, k + 1)});
-          const double z = 12.0 * (k + 0.5) / nz, d = std::exp(-std::pow((z - 3.4) / 1.2, 2)) * std::exp(-0.5 * i);
-          s.damage_tension.push_back(t < impact ? 0 : std::min(1.0, 0.9 * d * (1 - std::exp(-60 * (t - impact)))));
+          s.hexes.push_back({id(i, j, k), id(i + 1, j, k), id(i + 1, j + 1, k), id(i, j + 1, k),
+                             id(i, j, k + 1), id(i + 1, j, k + 1), id(i + 1, j + 1, k + 1),
+                             id(i, j + 1, k + 1)});
+          const double z = 12.0 * (k + 0.5) / nz,
+                       d = std::exp(-std::pow((z - 3.4) / 1.2, 2)) * std::exp(-0.5 * i);
+          s.damage_tension.push_back(
+              t < impact ? 0 : std::min(1.0, 0.9 * d * (1 - std::exp(-60 * (t - impact)))));
           s.damage_compression.push_back(0.5 * s.damage_tension.back());
-          s.stress_von_mises.push_back(2e5 * (12 - z) / 12 + 3e8 * std::abs(sway(t)) * (12 - z) / 12 * std::abs(2.0 * (i + 0.5) / nx - 1));
+          s.stress_von_mises.push_back(2e5 * (12 - z) / 12 + 3e8 * std::abs(sway(t)) * (12 - z) / 12 *
+                                                                 std::abs(2.0 * (i + 0.5) / nx - 1));
         }
     for (int corner = 0; bars && corner < 4; ++corner)
       for (int k = 0; k <= nz; ++k) {
         const Vec3 local(corner & 1 ? 0.9 : -0.9, corner & 2 ? 0.9 : -0.9, 12.0 * k / nz);
         const double z = local.z() / 12;
-        s.bar_points.push_back(base() + local + Vec3(sway(t) * z * z * (1.5 - 0.5 * z), 0, -sway(t) * 2 * z / 12 * local.x()));
+        s.bar_points.push_back(base() + local +
+                               Vec3(sway(t) * z * z * (1.5 - 0.5 * z), 0, -sway(t) * 2 * z / 12 * local.x()));
         const int n = static_cast<int>(s.bar_points.size());
         if (k == 0) continue;
         s.bars.push_back({n - 2, n - 1});
@@ -280,8 +300,13 @@ struct SyntheticRun {
       const double t = k * history_interval, before = t - history_interval;
       if (k > 0) r.contacts(contact_rows(before, t));
       if (line && before < 4 && t >= 4) {
-        const io::LineRow crossed{.block = 0, .time = 4, .position = position(0, 4), .velocity = Vec3(20, 0, -9),
-                                  .translational = 4e6, .rotational = 1e5, .height = 2.5};
+        const io::LineRow crossed{.block = 0,
+                                  .time = 4,
+                                  .position = position(0, 4),
+                                  .velocity = Vec3(20, 0, -9),
+                                  .translational = 4e6,
+                                  .rotational = 1e5,
+                                  .height = 2.5};
         r.crossings({&crossed, 1});
       }
       if (k > 0 && present(t) > present(before)) {

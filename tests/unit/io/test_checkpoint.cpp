@@ -26,12 +26,11 @@ io::Checkpoint sample() {
   return c;
 }
 
-std::string message_of(const std::filesystem::path& path, const std::string& hash, const std::string& version) {
+std::string message_of(const std::filesystem::path& path, const std::string& hash,
+                       const std::string& version) {
   try {
     (void)io::load_checkpoint(path, hash, version);
-  } catch (const InputError& e) {
-    return e.what();
-  }
+  } catch (const InputError& e) { return e.what(); }
   return "";
 }
 
@@ -47,7 +46,8 @@ TEST(Checkpoint, ComesBackBitForBit) {
   for (const auto& [name, values] : c.numbers) {
     const auto& v = back.numbers.at(name);
     ASSERT_EQ(v.size(), values.size()) << name;
-    EXPECT_EQ(0, values.empty() ? 0 : std::memcmp(v.data(), values.data(), values.size() * sizeof(double))) << name;
+    EXPECT_EQ(0, values.empty() ? 0 : std::memcmp(v.data(), values.data(), values.size() * sizeof(double)))
+        << name;
   }
 }
 
@@ -57,7 +57,9 @@ TEST(Checkpoint, SaysWhyItRefuses) {
   EXPECT_NE(message_of(path, "x", "1.2.3").find("there is no checkpoint"), std::string::npos);
   io::save_checkpoint(path, sample());
   EXPECT_NE(message_of(path, "another", "1.2.3").find("another scene"), std::string::npos);
-  EXPECT_NE(message_of(path, "0123456789abcdef", "2.0.0").find("written by version 1.2.3, this is version 2.0.0"), std::string::npos);
+  EXPECT_NE(
+      message_of(path, "0123456789abcdef", "2.0.0").find("written by version 1.2.3, this is version 2.0.0"),
+      std::string::npos);
   io::write_file(path, "not a checkpoint at all, but long enough to hold the guard");
   EXPECT_NE(message_of(path, "x", "1.2.3").find("is no checkpoint"), std::string::npos);
 }
@@ -73,11 +75,10 @@ TEST(Checkpoint, EveryDamageIsNoticed) {
     io::write_file(path, damaged, false);
     const std::string text = message_of(path, "0123456789abcdef", "1.2.3");
     // Bytes 24 to 511 are padding that nothing reads.
-    if (at < 24 || at >= 512) {
-      EXPECT_FALSE(text.empty()) << at;
-    }
+    if (at < 24 || at >= 512) { EXPECT_FALSE(text.empty()) << at; }
   }
-  for (const std::size_t size : {std::size_t{0}, std::size_t{10}, std::size_t{512}, whole.size() / 2, whole.size() - 1}) {
+  for (const std::size_t size :
+       {std::size_t{0}, std::size_t{10}, std::size_t{512}, whole.size() / 2, whole.size() - 1}) {
     io::write_file(path, std::string_view(whole).substr(0, size), false);
     EXPECT_FALSE(message_of(path, "0123456789abcdef", "1.2.3").empty()) << size;
   }

@@ -54,7 +54,7 @@ TEST_F(Converted, BlocksComeWithNamesUnitsAndAllDigits) {
   io::convert(results + "#/history/blocks", out);
   const auto rows = cells(io::read_file(out));
   ASSERT_EQ(rows.size(), 162u);
-  ASSERT_EQ(rows[0].size(), 1 + 3 * (3 + 3 + 3 + 4 + 6 + 2 + 1));   // the last: heights over the ground
+  ASSERT_EQ(rows[0].size(), 1 + 3 * (3 + 3 + 3 + 4 + 6 + 2 + 1));  // the last: heights over the ground
   EXPECT_EQ(rows[0][0], "time [s]");
   const auto column = [&](const std::string& name) {
     return static_cast<std::size_t>(std::find(rows[0].begin(), rows[0].end(), name) - rows[0].begin());
@@ -62,9 +62,11 @@ TEST_F(Converted, BlocksComeWithNamesUnitsAndAllDigits) {
   const auto position = io::Hdf5File::open(results).read<double>("/history/blocks/position");
   const std::size_t y = column("B2.position.y [m]");
   ASSERT_LT(y, rows[0].size());
-  for (std::size_t k = 0; k < 161; k += 20) EXPECT_EQ(std::stod(rows[k + 1][y]), position.values[(k * 3 + 1) * 3 + 1]);
+  for (std::size_t k = 0; k < 161; k += 20)
+    EXPECT_EQ(std::stod(rows[k + 1][y]), position.values[(k * 3 + 1) * 3 + 1]);
   EXPECT_LT(column("B1.orientation.w"), rows[0].size());
-  // The boulder hops by up to 4.5 m with its centroid 1.6 m over the ground, but for the coarse triangles of this terrain.
+  // The boulder hops by up to 4.5 m with its centroid 1.6 m over the ground, but for the coarse triangles of
+  // this terrain.
   const std::size_t height = column("B1.height_over_ground [m]");
   ASSERT_LT(height, rows[0].size());
   double greatest = 0;
@@ -72,7 +74,7 @@ TEST_F(Converted, BlocksComeWithNamesUnitsAndAllDigits) {
   EXPECT_NEAR(greatest, 1.6 + 4.5, 3.5);
   EXPECT_EQ(rows[1][column("P2-fragment-1.height_over_ground [m]")], "");
   EXPECT_LT(column("B1.strain.g_yz"), rows[0].size());
-  EXPECT_EQ(rows[1][column("P2-fragment-1.position.x [m]")], "");   // not born yet
+  EXPECT_EQ(rows[1][column("P2-fragment-1.position.x [m]")], "");  // not born yet
   EXPECT_NE(rows[161][column("P2-fragment-1.position.x [m]")], "");
 }
 
@@ -83,7 +85,10 @@ TEST_F(Converted, LedgerStructureContactsAndSingleDatasets) {
   const auto contacts = cells(io::csv_text(results, "/history/contacts/structure"));
   EXPECT_EQ(contacts.size(), 401u);
   EXPECT_EQ(contacts[0][0], "time [s]");
-  EXPECT_EQ(cells(io::csv_text(results, "/history/blocks/kinetic_translational"))[0], (std::vector<std::string>{"time [s]", "B1.kinetic_translational [J]", "B2.kinetic_translational [J]", "P2-fragment-1.kinetic_translational [J]"}));
+  EXPECT_EQ(
+      cells(io::csv_text(results, "/history/blocks/kinetic_translational"))[0],
+      (std::vector<std::string>{"time [s]", "B1.kinetic_translational [J]", "B2.kinetic_translational [J]",
+                                "P2-fragment-1.kinetic_translational [J]"}));
   EXPECT_EQ(cells(io::csv_text(results, "/geometry/blocks/vertices")).size(), 25u);
   EXPECT_EQ(cells(io::csv_text(results, "/history/time"))[0], (std::vector<std::string>{"time [s]"}));
   for (const char* several : {"/history", "/history/contacts", "/history/structures"}) try {
@@ -97,7 +102,8 @@ TEST_F(Converted, LedgerStructureContactsAndSingleDatasets) {
 /// Shear of members has four axes: time, member, station, direction. Every row of the file is one time.
 TEST(Convert, ForcesOfMembersStandInTheRowOfTheirTime) {
   const Scratch scratch;
-  const std::string file = (scratch.path / "members.h5").string(), out = (scratch.path / "shear.csv").string(), group = "/history/structures/V/members/";
+  const std::string file = (scratch.path / "members.h5").string(),
+                    out = (scratch.path / "shear.csv").string(), group = "/history/structures/V/members/";
   {
     io::Hdf5File h5 = io::Hdf5File::create(file);
     const std::vector<double> time{0, 0.5, 1};
@@ -114,9 +120,11 @@ TEST(Convert, ForcesOfMembersStandInTheRowOfTheirTime) {
   const auto rows = cells(io::read_file(out));
   ASSERT_EQ(rows.size(), 4u);
   ASSERT_EQ(rows[0].size(), 13u);
-  const std::size_t at = static_cast<std::size_t>(std::find(rows[0].begin(), rows[0].end(), "P2.shear.2.1 [N]") - rows[0].begin());
+  const std::size_t at = static_cast<std::size_t>(
+      std::find(rows[0].begin(), rows[0].end(), "P2.shear.2.1 [N]") - rows[0].begin());
   ASSERT_EQ(at, 12u);
-  for (int t = 0; t < 3; ++t) EXPECT_EQ(rows[static_cast<std::size_t>(t) + 1][at], std::to_string(1000 * t + 221)) << t;
+  for (int t = 0; t < 3; ++t)
+    EXPECT_EQ(rows[static_cast<std::size_t>(t) + 1][at], std::to_string(1000 * t + 221)) << t;
 }
 
 TEST_F(Converted, BadRequestsSayWhatToDo) {
@@ -143,7 +151,9 @@ TEST_F(Converted, BlocksOfAnyTimeAreClosedSurfacesThatGoBackToHdf5) {
   for (const auto& b : system) {
     const auto at = static_cast<std::size_t>(std::find(names.begin(), names.end(), b.name) - names.begin());
     ASSERT_LT(at, blocks);
-    for (int k = 0; k < 3; ++k) EXPECT_NEAR(b.centroid[k], position.values[(last * blocks + at) * 3 + static_cast<std::size_t>(k)], 1e-9);
+    for (int k = 0; k < 3; ++k)
+      EXPECT_NEAR(b.centroid[k], position.values[(last * blocks + at) * 3 + static_cast<std::size_t>(k)],
+                  1e-9);
   }
   io::write_blocks(h5, obj);
   const geometry::Mesh again = io::read_blocks(h5, "");
@@ -151,8 +161,10 @@ TEST_F(Converted, BlocksOfAnyTimeAreClosedSurfacesThatGoBackToHdf5) {
   for (const auto& b : system) sum += b.volume;
   volume = geometry::signed_volume(again.vertices, again.triangles);
   EXPECT_NEAR(volume, sum, 1e-9 * sum);
-  for (const char* when : {"noon", "nan", "inf", "-5", "99", "8.01"}) EXPECT_THROW(io::read_blocks(results, when), InputError) << when;
-  EXPECT_EQ(io::read_blocks(results, "8.000001").vertices, io::read_blocks(results, "end").vertices);   // rounded
+  for (const char* when : {"noon", "nan", "inf", "-5", "99", "8.01"})
+    EXPECT_THROW(io::read_blocks(results, when), InputError) << when;
+  EXPECT_EQ(io::read_blocks(results, "8.000001").vertices,
+            io::read_blocks(results, "end").vertices);  // rounded
   EXPECT_NE(io::read_blocks(results, "0").vertices, io::read_blocks(results, "end").vertices);
 }
 

@@ -10,7 +10,8 @@ namespace {
 
 sim::FinalState sample() {
   sim::FinalState s;
-  s.blocks["B 1"] = {Vec3(1, 2, 3), Vec3(4, 5, 6), Vec3(7, 8, 9), Quat(0.5, 0.5, 0.5, 0.5), Vec6::Constant(1e-3), Vec6::Constant(2)};
+  s.blocks["B 1"] = {Vec3(1, 2, 3),        Vec3(4, 5, 6),    Vec3(7, 8, 9), Quat(0.5, 0.5, 0.5, 0.5),
+                     Vec6::Constant(1e-3), Vec6::Constant(2)};
   s.structures["wall"] = {{Vec3(1, 0, 0), Vec3(0, 1, 0)}, {3, 1, 4, 1, 5}};
   s.bodies = {{"block B 1", -5}, {"structure wall", std::int64_t{1} << 62}};
   sim::FinalState::Contact c{0, 1, {}};

@@ -39,8 +39,10 @@ struct GisFiles : testing::Test {
   }
   /// Value of the cell that holds a point of the scene.
   static double at(const geometry::Raster& map, const Vec3& p) {
-    const auto j = static_cast<int>(std::floor((p.x() + map_origin.x() - map.transform[0]) / map.transform[1]));
-    const auto i = static_cast<int>(std::floor((p.y() + map_origin.y() - map.transform[3]) / map.transform[5]));
+    const auto j =
+        static_cast<int>(std::floor((p.x() + map_origin.x() - map.transform[0]) / map.transform[1]));
+    const auto i =
+        static_cast<int>(std::floor((p.y() + map_origin.y() - map.transform[3]) / map.transform[5]));
     EXPECT_TRUE(i >= 0 && i < map.rows && j >= 0 && j < map.columns);
     return map.values[static_cast<std::size_t>(i * map.columns + j)];
   }
@@ -57,7 +59,7 @@ TEST_F(GisFiles, TracksLieInMapCoordinatesWithTheirSystem) {
   const auto root = nlohmann::json::parse(io::tracks_geojson(results));
   EXPECT_EQ(root["type"], "FeatureCollection");
   EXPECT_EQ(root["crs"]["properties"]["name"], "EPSG:31254");
-  ASSERT_EQ(root["features"].size(), 3u);   // two boulders and a fragment
+  ASSERT_EQ(root["features"].size(), 3u);  // two boulders and a fragment
   const auto& boulder = root["features"][0];
   EXPECT_EQ(boulder["geometry"]["type"], "LineString");
   EXPECT_EQ(boulder["properties"]["name"], "B1");
@@ -70,22 +72,26 @@ TEST_F(GisFiles, TracksLieInMapCoordinatesWithTheirSystem) {
   }
   EXPECT_GT(line.size(), 50u);
   EXPECT_EQ(root["features"][2]["properties"]["fragment"], true);
-  EXPECT_NEAR(root["features"][2]["properties"]["birth"].get<double>(), run.impact + 0.5, 1.5 * run.history_interval);
+  EXPECT_NEAR(root["features"][2]["properties"]["birth"].get<double>(), run.impact + 0.5,
+              1.5 * run.history_interval);
 }
 
 TEST_F(GisFiles, MapsHoldWhatCrossedTheirCells) {
   const auto passages = io::results_map(results, "passages", 2.5);
   EXPECT_EQ(passages.crs, "EPSG:31254");
   EXPECT_EQ(passages.transform[1], 2.5);
-  EXPECT_EQ(std::remainder(passages.transform[0], 2.5), 0.0);   // on multiples of the cell
+  EXPECT_EQ(std::remainder(passages.transform[0], 2.5), 0.0);  // on multiples of the cell
   EXPECT_GE(at(passages, run.position(0, 1.0)), 1);
-  EXPECT_LE(*std::max_element(passages.values.begin(), passages.values.end(), [](double a, double b) { return std::isnan(a) || (!std::isnan(b) && a < b); }), 3);
+  EXPECT_LE(*std::max_element(passages.values.begin(), passages.values.end(),
+                              [](double a, double b) { return std::isnan(a) || (!std::isnan(b) && a < b); }),
+            3);
 
   const auto speed = io::results_map(results, "speed", 2.5);
   const Vec3 v = (run.position(0, 3.001) - run.position(0, 2.999)) / 0.002;
   EXPECT_GE(at(speed, run.position(0, 3.0)), v.norm() - 1e-3);
   EXPECT_LE(at(speed, run.position(0, 3.0)), v.norm() + 3);
-  for (std::size_t k = 0; k < speed.values.size(); ++k) EXPECT_EQ(std::isnan(speed.values[k]), std::isnan(passages.values[k]));
+  for (std::size_t k = 0; k < speed.values.size(); ++k)
+    EXPECT_EQ(std::isnan(speed.values[k]), std::isnan(passages.values[k]));
 
   const auto kinetic = io::results_map(results, "kinetic", 2.5);
   EXPECT_GE(at(kinetic, run.position(0, 3.0)), 0.5 * 2600 * 2.6 * 3.0 * 3.4 * v.squaredNorm());
@@ -96,7 +102,7 @@ TEST_F(GisFiles, HeightsAreOverTheTerrain) {
   double greatest = 0;
   for (const double h : height.values)
     if (!std::isnan(h)) {
-      EXPECT_GT(h, 1.4);   // 1.6 m over the ground, but for the terrain's triangles
+      EXPECT_GT(h, 1.4);  // 1.6 m over the ground, but for the terrain's triangles
       greatest = std::max(greatest, h);
     }
   EXPECT_NEAR(greatest, 1.6 + 4.5, 0.15);
@@ -108,7 +114,8 @@ TEST_F(GisFiles, DepositKeepsTheVolume) {
   EXPECT_GE(at(io::results_map(results, "deposit", 5), run.position(0, run.end)), volume[0]);
 }
 
-/// Over the edge northwards at 20 m/s after a second, then a free fall: the line ends at the edge, and nothing lies beyond it.
+/// Over the edge northwards at 20 m/s after a second, then a free fall: the line ends at the edge, and
+/// nothing lies beyond it.
 TEST(GisTracks, EndWhereTheBlockLeftTheModel) {
   const Scratch scratch;
   SyntheticRun run;
@@ -137,12 +144,13 @@ TEST(GisTracks, EndWhereTheBlockLeftTheModel) {
   EXPECT_EQ(feature["properties"]["end"], left);
   EXPECT_NEAR(feature["geometry"]["coordinates"].back()[1].get<double>(), edge.y(), 0.5);
   const auto deposit = io::results_map(results, "deposit", 5);
-  EXPECT_TRUE(std::all_of(deposit.values.begin(), deposit.values.end(), [](double v) { return std::isnan(v); }));
+  EXPECT_TRUE(
+      std::all_of(deposit.values.begin(), deposit.values.end(), [](double v) { return std::isnan(v); }));
 }
 
 TEST_F(GisFiles, TheCellIsChosenRoundAndBadRequestsAreTold) {
   const auto map = io::results_map(results, "passages", 0);
-  EXPECT_EQ(map.transform[1], 1);   // some 110 m of path
+  EXPECT_EQ(map.transform[1], 1);  // some 110 m of path
   EXPECT_THROW(io::results_map(results, "anger", 1), InputError);
   EXPECT_THROW(io::results_map(results, "passages", 1e-3), InputError);
   EXPECT_THROW(io::results_map(results, "passages", 1e30), InputError);
@@ -159,8 +167,10 @@ TEST(ForeignResults, AreRefusedBeforeTheyAreUsedAsIndices) {
     file.write(h + "name", std::vector<std::string>{"B"});
     file.write<double>(h + "position", std::vector<double>{0, 0, 5, 1, 1, 5}, {2, 1, 3});
     file.write<double>(h + "velocity", std::vector<double>(velocities, 1.0), {velocities});
-    for (const char* energy : {"kinetic_translational", "kinetic_rotational"}) file.write<double>(h + energy, std::vector<double>{1, 1}, {2, 1});
-    file.write<double>("/geometry/terrain/vertices", std::vector<double>{-9, -9, 0, 9, -9, 0, 0, 9, 0}, {3, 3});
+    for (const char* energy : {"kinetic_translational", "kinetic_rotational"})
+      file.write<double>(h + energy, std::vector<double>{1, 1}, {2, 1});
+    file.write<double>("/geometry/terrain/vertices", std::vector<double>{-9, -9, 0, 9, -9, 0, 0, 9, 0},
+                       {3, 3});
     file.write<std::int32_t>("/geometry/terrain/triangles", std::vector<std::int32_t>{0, 1, corner}, {1, 3});
     file.close();
     return path;

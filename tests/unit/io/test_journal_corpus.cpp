@@ -20,7 +20,8 @@ TEST(Journal, TheWholeOneOfTheFuzzersCorpusIsOfThePresentFormat) {
   const Scratch scratch;
   {
     io::JournalWriter writer(scratch.path / "journal.bin", 0);
-    for (std::string_view rest = std::string_view(bytes).substr(1); rest.size() >= 3;) {   // as tests/fuzz/fuzz_journal.cpp takes it apart
+    for (std::string_view rest = std::string_view(bytes).substr(1);
+         rest.size() >= 3;) {  // as tests/fuzz/fuzz_journal.cpp takes it apart
       std::uint16_t length = 0;
       std::memcpy(&length, rest.data() + 1, 2);
       writer.append(static_cast<io::RecordKind>(static_cast<unsigned char>(rest[0])), rest.substr(3, length));

@@ -1,4 +1,5 @@
-// What a process maps before it does anything: HDF5 from its archive, without the libraries for reading from the web that the shared one brings.
+// What a process maps before it does anything: HDF5 from its archive, without the libraries for reading from
+// the web that the shared one brings.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -19,5 +20,6 @@ TEST(Libraries, NoneForTheWeb) {
 #ifndef TALUS_HDF5_FROM_ARCHIVE
   GTEST_SKIP() << "HDF5 has no archive here";
 #endif
-  for (const char* library : {"libhdf5", "libcurl", "libldap", "libkrb5"}) EXPECT_EQ(first_mapped(library), "");
+  for (const char* library : {"libhdf5", "libcurl", "libldap", "libkrb5"})
+    EXPECT_EQ(first_mapped(library), "");
 }

@@ -59,8 +59,8 @@ TEST(MemberTrack, LoadsDriftAndClass) {
   EXPECT_EQ(j["shear_utilisation_design"]["time"], 0.1);
   EXPECT_EQ(j["peak_shear"]["station"], 5);
   EXPECT_EQ(j["peak_drift"], 0.048);
-  EXPECT_NEAR(j["residual_drift"][0].get<double>(), 0.010, 4e-4);     // two periods of the ringing average out
-  EXPECT_EQ(j["damage_class_name"], "moderate");                      // 0.5 mm, V_dyn below V_Rd
+  EXPECT_NEAR(j["residual_drift"][0].get<double>(), 0.010, 4e-4);  // two periods of the ringing average out
+  EXPECT_EQ(j["damage_class_name"], "moderate");                   // 0.5 mm, V_dyn below V_Rd
 }
 
 TEST(MemberTrack, AMemberWhoseTopCameOffIsLostAndHasNoDrift) {
@@ -75,10 +75,11 @@ TEST(MemberTrack, AMemberWhoseTopCameOffIsLostAndHasNoDrift) {
   EXPECT_EQ(j["top_came_off"], true);
   EXPECT_TRUE(j["residual_drift"].is_null());
   EXPECT_TRUE(j["residual_drift_ratio"].is_null());
-  EXPECT_NEAR(j["peak_drift"].get<double>(), 0.02, 1e-12);   // while it was there
+  EXPECT_NEAR(j["peak_drift"].get<double>(), 0.02, 1e-12);  // while it was there
 }
 
-// A span that has left its bearings at one end is lost, one that sags is closed by its deflection, one that cracked a little stays open.
+// A span that has left its bearings at one end is lost, one that sags is closed by its deflection, one that
+// cracked a little stays open.
 TEST(MemberTrack, SpansAreJudgedByTheirDeflectionAndTheirSeats) {
   Member span = pier();
   span.span = true;
@@ -98,14 +99,14 @@ TEST(MemberTrack, SpansAreJudgedByTheirDeflectionAndTheirSeats) {
   EXPECT_EQ(after(length / 200, 0, 0, 0)["function"], "closed");
   EXPECT_EQ(after(length / 500, 0, 0, 0)["function"], "restricted");
   EXPECT_EQ(after(length / 5000, 0, 0.06, 0)["function"], "closed");
-  EXPECT_EQ(after(length / 5000, 0, 0, 5e-4)["function"], "restricted");   // class 2
-  EXPECT_EQ(after(length / 5000, 0, 0, 2e-4)["function"], "open");         // class 1
+  EXPECT_EQ(after(length / 5000, 0, 0, 5e-4)["function"], "restricted");  // class 2
+  EXPECT_EQ(after(length / 5000, 0, 0, 2e-4)["function"], "open");        // class 1
   EXPECT_TRUE(MemberTrack(pier()).summary()["function"].is_null());
 }
 
 TEST(MemberTrack, WhatIsElasticAloneHasNoDamageClass) {
   Member m = pier();
-  m.shear_design = m.shear_mean = {0, 0};   // not of concrete
+  m.shear_design = m.shear_mean = {0, 0};  // not of concrete
   MemberTrack track(m);
   track.add(0, state(0, 0, 0), {});
   track.add(1, state(1e8, 0, 0.1), {});
@@ -123,7 +124,8 @@ TEST(MemberTrack, WhatWasComputedElasticIsNotJudged) {
   EXPECT_TRUE(j["damage_class_name"].is_null());
   const std::string basis = j["damage_class_basis"].get<std::string>();
   EXPECT_NE(basis.find("not computed"), std::string::npos) << basis;
-  EXPECT_NE(basis.find("V_dyn/V_Rd with design strengths 1.77, with mean strengths 1.20"), std::string::npos) << basis;
+  EXPECT_NE(basis.find("V_dyn/V_Rd with design strengths 1.77, with mean strengths 1.20"), std::string::npos)
+      << basis;
   EXPECT_NEAR(j["shear_utilisation_design"]["value"].get<double>(), 1.77, 1e-12);
 }
 
@@ -136,7 +138,8 @@ TEST(MemberTrack, ADriftUnderALoadThatStillActsIsNoResidualOne) {
   track.set_under_load(true);
   EXPECT_EQ(track.summary()["residual_drift_under_load"], true);
   EXPECT_EQ(track.verdict().basis.find("residual drift"), std::string::npos) << track.verdict().basis;
-  EXPECT_NE(track.verdict().basis.find("drift under a load that still acts"), std::string::npos) << track.verdict().basis;
+  EXPECT_NE(track.verdict().basis.find("drift under a load that still acts"), std::string::npos)
+      << track.verdict().basis;
 }
 
 /// A pier at rest, then as `change` makes it.
@@ -159,7 +162,8 @@ TEST(MemberTrack, ClassesInTheirOrder) {
   EXPECT_EQ(grade([](MemberState&, MemberPeaks&) {}), 0);
   EXPECT_EQ(grade([](MemberState&, MemberPeaks& p) { p.crack_width = 0.2e-3; }), 1);
   EXPECT_EQ(grade([](MemberState& s, MemberPeaks&) { s.bars_yielded = 1; }), 2);
-  EXPECT_EQ(grade([](MemberState&, MemberPeaks& p) { p = peaks(1.2, 0.8, 0); }), 2);   // above design, below mean
+  EXPECT_EQ(grade([](MemberState&, MemberPeaks& p) { p = peaks(1.2, 0.8, 0); }),
+            2);  // above design, below mean
   EXPECT_EQ(grade([](MemberState&, MemberPeaks& p) { p = peaks(1.6, 1.07, 0); }), 3);
   EXPECT_EQ(grade([](MemberState& s, MemberPeaks&) { s.bars_broken = 1; }), 3);
   EXPECT_EQ(grade([](MemberState& s, MemberPeaks&) { s.lost_volume = 0.3; }), 3);
@@ -175,9 +179,14 @@ TEST(MemberTrack, TellsWhatAClassRestsOn) {
     return track.verdict().basis;
   };
   EXPECT_EQ(basis([](MemberState&, MemberPeaks&) {}), "no crack above 0.1 mm, no bar yields");
-  EXPECT_EQ(basis([](MemberState& s, MemberPeaks& p) { p = peaks(1.2, 0.8, 0.5e-3), s.bars_yielded = 1; }), "1 bar yielded, a crack of 0.5 mm, V_dyn above the design V_Rd");
-  EXPECT_EQ(basis([](MemberState& s, MemberPeaks& p) { p = peaks(1.6, 1.1, 2e-3), s.bars_broken = 3, s.lost_volume = 5; }), "20 % of its volume gone");   // the highest class alone
-  EXPECT_EQ(basis([](MemberState& s, MemberPeaks&) { s.lost_volume = 25; }), "100 % of its volume gone");   // no powers of ten
+  EXPECT_EQ(basis([](MemberState& s, MemberPeaks& p) { p = peaks(1.2, 0.8, 0.5e-3), s.bars_yielded = 1; }),
+            "1 bar yielded, a crack of 0.5 mm, V_dyn above the design V_Rd");
+  EXPECT_EQ(basis([](MemberState& s, MemberPeaks& p) {
+              p = peaks(1.6, 1.1, 2e-3), s.bars_broken = 3, s.lost_volume = 5;
+            }),
+            "20 % of its volume gone");  // the highest class alone
+  EXPECT_EQ(basis([](MemberState& s, MemberPeaks&) { s.lost_volume = 25; }),
+            "100 % of its volume gone");  // no powers of ten
 }
 
 /// How bad it is stands on top: the class and the shear of every member, the worst first.
@@ -203,16 +212,23 @@ TEST(Headline, JudgesEveryMember) {
     SummaryBuilder builder(header);
     builder.add(row);
     sim::ContactRow contact;
-    contact.time = 0.1, contact.dt = 1e-3, contact.force = Vec3(1e6, 0, 0), contact.normal = Vec3::UnitX(), contact.structure = 0, contact.block = 0;
+    contact.time = 0.1, contact.dt = 1e-3, contact.force = Vec3(1e6, 0, 0), contact.normal = Vec3::UnitX(),
+    contact.structure = 0, contact.block = 0;
     builder.add({&contact, 1});
     const std::string text = builder.text(nullptr);
     std::string all;
     for (const std::string& line : summary_headline(text)) all += line + "\n";
     return all;
   };
-  const std::string several = lines({{"P1", peaks(0.3, 0.2, 0.2e-3)}, {"P2", peaks(1.62, 1.1, 2e-3)}, {"P3", peaks(0.1, 0.1, 0)}});
-  EXPECT_NE(several.find("V, P2: damage class 3 of 4, severe (V_dyn above V_Rd with mean strengths). Shear V_dyn/V_Rd = 1.62 at most"), std::string::npos) << several;
-  EXPECT_NE(several.find("Other members of V: P1 1 slight (V_dyn/V_Rd 0.30), 1 more of class 0."), std::string::npos) << several;
+  const std::string several =
+      lines({{"P1", peaks(0.3, 0.2, 0.2e-3)}, {"P2", peaks(1.62, 1.1, 2e-3)}, {"P3", peaks(0.1, 0.1, 0)}});
+  EXPECT_NE(several.find("V, P2: damage class 3 of 4, severe (V_dyn above V_Rd with mean strengths). Shear "
+                         "V_dyn/V_Rd = 1.62 at most"),
+            std::string::npos)
+      << several;
+  EXPECT_NE(several.find("Other members of V: P1 1 slight (V_dyn/V_Rd 0.30), 1 more of class 0."),
+            std::string::npos)
+      << several;
   const std::string one = lines({{"V", peaks(0.3, 0.2, 0)}});
   EXPECT_NE(one.find("V: damage class 0 of 4, no damage"), std::string::npos) << one;
   EXPECT_EQ(one.find("Other members"), std::string::npos) << one;
@@ -246,7 +262,8 @@ TEST(Headline, TellsWhatCameThroughAnother) {
     SummaryBuilder builder(header);
     builder.add(row);
     sim::ContactRow contact;
-    contact.time = 0.1, contact.dt = 1e-3, contact.force = Vec3(0, 0, -force), contact.normal = Vec3::UnitZ(), contact.structure = 0, contact.block = 0;
+    contact.time = 0.1, contact.dt = 1e-3, contact.force = Vec3(0, 0, -force), contact.normal = Vec3::UnitZ(),
+    contact.structure = 0, contact.block = 0;
     builder.add({&contact, 1});
     row.time = 0.3;
     builder.add(row);
@@ -255,9 +272,12 @@ TEST(Headline, TellsWhatCameThroughAnother) {
   json j = summary(3e6);
   std::string all;
   for (const auto& line : j["headline"]) all += line.get<std::string>() + "\n";
-  EXPECT_NE(all.find("P1 was not struck itself, it was loaded through deck: 2.92 MN added to its base reaction at most, at 0.200 s."), std::string::npos) << all;
+  EXPECT_NE(all.find("P1 was not struck itself, it was loaded through deck: 2.92 MN added to its base "
+                     "reaction at most, at 0.200 s."),
+            std::string::npos)
+      << all;
   EXPECT_NE(all.find("P1: damage class 3 of 4"), std::string::npos) << all;
-  EXPECT_NE(all.find("P2 was not hit."), std::string::npos) << all;       // nothing came through
+  EXPECT_NE(all.find("P2 was not hit."), std::string::npos) << all;  // nothing came through
   EXPECT_NE(all.find("apart was not hit."), std::string::npos) << all;
   EXPECT_EQ(j["structures"][1]["hit"], false);
   EXPECT_EQ(j["structures"][1]["loaded_through"], "deck");
@@ -269,7 +289,10 @@ TEST(Headline, TellsWhatCameThroughAnother) {
   EXPECT_TRUE(j["impacts"].empty());
   all.clear();
   for (const auto& line : j["headline"]) all += line.get<std::string>() + "\n";
-  EXPECT_NE(all.find("P1 was not hit; 2.92 MN added to its base reaction at most, at 0.200 s, by what it can touch (deck) or by its own motion."), std::string::npos) << all;
+  EXPECT_NE(all.find("P1 was not hit; 2.92 MN added to its base reaction at most, at 0.200 s, by what it can "
+                     "touch (deck) or by its own motion."),
+            std::string::npos)
+      << all;
 }
 
 /// A run that starts while its structure rings tells the permanent load's reaction, not that of the moment.

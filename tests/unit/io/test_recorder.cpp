@@ -77,9 +77,7 @@ TEST(Recorder, WritesEveryDatasetOfTheContractWithItsShape) {
     ASSERT_TRUE(file.exists(path)) << path;
     EXPECT_EQ(file.dims(path), dims) << path;
     EXPECT_FALSE(file.text_attribute(path, "description").empty()) << path;
-    if (!file.is_text(path)) {
-      EXPECT_FALSE(file.text_attribute(path, "unit").empty()) << path;
-    }
+    if (!file.is_text(path)) { EXPECT_FALSE(file.text_attribute(path, "unit").empty()) << path; }
   }
   EXPECT_EQ(file.read_texts("/history/blocks/name"), (std::vector<std::string>{"B1", "B2", "P2-fragment-1"}));
 }
@@ -100,8 +98,10 @@ TEST(Recorder, KeepsEveryNumberAndGivesNanBeforeBirth) {
     for (std::size_t b = 0; b < 3; ++b)
       for (std::size_t c = 0; c < 3; ++c) {
         const double v = position.values[(static_cast<std::size_t>(k) * 3 + b) * 3 + c];
-        if (b < row.position.size()) EXPECT_EQ(v, row.position[b][static_cast<Eigen::Index>(c)]);
-        else EXPECT_TRUE(std::isnan(v)) << t;
+        if (b < row.position.size())
+          EXPECT_EQ(v, row.position[b][static_cast<Eigen::Index>(c)]);
+        else
+          EXPECT_TRUE(std::isnan(v)) << t;
       }
     EXPECT_EQ(moment.values[static_cast<std::size_t>(k) * 3 + 1], row.structures[0].base_moment.y());
     EXPECT_EQ(residual.values[static_cast<std::size_t>(k)], row.ledger.residual);
@@ -153,8 +153,11 @@ TEST(Recorder, ImpactInTheSummaryHasTheImpulseThatWasPutIn) {
   EXPECT_TRUE(j["hit"].get<bool>());
   EXPECT_EQ(j["structures"][0]["name"], "P2");
   // The synthetic block turns with a tenth of the energy that it moves with.
-  EXPECT_NEAR(impact["kinetic_rotational"].get<double>() / impact["kinetic_translational"].get<double>(), 0.1, 1e-9);
-  EXPECT_NEAR((impact["kinetic_rotational"].get<double>() + impact["kinetic_translational"].get<double>()) / impact["kinetic"].get<double>(), 1, 1e-12);
+  EXPECT_NEAR(impact["kinetic_rotational"].get<double>() / impact["kinetic_translational"].get<double>(), 0.1,
+              1e-9);
+  EXPECT_NEAR((impact["kinetic_rotational"].get<double>() + impact["kinetic_translational"].get<double>()) /
+                  impact["kinetic"].get<double>(),
+              1, 1e-12);
   EXPECT_NE(j["headline"][0].get<std::string>().find(" of rotation)"), std::string::npos) << j["headline"];
 }
 
@@ -177,12 +180,14 @@ TEST(Recorder, WhatCrackedIsNotCalledVerified) {
     for (const double t : {0.0, end}) builder.add(run.row(t, run.blocks));
     std::map<std::string, std::string> levels;
     const nlohmann::json j = nlohmann::json::parse(builder.text(nullptr));
-    for (const auto& c : j["confidence"]) levels[c["quantity"].get<std::string>()] = c["level"].get<std::string>();
+    for (const auto& c : j["confidence"])
+      levels[c["quantity"].get<std::string>()] = c["level"].get<std::string>();
     return levels;
   };
   EXPECT_EQ(confidence(1).at("elastic response, base forces, displacement"), "verified");
   const auto cracked = confidence(run.impact + 1);
-  for (const auto& [quantity, level] : cracked) EXPECT_TRUE(level == "extrapolated" || quantity.find("base forces") == std::string::npos) << quantity;
+  for (const auto& [quantity, level] : cracked)
+    EXPECT_TRUE(level == "extrapolated" || quantity.find("base forces") == std::string::npos) << quantity;
   EXPECT_EQ(cracked.count("base forces, section forces, displacement of what cracked (P2)"), 1u);
 }
 
@@ -190,18 +195,23 @@ TEST(Recorder, DesignFormulasStandBesideTheStrongestImpact) {
   using json = nlohmann::json;
   const Scratch scratch;
   const json j = json::parse(bytes(whole_run(scratch, small()) / "summary.json"));
-  ASSERT_EQ(j["formulas"].size(), 3u);   // no cushion: Hertz, hard impact, punching
+  ASSERT_EQ(j["formulas"].size(), 3u);  // no cushion: Hertz, hard impact, punching
   const json impact = j["impacts"][j["formulas"][0]["impact"].get<std::size_t>()];
   const json block = j["blocks"][0];
   ASSERT_EQ(impact["block"], block["name"]);
   for (const json& f : j["formulas"]) {
     EXPECT_EQ(f["structure"], "P2");
     EXPECT_FALSE(f["inputs"].get<std::string>().empty());
-    EXPECT_EQ(f["computed"], f["kind"] == "equivalent static" ? impact["mean_force"] : f["kind"] == "resistance" ? impact["filtered_force"] : impact["peak_force"]) << f["id"];
-    EXPECT_EQ(f["status"].get<std::string>().find("unverified") == std::string::npos, f["id"] == "hertz") << f["id"];
+    EXPECT_EQ(f["computed"], f["kind"] == "equivalent static" ? impact["mean_force"]
+                             : f["kind"] == "resistance"      ? impact["filtered_force"]
+                                                              : impact["peak_force"])
+        << f["id"];
+    EXPECT_EQ(f["status"].get<std::string>().find("unverified") == std::string::npos, f["id"] == "hertz")
+        << f["id"];
     if (f["id"] != "en1991-hard") continue;
     // v sqrt(k m), k = E A / D of a sphere of the block's volume, v along the normal, which is x here.
-    const double diameter = std::cbrt(6 * block["volume"].get<double>() / M_PI), k = 30e9 * M_PI * diameter / 4, v = std::abs(impact["velocity"][0].get<double>());
+    const double diameter = std::cbrt(6 * block["volume"].get<double>() / M_PI),
+                 k = 30e9 * M_PI * diameter / 4, v = std::abs(impact["velocity"][0].get<double>());
     EXPECT_NEAR(f["value"].get<double>() / (v * std::sqrt(k * block["mass"].get<double>())), 1, 1e-9);
   }
 }
@@ -215,14 +225,17 @@ TEST(Recorder, DesignFormulasTakeTheStructuresOwnSection) {
     return nlohmann::json::parse(builder.text(nullptr))["formulas"];
   };
   sim::RunHeader header = run.header();
-  header.structures[0].axes = {Vec3::UnitY(), Vec3::UnitX(), Vec3::UnitZ()};   // the blow comes along x: the second
+  header.structures[0].axes = {Vec3::UnitY(), Vec3::UnitX(),
+                               Vec3::UnitZ()};  // the blow comes along x: the second
   header.structures[0].effective_depth = Vec3(1, 1.93, 1);
   header.structures[0].reinforcement_ratio = Vec3(0.01, 0.004, 0);
   header.structures[0].cushion = true;
   const auto with = formulas(header);
   ASSERT_EQ(with.size(), 6u);
-  EXPECT_NE(with[5]["inputs"].get<std::string>().find("d = 1.93 m (section less cover)"), std::string::npos) << with[5]["inputs"];
-  EXPECT_NE(with[5]["inputs"].get<std::string>().find("rho = 0.004 ("), std::string::npos) << with[5]["inputs"];
+  EXPECT_NE(with[5]["inputs"].get<std::string>().find("d = 1.93 m (section less cover)"), std::string::npos)
+      << with[5]["inputs"];
+  EXPECT_NE(with[5]["inputs"].get<std::string>().find("rho = 0.004 ("), std::string::npos)
+      << with[5]["inputs"];
   // A control perimeter at twice 1.93 m does not fit into a member of 1 m.
   EXPECT_TRUE(with[5]["value"].is_null()) << with[5];
   EXPECT_NE(with[5]["note"].get<std::string>().find("not applicable"), std::string::npos) << with[5]["note"];
@@ -250,7 +263,7 @@ TEST(Recorder, WhatIsNoConcreteHasNoResistanceOfIt) {
 TEST(Recorder, BlocksAndStructuresOutsideOfTheFormulasRangeHaveNone) {
   SyntheticRun run = small();
   sim::RunHeader header = run.header();
-  header.structures[0].young = 3e13;   // a thousand times concrete's
+  header.structures[0].young = 3e13;  // a thousand times concrete's
   io::SummaryBuilder builder(header);
   builder.add(run.row(run.impact, 2));
   builder.add(run.contact_rows(run.impact, run.impact + 0.1));
@@ -269,7 +282,7 @@ TEST(Recorder, AForceIsFilteredAndANeedleIsNot) {
   }
   needle.add(1.01, 1e-6, Vec3(1e8, 0, 0));
   EXPECT_NEAR(plain.filtered_peak(), 1e6, 0.15e6);
-  EXPECT_LT(needle.filtered_peak(), 1.3e6);   // 100 N s over some milliseconds
+  EXPECT_LT(needle.filtered_peak(), 1.3e6);  // 100 N s over some milliseconds
   EXPECT_EQ(io::ForceTrack{}.filtered_peak(), 0);
   // A rest of 3 s with one blow in it, cut into pieces wherever the blow lies: no seam shows.
   const double blow = 4e6;
@@ -287,7 +300,8 @@ TEST(Recorder, AForceIsFilteredAndANeedleIsNot) {
 /// Rows of a damaged journal say anything; two contacts a year apart are two.
 TEST(Recorder, ForcesOfNoRunAreNoForces) {
   io::ForceTrack wild, alone, apart;
-  for (const double t : {2e140, -3e175, static_cast<double>(INFINITY), static_cast<double>(NAN), 1e12}) wild.add(t, 1e-3, Vec3(1e6, 0, 0));
+  for (const double t : {2e140, -3e175, static_cast<double>(INFINITY), static_cast<double>(NAN), 1e12})
+    wild.add(t, 1e-3, Vec3(1e6, 0, 0));
   wild.add(1e4, 1e9, Vec3(1e6, 0, 0));
   EXPECT_EQ(wild.filtered_peak(), 0);
   for (int k = 0; k < 200; ++k) {
@@ -309,13 +323,17 @@ TEST(Recorder, APieceAtItsOwnStructureIsNoStrike) {
   builder.extend({&piece, 1});
   builder.add(run.row(0.2, 3));
   sim::ContactRow contact;
-  contact.time = 0.21, contact.dt = 1e-4, contact.block = 2, contact.force = Vec3(5e6, 0, 0), contact.normal = Vec3::UnitX();
+  contact.time = 0.21, contact.dt = 1e-4, contact.block = 2, contact.force = Vec3(5e6, 0, 0),
+  contact.normal = Vec3::UnitX();
   builder.add({&contact, 1});
   auto j = nlohmann::json::parse(builder.text(nullptr));
   EXPECT_FALSE(j["hit"].get<bool>());
   EXPECT_FALSE(j["structures"][0]["hit"].get<bool>());
   EXPECT_EQ(j["structures"][0]["peak_force"], 5e6);
-  EXPECT_NE(j["headline"][0].get<std::string>().find("P2 fails under permanent load at t = 0.200 s, before any block arrives"), std::string::npos) << j["headline"];
+  EXPECT_NE(j["headline"][0].get<std::string>().find(
+                "P2 fails under permanent load at t = 0.200 s, before any block arrives"),
+            std::string::npos)
+      << j["headline"];
   ASSERT_FALSE(j["warnings"].empty());
   // A block that strikes afterwards is told too; one that struck before makes it a strike's work.
   contact.block = 0, contact.time = 0.15;
@@ -383,13 +401,16 @@ TEST(Recorder, ABlockThatStartedBesideTheTerrainTellsNothing) {
   EXPECT_EQ(j["blocks"][0]["left"], 0.0);
   std::string headline;
   for (const auto& line : j["headline"]) headline += line.get<std::string>() + "\n";
-  EXPECT_NE(headline.find("1 of 2 blocks started beside the terrain, with no ground below, and fell (B1)"), std::string::npos) << headline;
+  EXPECT_NE(headline.find("1 of 2 blocks started beside the terrain, with no ground below, and fell (B1)"),
+            std::string::npos)
+      << headline;
   EXPECT_EQ(headline.find("left the model"), std::string::npos) << headline;
   EXPECT_EQ(headline.find("B1 went"), std::string::npos) << headline;
   EXPECT_NE(headline.find("All other blocks are at rest"), std::string::npos) << headline;
 }
 
-/// What the scene is warned of, and what a run tells on its way, in the summary: once, whether it was stopped or not.
+/// What the scene is warned of, and what a run tells on its way, in the summary: once, whether it was stopped
+/// or not.
 TEST(Recorder, WarningsOfTheSceneAndOfTheRunAreInTheSummaryOnce) {
   const Scratch scratch;
   SyntheticRun run = small();
@@ -447,9 +468,11 @@ TEST(Recorder, ABlockThatWasJustLetGoIsNotAtRest) {
     return headline;
   };
   EXPECT_NE(told(9.81, 0).find("It still moves at the end."), std::string::npos) << told(9.81, 0);
-  EXPECT_NE(told(9.81, 0).find("4.9 um down"), std::string::npos) << told(9.81, 0);   // a length too small for a decimal of metres
+  EXPECT_NE(told(9.81, 0).find("4.9 um down"), std::string::npos)
+      << told(9.81, 0);  // a length too small for a decimal of metres
   EXPECT_NE(told(0, 0).find("It is at rest at the end."), std::string::npos) << told(0, 0);
-  EXPECT_NE(told(0, 1e-3).find("It is at rest at the end."), std::string::npos) << told(0, 1e-3);   // a creep of 1 mm/s, 3 m across
+  EXPECT_NE(told(0, 1e-3).find("It is at rest at the end."), std::string::npos)
+      << told(0, 1e-3);  // a creep of 1 mm/s, 3 m across
   EXPECT_NE(told(0, 0.2).find("It still moves at the end."), std::string::npos) << told(0, 0.2);
 }
 
@@ -501,7 +524,9 @@ TEST(Recorder, TheResidualIsRelativeToWhatMovedOrCouldHave) {
   builder.add(row);
   const auto summary = nlohmann::json::parse(builder.text(nullptr));
   EXPECT_LT(summary["energy"]["residual_relative"].get<double>(), 1e-6);
-  EXPECT_NE(summary["confidence"][0]["basis"].get<std::string>().find("at 1 cm/s, which none reached"), std::string::npos) << summary["confidence"][0];
+  EXPECT_NE(summary["confidence"][0]["basis"].get<std::string>().find("at 1 cm/s, which none reached"),
+            std::string::npos)
+      << summary["confidence"][0];
 }
 
 TEST(Recorder, WhatWasFlushedSurvivesACutAtAnyByte) {
@@ -567,8 +592,10 @@ TEST(Recorder, ResumedRunWritesTheSameBytesAsAnUnbrokenOne) {
   EXPECT_EQ(recorder.header().blocks.size(), 3u);
   run.record(recorder, 556, run.rows() - 1, [](int) {});
   recorder.finish({});
-  for (const char* name : {"results.h5", "results.xdmf", "results.pvd", "summary.json"}) EXPECT_EQ(bytes(whole / name), bytes(dir / name)) << name;
-  for (const auto& entry : fs::directory_iterator(whole / "fields")) EXPECT_EQ(bytes(entry.path()), bytes(dir / "fields" / entry.path().filename()));
+  for (const char* name : {"results.h5", "results.xdmf", "results.pvd", "summary.json"})
+    EXPECT_EQ(bytes(whole / name), bytes(dir / name)) << name;
+  for (const auto& entry : fs::directory_iterator(whole / "fields"))
+    EXPECT_EQ(bytes(entry.path()), bytes(dir / "fields" / entry.path().filename()));
 }
 
 TEST(Recorder, RebuildingAsItGrowsStaysLinear) {
@@ -599,7 +626,8 @@ TEST(Recorder, QuietStructuresAreNotWrittenAgain) {
   EXPECT_FALSE(fs::exists(dir / "fields/P2_000050.vtu"));  // nothing has happened yet at 2.5 s
   EXPECT_TRUE(fs::exists(dir / "fields/P2_000110.vtu"));
   const std::string pvd = bytes(dir / "results.pvd");
-  EXPECT_NE(pvd.find("timestep=\"2.5\" part=\"2\" name=\"P2\" file=\"fields/P2_000000.vtu\""), std::string::npos);
+  EXPECT_NE(pvd.find("timestep=\"2.5\" part=\"2\" name=\"P2\" file=\"fields/P2_000000.vtu\""),
+            std::string::npos);
   EXPECT_NE(pvd.find("timestep=\"0\""), std::string::npos);
   EXPECT_NE(bytes(dir / "results.xdmf").find("<Time Value=\"2.5\"/>"), std::string::npos);
 }
@@ -622,8 +650,10 @@ TEST(Recorder, NamesAreEscapedInWhatParaViewOpens) {
   const Scratch scratch;
   const fs::path dir = run_of_structure(scratch, "Pier <A> & \"B\"");
   EXPECT_TRUE(fs::exists(dir / "fields/Pier <A> & \"B\"_000000.vtu"));
-  const std::string pvd = bytes(dir / "results.pvd"), xdmf = bytes(dir / "results.xdmf"), name = "Pier &lt;A&gt; &amp; &quot;B&quot;";
-  EXPECT_NE(pvd.find("name=\"" + name + "\" file=\"fields/" + name + "_000000.vtu\""), std::string::npos) << pvd;
+  const std::string pvd = bytes(dir / "results.pvd"), xdmf = bytes(dir / "results.xdmf"),
+                    name = "Pier &lt;A&gt; &amp; &quot;B&quot;";
+  EXPECT_NE(pvd.find("name=\"" + name + "\" file=\"fields/" + name + "_000000.vtu\""), std::string::npos)
+      << pvd;
   EXPECT_NE(xdmf.find("Name=\"" + name + "\""), std::string::npos);
   EXPECT_NE(xdmf.find("/structures/" + name + "/nodes"), std::string::npos);
 }

@@ -24,7 +24,8 @@ TEST(ReportParts, FramesKeepTheEndsAndThickenInTheWindows) {
   EXPECT_EQ(picked.back(), 10000u);
   EXPECT_LE(picked.size(), 301u);
   EXPECT_TRUE(std::is_sorted(picked.begin(), picked.end()));
-  const auto inside = std::count_if(picked.begin(), picked.end(), [](std::size_t i) { return i >= 4000 && i <= 4200; });
+  const auto inside =
+      std::count_if(picked.begin(), picked.end(), [](std::size_t i) { return i >= 4000 && i <= 4200; });
   EXPECT_GT(inside, 60);  // 2 % of the time, at least a fifth of the frames
 }
 
@@ -54,12 +55,15 @@ TEST(ReportParts, DecimationKeepsTheRegionAndTheExtent) {
   EXPECT_LE(thin.triangles.size(), 30000u);
   EXPECT_GT(thin.triangles.size(), 3000u);
   // Within the region nothing is merged, and the surface stays the plane that it was.
-  const auto kept = std::count_if(thin.vertices.begin(), thin.vertices.end(), [&](const Vec3& v) { return v.x() >= 100 && v.x() <= 140 && v.y() >= 100 && v.y() <= 140; });
+  const auto kept = std::count_if(thin.vertices.begin(), thin.vertices.end(), [&](const Vec3& v) {
+    return v.x() >= 100 && v.x() <= 140 && v.y() >= 100 && v.y() <= 140;
+  });
   EXPECT_GE(kept, 41 * 41);
   for (const Vec3& v : thin.vertices) EXPECT_NEAR(v.z(), 0.3 * v.x(), 1e-9);
   const io::Raster r = io::rasterise(mesh, region, 21);
   EXPECT_EQ(r.nx, 21);
-  for (int i = 0; i < r.nx; ++i) EXPECT_NEAR(r.z[static_cast<std::size_t>(5 * r.nx + i)], 0.3 * (r.x0 + i * r.dx), 1e-5);
+  for (int i = 0; i < r.nx; ++i)
+    EXPECT_NEAR(r.z[static_cast<std::size_t>(5 * r.nx + i)], 0.3 * (r.x0 + i * r.dx), 1e-5);
 }
 
 TEST(ReportParts, SkinOfABarHasOnlyOuterFacesOutward) {
@@ -72,7 +76,9 @@ TEST(ReportParts, SkinOfABarHasOnlyOuterFacesOutward) {
   EXPECT_EQ(skin.quads.size(), 2u * (2 * 3 + 3 * 4 + 2 * 4));
   double volume = 0;  // by the divergence theorem: right only if every face points outward
   for (const auto& q : skin.quads) {
-    const auto x = [&](int k) -> Vec3 { return s.nodes[static_cast<std::size_t>(q[static_cast<std::size_t>(k)])] - run.base(); };
+    const auto x = [&](int k) -> Vec3 {
+      return s.nodes[static_cast<std::size_t>(q[static_cast<std::size_t>(k)])] - run.base();
+    };
     volume += (x(0).dot(x(1).cross(x(2))) + x(0).dot(x(2).cross(x(3)))) / 6;
   }
   EXPECT_NEAR(volume, 2.0 * 2.0 * 12.0, 1e-9);
@@ -133,18 +139,22 @@ TEST(Report, IsOneFileWithoutReferencesAndHostileNamesStayText) {
 /// An array of the page, as numbers.
 std::vector<double> array_of(const io::ReportData& data, const std::string& name) {
   const auto& entry = data.blob.index().at(name);
-  const std::size_t n = entry.at("dims")[0], size = entry.at("type") == "f64" ? sizeof(double) : sizeof(float);
+  const std::size_t n = entry.at("dims")[0],
+                    size = entry.at("type") == "f64" ? sizeof(double) : sizeof(float);
   std::vector<double> v(n);
   for (std::size_t i = 0; i < n; ++i) {
     const char* from = data.blob.bytes().data() + entry.at("offset").get<std::size_t>() + i * size;
     float narrow = 0;
-    if (size == sizeof(double)) std::memcpy(&v[i], from, size);
-    else std::memcpy(&narrow, from, size), v[i] = narrow;
+    if (size == sizeof(double))
+      std::memcpy(&v[i], from, size);
+    else
+      std::memcpy(&narrow, from, size), v[i] = narrow;
   }
   return v;
 }
 
-/// Section forces over the stations of a pier under a known force at 3.4 m; a member's place; where a path crosses a line.
+/// Section forces over the stations of a pier under a known force at 3.4 m; a member's place; where a path
+/// crosses a line.
 TEST(Report, ShowsSectionForcesAlongMembersAndCrossingsOfLines) {
   const Scratch scratch;
   SyntheticRun run;
@@ -169,7 +179,7 @@ TEST(Report, ShowsSectionForcesAlongMembersAndCrossingsOfLines) {
   const Vec3 foot = run.base();
   for (int k = 0; k < 3; ++k) EXPECT_NEAR(pier.at("base")[k].get<double>(), foot[k], 1e-9);
   EXPECT_NEAR(pier.at("end")[2].get<double>() - foot.z(), 12, 1e-9);
-  EXPECT_NEAR(span.at("end")[1].get<double>() - foot.y(), 15, 1e-9);   // 30 m along y from 15 m before
+  EXPECT_NEAR(span.at("end")[1].get<double>() - foot.y(), 15, 1e-9);  // 30 m along y from 15 m before
   const std::string key = pier.at("key");
   EXPECT_EQ(array_of(data, key + "_station"), (std::vector<double>{0, 3, 6, 9, 12}));
   const double middle = pier.at("time"), force = run.force(middle);
@@ -217,7 +227,8 @@ TEST(Report, LedgerPlotHasWhatGroundLawsTook) {
   }
 }
 
-/// A blow whose steps are uneven by two orders, with needles in the shortest of them: plot, headline and impulse are of one force.
+/// A blow whose steps are uneven by two orders, with needles in the shortest of them: plot, headline and
+/// impulse are of one force.
 TEST(Report, PlotsTheFilteredForceThatItsHeadlineStates) {
   const Scratch scratch;
   SyntheticRun run;
@@ -256,12 +267,14 @@ TEST(Report, PlotsTheFilteredForceThatItsHeadlineStates) {
   const auto time = curve("impact_0_time"), mean = curve("impact_0_0"), filtered = curve("impact_0_1");
   EXPECT_NEAR(*std::max_element(filtered.begin(), filtered.end()) / stated, 1, 1e-6);
   double plotted = 0;
-  for (std::size_t i = 1; i < time.size(); ++i) plotted += 0.5 * (time[i] - time[i - 1]) * (mean[i] + mean[i - 1]);
+  for (std::size_t i = 1; i < time.size(); ++i)
+    plotted += 0.5 * (time[i] - time[i - 1]) * (mean[i] + mean[i - 1]);
   EXPECT_NEAR(plotted / impulse.norm(), 1, 1e-3);
   EXPECT_NEAR(data.summary.at("impacts")[0].at("impulse")[0].get<double>() / impulse.norm(), 1, 1e-9);
 }
 
-/// A piece of a bar at an open crack does not take the colours from all others; its strain is told beside them.
+/// A piece of a bar at an open crack does not take the colours from all others; its strain is told beside
+/// them.
 TEST(Report, ColoursOfBarsReachToWhereMostOfThemLie) {
   const Scratch scratch;
   SyntheticRun run;
@@ -283,7 +296,8 @@ TEST(Report, ColoursOfBarsReachToWhereMostOfThemLie) {
   io::add_structures(data);
   const auto& bars = data.meta.at("structures")[0].at("bars");
   EXPECT_NEAR(bars.at("strain_greatest").get<double>(), 0.421, 1e-6);
-  EXPECT_NEAR(bars.at("strain_max").get<double>(), 0.00421, 1e-6);   // the 95th of a hundred is below a hundredth of the greatest
+  EXPECT_NEAR(bars.at("strain_max").get<double>(), 0.00421,
+              1e-6);  // the 95th of a hundred is below a hundredth of the greatest
 }
 
 TEST(Report, SaysHowManyImpactsItDoesNotPlot) {
@@ -298,7 +312,7 @@ TEST(Report, SaysHowManyImpactsItDoesNotPlot) {
     io::Recorder recorder(options, run.header());
     for (int k = 0; k < 4; ++k) {
       sim::HistoryRow row = run.row(k, run.blocks);
-      for (double& e : row.kinetic_translational) e = k == 2 ? 10 : 1e6;   // the third blow is a touch
+      for (double& e : row.kinetic_translational) e = k == 2 ? 10 : 1e6;  // the third blow is a touch
       for (double& e : row.kinetic_rotational) e = 0;
       sim::ContactRow c;
       c.time = k + 0.5, c.dt = 1e-3, c.force = Vec3(1e6, 0, 0), c.normal = Vec3::UnitX();
@@ -336,16 +350,25 @@ TEST(Report, NamesTheFileThatIsNotAsTheRunWroteIt) {
     io::write_file(options.directory / file, text);
     try {
       io::write_report(options.directory);
-    } catch (const InputError& error) {
-      return std::string(error.what()).find(file) != std::string::npos;
-    }
+    } catch (const InputError& error) { return std::string(error.what()).find(file) != std::string::npos; }
     return false;
   };
-  for (const char* text : {"", "{", "[]", "{\"title\": 3}", "{\"impacts\": [{\"start\": \"soon\"}]}", "{}", "{\"schema\": 1, \"headline\": [\"a\"], \"structures\": 5}"})
+  for (const char* text : {"", "{", "[]", "{\"title\": 3}", "{\"impacts\": [{\"start\": \"soon\"}]}", "{}",
+                           "{\"schema\": 1, \"headline\": [\"a\"], \"structures\": 5}"})
     EXPECT_TRUE(told("summary.json", text)) << text;
   // Each would have stopped the script of a page that was written all the same.
-  for (const auto& [pointer, value] : std::vector<std::pair<const char*, nlohmann::json>>{{"/headline", "a"}, {"/warnings", {1}}, {"/plan", {{{"a", 1}}}}, {"/time/end", "soon"}, {"/blocks/0/name", 5}, {"/blocks/0/end", {1, 2}},
-                                                                                         {"/impacts/0/impulse", nullptr}, {"/structures/0/probes", 3}, {"/structures/0/hit", "yes"}, {"/confidence", {1, 2}}, {"/energy", nullptr}}) {
+  for (const auto& [pointer, value] :
+       std::vector<std::pair<const char*, nlohmann::json>>{{"/headline", "a"},
+                                                           {"/warnings", {1}},
+                                                           {"/plan", {{{"a", 1}}}},
+                                                           {"/time/end", "soon"},
+                                                           {"/blocks/0/name", 5},
+                                                           {"/blocks/0/end", {1, 2}},
+                                                           {"/impacts/0/impulse", nullptr},
+                                                           {"/structures/0/probes", 3},
+                                                           {"/structures/0/hit", "yes"},
+                                                           {"/confidence", {1, 2}},
+                                                           {"/energy", nullptr}}) {
     auto wrong = nlohmann::json::parse(whole);
     wrong[nlohmann::json::json_pointer(pointer)] = value;
     EXPECT_TRUE(told("summary.json", wrong.dump())) << pointer;

@@ -31,7 +31,8 @@ TEST(Summary, SummaryWarnsOfWhatTheSchemeTakesOfTheEnergy) {
   EXPECT_NE(warnings(-2.5e4)[0].find("made"), std::string::npos);
 }
 
-/// A time is named only if more than half of it fell there; what goes on all the time has none, nor has what went the other way.
+/// A time is named only if more than half of it fell there; what goes on all the time has none, nor has what
+/// went the other way.
 TEST(Summary, TheTimeOfWhatTheSchemeTakesIsNamedOnlyWhereMostOfItIs) {
   const sim::RunHeader header = small().header();
   const auto warning = [&](std::vector<double> taken) {
@@ -46,12 +47,14 @@ TEST(Summary, TheTimeOfWhatTheSchemeTakesIsNamedOnlyWhereMostOfItIs) {
     return io::summary_warnings(builder.text(nullptr)).at(0);
   };
   const std::string most = "most of it between";
-  EXPECT_NE(warning({5e3, 16e3, 9e3}).find(most + " t = 0.1 and 0.2 s"), std::string::npos) << warning({5e3, 16e3, 9e3});
+  EXPECT_NE(warning({5e3, 16e3, 9e3}).find(most + " t = 0.1 and 0.2 s"), std::string::npos)
+      << warning({5e3, 16e3, 9e3});
   EXPECT_EQ(warning({5e3, 14e3, 11e3}).find(most), std::string::npos);
   EXPECT_EQ(warning({-60e3, 25e3, 55e3}).find("t = 0 and 0.1"), std::string::npos);
 }
 
-/// Structures go in sub-steps of their own, which simulation.step does not shorten; springs are a remedy where there are some.
+/// Structures go in sub-steps of their own, which simulation.step does not shorten; springs are a remedy
+/// where there are some.
 TEST(Summary, TheRemedyForEnergyThatTheSchemeTakesIsOneForWhatTheRunHas) {
   const auto warning = [&](bool blocks, bool structures, double springs) {
     sim::RunHeader header = small().header();
@@ -68,18 +71,23 @@ TEST(Summary, TheRemedyForEnergyThatTheSchemeTakesIsOneForWhatTheRunHas) {
     }
     return io::summary_warnings(builder.text(nullptr)).at(0);
   };
-  const auto says = [](const std::string& text, std::initializer_list<const char*> there, std::initializer_list<const char*> not_there) {
+  const auto says = [](const std::string& text, std::initializer_list<const char*> there,
+                       std::initializer_list<const char*> not_there) {
     for (const char* part : there) EXPECT_NE(text.find(part), std::string::npos) << part << " in " << text;
-    for (const char* part : not_there) EXPECT_EQ(text.find(part), std::string::npos) << part << " in " << text;
+    for (const char* part : not_there)
+      EXPECT_EQ(text.find(part), std::string::npos) << part << " in " << text;
   };
-  const char* const step = "simulation.step"; const char* const fraction = "structure.critical_step_fraction"; const char* const stiffness = "normal_stiffness";
+  const char* const step = "simulation.step";
+  const char* const fraction = "structure.critical_step_fraction";
+  const char* const stiffness = "normal_stiffness";
   const char* const exchanges = "coupling.exchanges_per_rise";
   says(warning(false, true, 0), {fraction}, {step, stiffness, exchanges});
   says(warning(true, false, 0), {step}, {fraction, stiffness, exchanges});
   says(warning(true, true, 10), {step, stiffness, fraction, exchanges}, {});
 }
 
-/// A remedy names keys that the run has: where steps are fixed, accuracy does nothing; the scheme of 1988 knows none.
+/// A remedy names keys that the run has: where steps are fixed, accuracy does nothing; the scheme of 1988
+/// knows none.
 TEST(Summary, TheRemedyForEnergyThatTheSchemeMakesNamesKeysOfTheRun) {
   const sim::RunHeader header = small().header();
   const auto says = [&](io::Steps steps, const char* what) {
@@ -100,7 +108,8 @@ TEST(Summary, TheRemedyForEnergyThatTheSchemeMakesNamesKeysOfTheRun) {
   EXPECT_FALSE(says(Steps::scheme_1988, "accuracy"));
 }
 
-/// A span or a piece that comes off heads the page, also where no block struck: how many, how heavy, since when, how deep the heaviest fell.
+/// A span or a piece that comes off heads the page, also where no block struck: how many, how heavy, since
+/// when, how deep the heaviest fell.
 TEST(Headline, TellsWhatCameOff) {
   SyntheticRun run = small();
   const auto told = [&](int pieces, bool loaded) {
@@ -110,11 +119,14 @@ TEST(Headline, TellsWhatCameOff) {
     io::SummaryBuilder builder(header);
     builder.add(run.row(0.1, 2));
     std::vector<sim::RunHeader::BlockInfo> list(static_cast<std::size_t>(pieces), run.fragment_info());
-    for (std::size_t i = 0; i < list.size(); ++i) list[i].from = 0, list[i].name = "P2.fragment" + std::to_string(i + 1), list[i].mass = i == 1 ? 50e3 : 2e3;
+    for (std::size_t i = 0; i < list.size(); ++i)
+      list[i].from = 0, list[i].name = "P2.fragment" + std::to_string(i + 1),
+      list[i].mass = i == 1 ? 50e3 : 2e3;
     builder.extend(list);
     for (int k = 0; k < 2; ++k) {
       sim::HistoryRow row = run.row(0.25 + 0.2 * k, 2 + pieces);
-      for (int i = 2; i < 2 + pieces; ++i) row.position[static_cast<std::size_t>(i)] = Vec3(0, 0, 5 - 1.25 * k);
+      for (int i = 2; i < 2 + pieces; ++i)
+        row.position[static_cast<std::size_t>(i)] = Vec3(0, 0, 5 - 1.25 * k);
       builder.add(row);
     }
     std::string all;
@@ -122,6 +134,10 @@ TEST(Headline, TellsWhatCameOff) {
     return all;
   };
   EXPECT_EQ(told(0, true).find("came off"), std::string::npos);
-  EXPECT_NE(told(1, true).find("1 piece of 2 t came off P2 at 0.250 s; it fell 1.25 m.\n"), std::string::npos) << told(1, true);
-  EXPECT_NE(told(3, false).find("3 pieces of 54 t in all came off P2, the first at 0.250 s; the heaviest, P2.fragment2 of 50 t, fell 1.25 m.\n"), std::string::npos) << told(3, false);
+  EXPECT_NE(told(1, true).find("1 piece of 2 t came off P2 at 0.250 s; it fell 1.25 m.\n"), std::string::npos)
+      << told(1, true);
+  EXPECT_NE(told(3, false).find("3 pieces of 54 t in all came off P2, the first at 0.250 s; the heaviest, "
+                                "P2.fragment2 of 50 t, fell 1.25 m.\n"),
+            std::string::npos)
+      << told(3, false);
 }

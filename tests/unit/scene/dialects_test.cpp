@@ -39,14 +39,13 @@ trajectories = "rows.csv"
 std::string refusal(const Place& place, const std::string& text) {
   try {
     read_scene_text(text, place.scene());
-  } catch (const InputError& e) {
-    return e.what();
-  }
+  } catch (const InputError& e) { return e.what(); }
   return {};
 }
 
 bool warned(const Scene& scene, const std::string& part) {
-  return std::any_of(scene.warnings.begin(), scene.warnings.end(), [&](const Problem& p) { return p.str().find(part) != std::string::npos; });
+  return std::any_of(scene.warnings.begin(), scene.warnings.end(),
+                     [&](const Problem& p) { return p.str().find(part) != std::string::npos; });
 }
 
 std::string wide(const std::string& text, bool little) {
@@ -79,9 +78,13 @@ TEST(Dialects, DecimalPointsBetweenSemicolons) {
 TEST(Dialects, DecimalCommasBetweenCommasAreRefused) {
   const Place place;
   place.put("rows.csv", "x,y,z,vx,vy,vz,mass\n-6,0,0,1,2,2,20,5,0,0,-2,0,500,0\n");
-  EXPECT_NE(refusal(place, impact).find("line 2 of the file has 14 numbers where 7 are expected; are the commas decimal ones?"), std::string::npos) << refusal(place, impact);
+  EXPECT_NE(refusal(place, impact)
+                .find("line 2 of the file has 14 numbers where 7 are expected; are the commas decimal ones?"),
+            std::string::npos)
+      << refusal(place, impact);
   place.put("rows.csv", "x;y;z;vx;vy;vz;mass\n1.234,5;0;2;20;0;-2;500\n");
-  EXPECT_NE(refusal(place, impact).find("\"1.234,5\" is not a number"), std::string::npos) << refusal(place, impact);
+  EXPECT_NE(refusal(place, impact).find("\"1.234,5\" is not a number"), std::string::npos)
+      << refusal(place, impact);
 }
 
 TEST(Dialects, TablesOfContactLaws) {
@@ -112,13 +115,15 @@ position = [0, 0, 2]
   EXPECT_NEAR(s.laws(0, 1).table.at(2).first, 0.02, 1e-15);
   EXPECT_NEAR(s.laws(0, 1).table.at(2).second, 2.5e6, 1e-6);
   place.put("table.csv", "0,0\n0,01,1000000\n");
-  EXPECT_NE(refusal(place, scene).find("3 numbers where 2 are expected"), std::string::npos) << refusal(place, scene);
+  EXPECT_NE(refusal(place, scene).find("3 numbers where 2 are expected"), std::string::npos)
+      << refusal(place, scene);
 }
 
 TEST(Dialects, SceneFilesInOtherEncodings) {
   const Place place;
   place.put("rows.csv", "x,y,z,vx,vy,vz,mass\n-6,0,2,20,0,-2,500\n");
-  for (const std::string& bytes : {"\xEF\xBB\xBF" + impact, wide(impact, true), wide(impact, false), wide(impact, true).substr(2)}) {
+  for (const std::string& bytes :
+       {"\xEF\xBB\xBF" + impact, wide(impact, true), wide(impact, false), wide(impact, true).substr(2)}) {
     std::ofstream(place.path() / "scene.toml", std::ios::binary) << bytes;
     EXPECT_EQ(read_scene(place.scene()).structures.size(), 1u);
   }

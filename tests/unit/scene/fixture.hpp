@@ -16,7 +16,9 @@ namespace talus::scene {
 /// A directory with the files a scene names; removed at the end.
 class Place {
  public:
-  Place() : path_(std::filesystem::temp_directory_path() / ("talus-scene-" + std::to_string(::getpid()) + "-" + std::to_string(count()++))) {
+  Place()
+      : path_(std::filesystem::temp_directory_path() /
+              ("talus-scene-" + std::to_string(::getpid()) + "-" + std::to_string(count()++))) {
     std::filesystem::create_directories(path_);
     put("slope.stl", "solid s\nendsolid s\n");
     put("mass.obj", "v 0 0 0\n");
@@ -27,12 +29,18 @@ class Place {
     put("half.csv", "x,y,z,vx,vy,vz,mass,wx\n0,0,5,10,0,-1,2500,1\n");
     put("paths.csv", "x,y,z,vx,vy,vz,mass\n0,0,5,10,0,-1,2500\n0,1,5,12,0,-2,3000\n");
     // As talus convert writes histories.
-    put("histories.csv", "time [s],B1.position.x [m],B1.position.y [m],B1.position.z [m],\"B 2.position.x [m]\",B 2.position.y [m],B 2.position.z [m],B1.velocity.x [m/s],B1.velocity.y [m/s],B1.velocity.z [m/s],"
-        "B 2.velocity.x [m/s],B 2.velocity.y [m/s],B 2.velocity.z [m/s],B 2.spin.x [rad/s],B 2.spin.y [rad/s],B 2.spin.z [rad/s],B 2.orientation.w,B 2.orientation.x,B 2.orientation.y,B 2.orientation.z\n"
-        "0,1,2,3,4,5,6,7,8,9,10,11,12,1,2,3,3,0,0,4\n0.5,-1,-2,-3,-4,-5,-6,-7,-8,-9,-10,-11,-12,0,0,0,1,0,0,0\n");
+    put("histories.csv",
+        "time [s],B1.position.x [m],B1.position.y [m],B1.position.z [m],\"B 2.position.x [m]\",B "
+        "2.position.y [m],B 2.position.z [m],B1.velocity.x [m/s],B1.velocity.y [m/s],B1.velocity.z [m/s],"
+        "B 2.velocity.x [m/s],B 2.velocity.y [m/s],B 2.velocity.z [m/s],B 2.spin.x [rad/s],B 2.spin.y "
+        "[rad/s],B 2.spin.z [rad/s],B 2.orientation.w,B 2.orientation.x,B 2.orientation.y,B 2.orientation.z\n"
+        "0,1,2,3,4,5,6,7,8,9,10,11,12,1,2,3,3,0,0,4\n0.5,-1,-2,-3,-4,-5,-6,-7,-8,-9,-10,-11,-12,0,0,0,1,0,0,"
+        "0\n");
     put("still.csv", "x,y,z,vx,vy,vz,mass\n0,0,5,0,0,0,2500\n");
     put("odd.csv",
-        "# rows that cannot be\nx,y,z,vx,vy,vz,wx,wy,wz,mass\n0,0,5,1e7,0,0,0,0,0,1\n0,0,5,1,0,0,0,1e200,0,1\n0,0,5,1,0,0,0,0,0,1e300\n0,0,5,1,0,0,0,0,0,1e-300\n0,-2e9,5,1,0,0,0,0,0,1\n");
+        "# rows that cannot "
+        "be\nx,y,z,vx,vy,vz,wx,wy,wz,mass\n0,0,5,1e7,0,0,0,0,0,1\n0,0,5,1,0,0,0,1e200,0,1\n0,0,5,1,0,0,0,0,0,"
+        "1e300\n0,0,5,1,0,0,0,0,0,1e-300\n0,-2e9,5,1,0,0,0,0,0,1\n");
     put("both.csv", "x,y,z,vx,vy,vz,mass,volume\n0,0,5,10,0,-1,2500,7\n0,0,5,10,0,-1,2500,1\n");
     put("area.geojson", "{}\n");
     std::filesystem::create_directories(path_ / "folder");

@@ -30,7 +30,8 @@ TEST(Keys, DefaultsPassTheirOwnChecks) {
     if (key.fallback.empty()) continue;
     Node root;
     root.kind = Node::Kind::table;
-    const Node value = parse_toml_value(key.type == Type::quantity ? '"' + key.fallback + '"' : key.fallback, "default");
+    const Node value =
+        parse_toml_value(key.type == Type::quantity ? '"' + key.fallback + '"' : key.fallback, "default");
     // The value alone, at its place: only what validate() says about this very key counts.
     Node* at = &root;
     std::istringstream parts(key.path);
@@ -43,9 +44,12 @@ TEST(Keys, DefaultsPassTheirOwnChecks) {
       Node node;
       const Key* table = find_key(path);
       ASSERT_NE(table, nullptr) << path;
-      if (i + 1 == names.size()) node = value;
-      else node.kind = Node::Kind::table;
-      if (i + 1 < names.size() && (table->type == Type::tables || table->type == Type::path_or_tables || table->type == Type::supports)) {
+      if (i + 1 == names.size())
+        node = value;
+      else
+        node.kind = Node::Kind::table;
+      if (i + 1 < names.size() && (table->type == Type::tables || table->type == Type::path_or_tables ||
+                                   table->type == Type::supports)) {
         Node list;
         list.kind = Node::Kind::array;
         list.items.push_back(node);
@@ -71,9 +75,10 @@ TEST(Keys, ExplainTellsTypeUnitDefaultRangeSource) {
   const std::string accuracy = explain("simulation.accuracy");
   EXPECT_NE(accuracy.find("1e-3"), std::string::npos) << accuracy;
   EXPECT_NE(explain("interface.normal_stiffness").find("\"hard\", N/m"), std::string::npos);
-  EXPECT_EQ(explain("interface.shear_stiffness").find("hard"), std::string::npos) << explain("interface.shear_stiffness");   // which is refused
+  EXPECT_EQ(explain("interface.shear_stiffness").find("hard"), std::string::npos)
+      << explain("interface.shear_stiffness");  // which is refused
   EXPECT_NE(explain("material.f_cm").find("Model Code 2010"), std::string::npos);
-  EXPECT_NE(explain("block.B1.size").find("block.size"), std::string::npos);   // a user's own name in between
+  EXPECT_NE(explain("block.B1.size").find("block.size"), std::string::npos);  // a user's own name in between
   EXPECT_NE(explain("[[block]]").find("Keys:"), std::string::npos);
   EXPECT_NE(explain("block.B1").find("Keys:"), std::string::npos);
   EXPECT_THROW(explain("block.siz"), InputError);

@@ -22,17 +22,28 @@ TEST(ReadScene, NamesOfPiecesAreKeptForThem) {
   EXPECT_THROW(read_scene_text(scene, place.scene()), InputError);
   EXPECT_NO_THROW(read_scene_text(changed(full, "name = \"B1\"", "name = \"P2.fragments\""), place.scene()));
   // A run that goes on from another may have its pieces as blocks.
-  EXPECT_NO_THROW(read_scene_text(changed(scene, "accuracy = 1e-3", "accuracy = 1e-3\ninitial_state = \"slope.stl\""), place.scene()));
+  EXPECT_NO_THROW(read_scene_text(
+      changed(scene, "accuracy = 1e-3", "accuracy = 1e-3\ninitial_state = \"slope.stl\""), place.scene()));
   EXPECT_NO_THROW(read_scene_text(scene, place.scene(), {{"coupling.fragments", "false"}}));
 }
 
 TEST(ReadScene, PresetsFillWhatIsLeftOut) {
   const Place place;
   const auto law_of = [&](const std::string& lines) {
-    const Scene s = read_scene_text("schema = 1\n[simulation]\nduration = 1\n[[plane]]\nnormal = [0, 0, 1]\nmaterial = \"ground\"\n[[material]]\nname = \"rock\"\ndensity = 2600\n[[interface]]\nbetween = [\"rock\", \"*\"]\nnormal_stiffness = \"hard\"\n" +
-                                        lines + "\n[[block]]\nname = \"B\"\nmaterial = \"rock\"\nshape = \"box\"\nsize = [1, 1, 1]\nposition = [0, 0, 1]\n",
-                                    place.scene());
-    EXPECT_EQ(std::any_of(s.notes.begin(), s.notes.end(), [](const std::string& n) { return n.find("preset \"") != std::string::npos && n.find("to be calibrated") != std::string::npos; }), lines.find("preset") != std::string::npos);
+    const Scene s = read_scene_text(
+        "schema = 1\n[simulation]\nduration = 1\n[[plane]]\nnormal = [0, 0, 1]\nmaterial = "
+        "\"ground\"\n[[material]]\nname = \"rock\"\ndensity = 2600\n[[interface]]\nbetween = [\"rock\", "
+        "\"*\"]\nnormal_stiffness = \"hard\"\n" +
+            lines +
+            "\n[[block]]\nname = \"B\"\nmaterial = \"rock\"\nshape = \"box\"\nsize = [1, 1, 1]\nposition = "
+            "[0, 0, 1]\n",
+        place.scene());
+    EXPECT_EQ(std::any_of(s.notes.begin(), s.notes.end(),
+                          [](const std::string& n) {
+                            return n.find("preset \"") != std::string::npos &&
+                                   n.find("to be calibrated") != std::string::npos;
+                          }),
+              lines.find("preset") != std::string::npos);
     return s.laws(index(s, "rock"), index(s, "ground"));
   };
   for (const char* name : {"rock", "talus", "compact soil", "soft soil", "forest"}) {
@@ -45,7 +56,9 @@ TEST(ReadScene, PresetsFillWhatIsLeftOut) {
     EXPECT_EQ(law.vegetation_drag > 0, std::string(name) == "forest") << name;
   }
   // What is given holds.
-  const ContactLaw own = law_of("preset = \"soft soil\"\nfriction = 0.5\nrestitution = 0.3\nrolling_resistance = 0\nslip_friction = { most = 1.0, length = 2.0 }");
+  const ContactLaw own = law_of(
+      "preset = \"soft soil\"\nfriction = 0.5\nrestitution = 0.3\nrolling_resistance = 0\nslip_friction = { "
+      "most = 1.0, length = 2.0 }");
   EXPECT_EQ(own.friction, 0.5);
   EXPECT_EQ(own.restitution, 0.3);
   EXPECT_EQ(own.rolling_resistance, 0);
@@ -58,11 +71,13 @@ TEST(ReadScene, PresetsFillWhatIsLeftOut) {
 TEST(ReadScene, WhatIsSwitchedOffIsNotThere) {
   const Place place;
   const Scene all = read_scene_text(full, place.scene());
-  const Scene without = read_scene_text(full, place.scene(), {{"structure.P2.enabled", "false"}, {"plane.0.enabled", "false"}});
+  const Scene without =
+      read_scene_text(full, place.scene(), {{"structure.P2.enabled", "false"}, {"plane.0.enabled", "false"}});
   ASSERT_FALSE(all.structures.empty());
   EXPECT_EQ(without.structures.size(), all.structures.size() - 1);
   EXPECT_EQ(without.planes.size(), all.planes.size() - 1);
-  EXPECT_EQ(read_scene_text(full, place.scene(), {{"structure.P2.enabled", "true"}}).structures.size(), all.structures.size());
+  EXPECT_EQ(read_scene_text(full, place.scene(), {{"structure.P2.enabled", "true"}}).structures.size(),
+            all.structures.size());
   EXPECT_THROW(read_scene_text(full, place.scene(), {{"structure.P2.enabled", "0"}}), InputError);
 }
 
@@ -80,7 +95,7 @@ TEST(ReadScene, FillsTheStructs) {
   EXPECT_EQ(s.planes[0].normal, Vec3::UnitZ());
   ASSERT_EQ(s.blocks.size(), 1u);
   EXPECT_EQ(s.blocks[0].shape.size, Vec3(4, 5, 5.75));
-  EXPECT_TRUE(s.blocks[0].deformable);   // the material has young
+  EXPECT_TRUE(s.blocks[0].deformable);  // the material has young
   EXPECT_EQ(s.blocks[0].velocity, Vec3(0, 0, -1));
   ASSERT_TRUE(s.rock_mass);
   EXPECT_NEAR(s.rock_mass->joint_sets[0].dip_direction, 267 * degree, 1e-15);
@@ -90,7 +105,7 @@ TEST(ReadScene, FillsTheStructs) {
   const StructureSpec& p = s.structures[0];
   EXPECT_EQ(p.size, Vec3(2, 2, 12));
   EXPECT_EQ(p.position, Vec3(20, 0, 0));
-  EXPECT_EQ(p.density, 2450);   // concrete, none given
+  EXPECT_EQ(p.density, 2450);  // concrete, none given
   EXPECT_EQ(p.poisson, 0.2);
   EXPECT_EQ(p.f_cm, 48e6);
   EXPECT_EQ(p.supports[0].face, "-z");
@@ -109,7 +124,7 @@ TEST(ReadScene, ExactInterfaceBeforeOneStarBeforeTwo) {
   EXPECT_EQ(s.laws(slope, rock).friction, std::tan(28 * degree));
   EXPECT_EQ(s.laws(rock, rock).friction, 0.5);
   EXPECT_EQ(s.laws(rock, concrete).friction, 0.5);
-  EXPECT_EQ(s.laws(concrete, slope).friction, 0.6);   // fragments of the pier
+  EXPECT_EQ(s.laws(concrete, slope).friction, 0.6);  // fragments of the pier
   EXPECT_EQ(s.laws(concrete, slope).stiffness, ContactLaw::Stiffness::per_area);
   EXPECT_EQ(s.laws(concrete, slope).normal_stiffness, 20e9);
 }
@@ -151,42 +166,59 @@ TEST(ReadScene, SlipsOfUnitsAreWarnedOf) {
   };
   expect("young = \"3 GPa\"", "young = 30", "did you mean \"30 GPa\"?");
   expect("f_cm = \"48 MPa\"", "f_cm = \"48 MPa\"\ntensile_strength = 3.5", "did you mean \"3.5 MPa\"?");
-  expect("f_cm = \"48 MPa\"", "f_cm = \"48 MPa\"\nfracture_energy = 0.15", "0.15 N/m is the fracture energy of no rock or concrete");
+  expect("f_cm = \"48 MPa\"", "f_cm = \"48 MPa\"\nfracture_energy = 0.15",
+         "0.15 N/m is the fracture energy of no rock or concrete");
   expect("friction = \"28 deg\"", "friction = \"28 deg\"\ncohesion = 0.5", "did you mean \"0.5 MPa\"?");
   expect("dip = \"29 deg\" }", "dip = 1 }", "this is 57.3 deg; write \"1 deg\"");
-  const std::string bars = "rebar = \"bars.csv\"", rule = "rebar = [{ kind = \"stirrups\", diameter = \"12 mm\", cover = \"40 mm\", spacing = \"150 mm\" }]";
+  const std::string
+      bars = "rebar = \"bars.csv\"",
+      rule =
+          "rebar = [{ kind = \"stirrups\", diameter = \"12 mm\", cover = \"40 mm\", spacing = \"150 mm\" }]";
   EXPECT_EQ(warnings(changed(full, bars, rule)).find("rebar"), std::string::npos);
   expect(bars, changed(rule, "150 mm", "3 m"), "wider than the section's least side (2 m)");
   expect(bars, changed(rule, "40 mm", "60 cm"), "puts the bars deep within the section, of 2 m");
   const auto both = [](const char* bars_cover) {
-    return std::string("rebar = [{ kind = \"longitudinal\", bars = 8, diameter = \"25 mm\", cover = \"") + bars_cover + "\" }, { kind = \"stirrups\", diameter = \"12 mm\", cover = \"40 mm\", spacing = \"150 mm\" }]";
+    return std::string("rebar = [{ kind = \"longitudinal\", bars = 8, diameter = \"25 mm\", cover = \"") +
+           bars_cover +
+           "\" }, { kind = \"stirrups\", diameter = \"12 mm\", cover = \"40 mm\", spacing = \"150 mm\" }]";
   };
-  expect(bars, both("28 mm"), "structure.P2.rebar.0.cover = \"28 mm\": is less than that of the stirrups, 0.04 m");
+  expect(bars, both("28 mm"),
+         "structure.P2.rebar.0.cover = \"28 mm\": is less than that of the stirrups, 0.04 m");
   EXPECT_EQ(warnings(changed(full, bars, both("40 mm"))).find("stirrups"), std::string::npos);
-  expect("cell_size = \"0.25 m\"", "cell_size = 250", "is larger than the structure, of 2 x 2 x 12 m; a bare number is in m: did you mean \"250 mm\"?");
+  expect("cell_size = \"0.25 m\"", "cell_size = 250",
+         "is larger than the structure, of 2 x 2 x 12 m; a bare number is in m: did you mean \"250 mm\"?");
   const Scene s = read_scene_text(changed(full, "dip = \"29 deg\" }", "dip = 0.6 }"), place.scene());
-  EXPECT_TRUE(std::any_of(s.notes.begin(), s.notes.end(), [](const std::string& n) { return n.find("block.B1.orientation.dip = 0.6, a bare number in radians: 34.38 deg.") == 0; }));
+  EXPECT_TRUE(std::any_of(s.notes.begin(), s.notes.end(), [](const std::string& n) {
+    return n.find("block.B1.orientation.dip = 0.6, a bare number in radians: 34.38 deg.") == 0;
+  }));
 }
 
 /// A probe that is given from the base moves and turns with its structure.
 TEST(ReadScene, ProbesMayBeGivenFromTheBase) {
   const Place place;
   const auto probe = [&](const std::string& base) {
-    std::string text = changed(changed(full, "at = [20.0, 0.0, 12.0]", "offset = [0.5, 0, \"12 m\"]"), "base = [20.0, 0.0, 0.0]", base);
+    std::string text = changed(changed(full, "at = [20.0, 0.0, 12.0]", "offset = [0.5, 0, \"12 m\"]"),
+                               "base = [20.0, 0.0, 0.0]", base);
     return read_scene_text(text, place.scene()).structures.at(0).probes.at(0).at;
   };
   EXPECT_LT((probe("base = [20.0, 0.0, 0.0]") - Vec3(20.5, 0, 12)).norm(), 1e-12);
   EXPECT_LT((probe("base = [-7.0, 3.0, 2.0]") - Vec3(-6.5, 3, 14)).norm(), 1e-12);
-  EXPECT_LT((probe("base = [0, 0, 0]\norientation = { rotation_vector = [0, 0, \"90 deg\"] }") - Vec3(0, 0.5, 12)).norm(), 1e-12);
+  EXPECT_LT(
+      (probe("base = [0, 0, 0]\norientation = { rotation_vector = [0, 0, \"90 deg\"] }") - Vec3(0, 0.5, 12))
+          .norm(),
+      1e-12);
 }
 
 /// Where a problem that shows when the world is built stands in the file.
 TEST(ReadScene, PlacesOfKeysAreKept) {
   const Place place;
-  const std::string unnamed = "[[block]]\nmaterial = \"rock\"\nshape = \"box\"\nsize = [1, 1, 1]\nposition = [9.0, 9.0, 99.0]\n";
+  const std::string unnamed =
+      "[[block]]\nmaterial = \"rock\"\nshape = \"box\"\nsize = [1, 1, 1]\nposition = [9.0, 9.0, 99.0]\n";
   const std::string text = full + unnamed;
   const Scene s = read_scene_text(text, place.scene());
-  const auto line = [&](const std::string& needle) { return 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(text.rfind(needle)), '\n'); };
+  const auto line = [&](const std::string& needle) {
+    return 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(text.rfind(needle)), '\n');
+  };
   const auto found = [&](const std::string& key) {
     const Where* where = place_of(s, key);
     return where ? where->line : 0;
@@ -196,8 +228,9 @@ TEST(ReadScene, PlacesOfKeysAreKept) {
   EXPECT_EQ(found("block.B1.no_such_key"), line("[[block]]\nname"));
   EXPECT_EQ(found("structure.P2.cell_size"), line("cell_size"));
   EXPECT_EQ(found("structure.P2.probe.top.at"), line("at = [20.0, 0.0, 12.0]"));
-  EXPECT_EQ(found("interface.slope/rock.normal_stiffness"), line("normal_stiffness = \"30 GN/m\""));   // the scene has it the other way round
-  EXPECT_EQ(found("interface.C40/slope.friction"), line("friction = 0.6"));                               // by its stars
+  EXPECT_EQ(found("interface.slope/rock.normal_stiffness"),
+            line("normal_stiffness = \"30 GN/m\""));  // the scene has it the other way round
+  EXPECT_EQ(found("interface.C40/slope.friction"), line("friction = 0.6"));  // by its stars
   EXPECT_EQ(found("block.R12.position"), line("[rock_mass]"));
   EXPECT_EQ(found("nothing.of.this"), 0);
   EXPECT_TRUE(std::string(place_of(s, "block.B1.position")->file).ends_with("scene.toml"));
@@ -212,21 +245,25 @@ TEST(ReadScene, StiffnessFormsAndDefaults) {
   EXPECT_EQ(given.normal_stiffness, 30e9);
   EXPECT_EQ(given.shear_stiffness, 3.5e9);
   EXPECT_FALSE(given.chosen);
-  const ContactLaw& chosen = s.laws(rock, rock);   // softer modulus over the smallest block
+  const ContactLaw& chosen = s.laws(rock, rock);  // softer modulus over the smallest block
   EXPECT_TRUE(chosen.chosen);
   EXPECT_EQ(chosen.stiffness, ContactLaw::Stiffness::per_area);
   EXPECT_EQ(chosen.normal_stiffness, 3e9 / 3.84);
   EXPECT_EQ(chosen.shear_stiffness, chosen.normal_stiffness / 2.5);
   EXPECT_FALSE(s.notes.empty());
 
-  const Scene hard = read_scene_text(changed(full, "normal_stiffness = \"30 GN/m\"\nshear_stiffness = \"3.5 GN/m\"", "normal_stiffness = \"hard\""), place.scene());
+  const Scene hard =
+      read_scene_text(changed(full, "normal_stiffness = \"30 GN/m\"\nshear_stiffness = \"3.5 GN/m\"",
+                              "normal_stiffness = \"hard\""),
+                      place.scene());
   EXPECT_EQ(hard.laws(rock, slope).stiffness, ContactLaw::Stiffness::hard);
-  const Scene bare = read_scene_text(changed(full, "\"30 GN/m\"\nshear_stiffness = \"3.5 GN/m\"", "3e10"), place.scene());
+  const Scene bare =
+      read_scene_text(changed(full, "\"30 GN/m\"\nshear_stiffness = \"3.5 GN/m\"", "3e10"), place.scene());
   EXPECT_EQ(bare.laws(rock, slope).stiffness, ContactLaw::Stiffness::per_contact);
   EXPECT_EQ(bare.laws(rock, slope).shear_stiffness, 3e10 / 2.5);
   std::string rigid = changed(full, "young = \"3 GPa\"\n", "");
   rigid = changed(rigid, "[[structure]]", "[[unused]]");
-  rigid = rigid.substr(0, rigid.find("[[unused]]")) ;
+  rigid = rigid.substr(0, rigid.find("[[unused]]"));
   const Scene r = read_scene_text(rigid, place.scene());
   EXPECT_EQ(r.laws(rock, rock).stiffness, ContactLaw::Stiffness::hard);
   EXPECT_TRUE(r.laws(rock, rock).chosen);
@@ -236,7 +273,10 @@ TEST(ReadScene, StiffnessFormsAndDefaults) {
 TEST(ReadScene, OrientationForms) {
   const Place place;
   const auto rotation = [&](const std::string& form) {
-    return read_scene_text(changed(full, "{ dip_direction = \"2 deg\", dip = \"29 deg\" }", form), place.scene()).blocks[0].rotation;
+    return read_scene_text(changed(full, "{ dip_direction = \"2 deg\", dip = \"29 deg\" }", form),
+                           place.scene())
+        .blocks[0]
+        .rotation;
   };
   // Body x down dip, body z the upward normal; dip direction clockwise from north.
   const Mat3 east = rotation("{ dip_direction = \"90 deg\", dip = \"30 deg\" }");
@@ -256,7 +296,8 @@ TEST(ReadScene, OrientationForms) {
 TEST(ReadScene, FrictionTakesAnAngleOrACoefficient) {
   const Place place;
   const auto friction = [&](const std::string& form) {
-    const Scene s = read_scene_text(changed(full, "friction = \"28 deg\"", "friction = " + form), place.scene());
+    const Scene s =
+        read_scene_text(changed(full, "friction = \"28 deg\"", "friction = " + form), place.scene());
     return s.laws(index(s, "rock"), index(s, "slope")).friction;
   };
   EXPECT_EQ(friction("0.45"), 0.45);
@@ -269,7 +310,8 @@ TEST(ReadScene, FrictionTakesAnAngleOrACoefficient) {
 TEST(ReadScene, ContactLawForms) {
   const Place place;
   const auto law = [&](const std::string& form) {
-    const Scene s = read_scene_text(changed(full, "restitution = 0.4", "contact_law = " + form), place.scene());
+    const Scene s =
+        read_scene_text(changed(full, "restitution = 0.4", "contact_law = " + form), place.scene());
     return s.laws(index(s, "rock"), index(s, "slope"));
   };
   EXPECT_EQ(law("\"linear\"").kind, ContactLaw::Kind::linear);
@@ -278,18 +320,29 @@ TEST(ReadScene, ContactLawForms) {
   const ContactLaw table = law("{ kind = \"table\", file = \"law.csv\" }");
   ASSERT_EQ(table.table.size(), 3u);
   EXPECT_EQ(table.table[2], std::pair(0.02, 1.5e6));
-  EXPECT_EQ(law("{ kind = \"table\", points = [[0, 0], [\"1 cm\", \"1 MN\"]] }").table[1], std::pair(0.01, 1e6));
-  const Scene s = read_scene_text(changed(full, "restitution = 0.4", "contact_law = { kind = \"table\", file = \"law.csv\" }"), place.scene());
-  EXPECT_TRUE(std::any_of(s.notes.begin(), s.notes.end(), [](const std::string& n) { return n == "contact rock/slope: force by a table of 3 points, up to 1.5e+06 N at 0.02 m; beyond, its last slope goes on"; }));
+  EXPECT_EQ(law("{ kind = \"table\", points = [[0, 0], [\"1 cm\", \"1 MN\"]] }").table[1],
+            std::pair(0.01, 1e6));
+  const Scene s = read_scene_text(
+      changed(full, "restitution = 0.4", "contact_law = { kind = \"table\", file = \"law.csv\" }"),
+      place.scene());
+  EXPECT_TRUE(std::any_of(s.notes.begin(), s.notes.end(), [](const std::string& n) {
+    return n ==
+           "contact rock/slope: force by a table of 3 points, up to 1.5e+06 N at 0.02 m; beyond, its last "
+           "slope goes on";
+  }));
 }
 
 TEST(ReadScene, SetReplacesByNameAndPlace) {
   const Place place;
-  const Overrides set{{"simulation.step", "1e-4 s"}, {"block.B1.velocity", "[0,0,-5]"}, {"block.0.spin", "[1, 0, 0]"},
-                      {"interface.slope/rock.friction", "30 deg"}, {"rock_mass.joint_set.J3.spacing", "2.5"}, {"site.crs", "EPSG:31254"}};
+  const Overrides set{{"simulation.step", "1e-4 s"},
+                      {"block.B1.velocity", "[0,0,-5]"},
+                      {"block.0.spin", "[1, 0, 0]"},
+                      {"interface.slope/rock.friction", "30 deg"},
+                      {"rock_mass.joint_set.J3.spacing", "2.5"},
+                      {"site.crs", "EPSG:31254"}};
   const Scene s = read_scene_text(full, place.scene(), set);
   EXPECT_EQ(s.simulation.step, 1e-4);
-  EXPECT_FALSE(s.simulation.accuracy);   // the override chose
+  EXPECT_FALSE(s.simulation.accuracy);  // the override chose
   EXPECT_EQ(s.blocks[0].velocity, Vec3(0, 0, -5));
   EXPECT_EQ(s.blocks[0].spin, Vec3(1, 0, 0));
   EXPECT_EQ(s.laws(index(s, "rock"), index(s, "slope")).friction, std::tan(30 * degree));
@@ -301,13 +354,16 @@ TEST(ReadScene, SetReplacesByNameAndPlace) {
   } catch (const InputError& e) {
     EXPECT_NE(std::string(e.what()).find("did you mean \"B1\"?"), std::string::npos) << e.what();
   }
-  EXPECT_THROW(read_scene_text(full, place.scene(), {{"simulation.step", "1e-4 s"}, {"simulation.accuracy", "1e-3"}}), InputError);
+  EXPECT_THROW(
+      read_scene_text(full, place.scene(), {{"simulation.step", "1e-4 s"}, {"simulation.accuracy", "1e-3"}}),
+      InputError);
 }
 
 TEST(ReadScene, SetKnowsTheNamesThatPlacesGive) {
   const Place place;
   const std::string text = changed(full, "name = \"B1\"\n", "");
-  EXPECT_EQ(read_scene_text(text, place.scene(), {{"block.B1.velocity", "[0,0,-5]"}}).blocks[0].velocity, Vec3(0, 0, -5));
+  EXPECT_EQ(read_scene_text(text, place.scene(), {{"block.B1.velocity", "[0,0,-5]"}}).blocks[0].velocity,
+            Vec3(0, 0, -5));
   try {
     read_scene_text(text, place.scene(), {{"block.B2.velocity", "[0,0,1]"}});
     FAIL();
@@ -318,10 +374,15 @@ TEST(ReadScene, SetKnowsTheNamesThatPlacesGive) {
 
 TEST(ReadScene, ResolvedReadsBackToTheSameBits) {
   const Place place;
-  std::string text = changed(full, "{ dip_direction = \"2 deg\", dip = \"29 deg\" }", "{ quaternion = [0.3, 0.1, -0.7, 0.2] }");
-  text = changed(text, "restitution = 0.4", "restitution = 0.1\nrestitution_tangential = 0.3\nrolling_resistance = 0.07\ncontact_law = { kind = \"table\", file = \"law.csv\" }");
+  std::string text = changed(full, "{ dip_direction = \"2 deg\", dip = \"29 deg\" }",
+                             "{ quaternion = [0.3, 0.1, -0.7, 0.2] }");
+  text = changed(text, "restitution = 0.4",
+                 "restitution = 0.1\nrestitution_tangential = 0.3\nrolling_resistance = 0.07\ncontact_law = "
+                 "{ kind = \"table\", file = \"law.csv\" }");
   text = changed(text, "normal = [0.0, 0.0, 2.0]", "normal = [0.1, 0.2, 0.7]");
-  text = changed(text, "support = [\"-z\"]", "support = [{ face = \"-z\", held = \"xz\" }, { point = [20.0, 1.0, 12.0] }, { line = [[19.0, 0.0, 3.0], [19.0, 1.0, 3.0]], held = \"y\" }]");
+  text = changed(text, "support = [\"-z\"]",
+                 "support = [{ face = \"-z\", held = \"xz\" }, { point = [20.0, 1.0, 12.0] }, { line = "
+                 "[[19.0, 0.0, 3.0], [19.0, 1.0, 3.0]], held = \"y\" }]");
   const Scene first = read_scene_text(text, place.scene());
   place.put("scene.resolved.json", first.resolved_json);
   const Scene second = read_scene((place.path() / "scene.resolved.json").string());
@@ -344,7 +405,8 @@ TEST(ReadScene, ResolvedReadsBackToTheSameBits) {
     read_scene((place.path() / "scene.resolved.json").string());
     FAIL();
   } catch (const InputError& e) {
-    EXPECT_NE(std::string(e.what()).find("has changed since the scene was resolved"), std::string::npos) << e.what();
+    EXPECT_NE(std::string(e.what()).find("has changed since the scene was resolved"), std::string::npos)
+        << e.what();
   }
 }
 
@@ -352,14 +414,18 @@ TEST(ReadScene, EveryKindResolves) {
   const Place place;
   const std::string base = full.substr(0, full.find("[[structure]]"));
   const std::vector<std::string> kinds{
-      "kind = \"box\"\nposition = [9, 0, 1]\nsize = [1, 2, 3]\ncells = [2, 4, 6]\norientation = { rotation_vector = [0.1, 0.2, 0.3] }",
+      "kind = \"box\"\nposition = [9, 0, 1]\nsize = [1, 2, 3]\ncells = [2, 4, 6]\norientation = { "
+      "rotation_vector = [0.1, 0.2, 0.3] }",
       "kind = \"column\"\nbase = [9, 0, 0]\nsection = \"round\"\ndiameter = 2\nheight = 9\ncell_size = 0.5",
-      "kind = \"column\"\nbase = [9, 0, 0]\nsection = \"hollow\"\nsection_size = [2, 3]\nwall_thickness = 0.3\nheight = 9\ncell_size = 0.5",
-      "kind = \"viaduct\"\nposition = [9, 0, 0]\nsection = \"round\"\ndiameter = 1.5\nspans = 3\nspan_length = \"30 m\"\ndeck_width = 12\ncell_size = 0.5\nparameters = { kerb = \"20 cm\" }",
+      "kind = \"column\"\nbase = [9, 0, 0]\nsection = \"hollow\"\nsection_size = [2, 3]\nwall_thickness = "
+      "0.3\nheight = 9\ncell_size = 0.5",
+      "kind = \"viaduct\"\nposition = [9, 0, 0]\nsection = \"round\"\ndiameter = 1.5\nspans = 3\nspan_length "
+      "= \"30 m\"\ndeck_width = 12\ncell_size = 0.5\nparameters = { kerb = \"20 cm\" }",
       "kind = \"mesh\"\nfile = \"mass.obj\"\nsupport = [\"foot\"]",
       "kind = \"mesh\"\nfile = \"mass.obj\"\nposition = [1, 2, 3]\nsupport = []\npreload = \"none\""};
   for (const std::string& kind : kinds) {
-    const Scene first = read_scene_text(base + "[[structure]]\nmaterial = \"C40\"\n" + kind + "\n", place.scene());
+    const Scene first =
+        read_scene_text(base + "[[structure]]\nmaterial = \"C40\"\n" + kind + "\n", place.scene());
     const Scene second = read_scene_text(first.resolved_json, place.scene());
     EXPECT_TRUE(second.resolved_json == first.resolved_json) << kind;
     EXPECT_EQ(second.structures[0].parameters, first.structures[0].parameters) << kind;
@@ -372,12 +438,13 @@ TEST(ReadScene, EveryKindResolves) {
 TEST(ReadScene, RoundPiersByTheirDiameter) {
   const Place place;
   const auto viaduct = [&](const std::string& section) {
-    const std::string text = full.substr(0, full.find("[[structure]]")) + "[[structure]]\nmaterial = \"C40\"\nkind = \"viaduct\"\nposition = [9, 0, 0]\ncell_size = 0.5\n" + section + "\n";
+    const std::string text =
+        full.substr(0, full.find("[[structure]]")) +
+        "[[structure]]\nmaterial = \"C40\"\nkind = \"viaduct\"\nposition = [9, 0, 0]\ncell_size = 0.5\n" +
+        section + "\n";
     try {
       return read_scene_text(text, place.scene()).structures[0].parameters;
-    } catch (const InputError& e) {
-      return std::vector<std::pair<std::string, double>>{{e.what(), 0}};
-    }
+    } catch (const InputError& e) { return std::vector<std::pair<std::string, double>>{{e.what(), 0}}; }
   };
   const auto one = viaduct("section = \"round\"\ndiameter = 1.2");
   EXPECT_EQ(viaduct("section = \"round\"\npier_diameter = 1.2"), one);
@@ -389,30 +456,45 @@ TEST(ReadScene, RoundPiersByTheirDiameter) {
   refused("section = \"round\"\ndiameter = 1.2\npier_diameter = 1.2", "the section has its diameter already");
   refused("section = \"round\"\npier_diameter = 1.2\npier_width = 1.5", "differs from pier_diameter");
   refused("section = \"round\"\npier_diameter = 1.2\npier_depth = 1.5", "differs from pier_diameter");
-  refused("section = \"round\"\npier_diameter = 1.2\nsection_size = [1.2, 1.2]", "the section has its diameter already");
+  refused("section = \"round\"\npier_diameter = 1.2\nsection_size = [1.2, 1.2]",
+          "the section has its diameter already");
   refused("pier_diameter = 1.2", "only a round section has a diameter");
 }
 
 TEST(ReadScene, ImpactFromSpeedAndFromATrajectory) {
   const Place place;
   const std::string structure = full.substr(full.find("[[structure]]"));
-  const std::string head = "schema = 1\n[[material]]\nname = \"rock\"\ndensity = 2500\n[[material]]\nname = \"C40\"\nf_cm = \"48 MPa\"\n[[interface]]\nbetween = [\"*\", \"*\"]\nfriction = 0.5\n";
-  const Scene s = read_scene_text(head + "[impact]\nmaterial = \"rock\"\nshape = \"EOTA111\"\nmass = \"5 t\"\nvelocity = \"20 m/s\"\nangle = \"30 deg\"\ndirection = \"90 deg\"\npoint = [19.0, 0.0, 6.0]\n" + structure, place.scene());
+  const std::string head =
+      "schema = 1\n[[material]]\nname = \"rock\"\ndensity = 2500\n[[material]]\nname = \"C40\"\nf_cm = \"48 "
+      "MPa\"\n[[interface]]\nbetween = [\"*\", \"*\"]\nfriction = 0.5\n";
+  const Scene s = read_scene_text(
+      head +
+          "[impact]\nmaterial = \"rock\"\nshape = \"EOTA111\"\nmass = \"5 t\"\nvelocity = \"20 m/s\"\nangle "
+          "= \"30 deg\"\ndirection = \"90 deg\"\npoint = [19.0, 0.0, 6.0]\n" +
+          structure,
+      place.scene());
   ASSERT_TRUE(s.impact);
   EXPECT_TRUE(s.impact->velocity.isApprox(20 * Vec3(std::cos(30 * degree), 0, -0.5), 1e-14));
   EXPECT_EQ(s.impact->shape.mass, 5000);
-  const Scene t = read_scene_text(head + "[impact]\nmaterial = \"rock\"\nshape = \"EOTA111\"\ntrajectories = \"paths.csv\"\nrow = 2\n" + structure, place.scene());
+  const Scene t = read_scene_text(
+      head + "[impact]\nmaterial = \"rock\"\nshape = \"EOTA111\"\ntrajectories = \"paths.csv\"\nrow = 2\n" +
+          structure,
+      place.scene());
   EXPECT_EQ(t.impact->velocity, Vec3(12, 0, -2));
   EXPECT_EQ(t.impact->point, Vec3(0, 1, 5));
   EXPECT_EQ(t.impact->shape.mass, 3000);
   EXPECT_EQ(t.impact->trajectory, "row 2 (line 3) of " + (place.path() / "paths.csv").string());
-  const Scene agreeing = read_scene_text(head + "[impact]\nmaterial = \"rock\"\nshape = \"EOTA111\"\ntrajectories = \"both.csv\"\nrow = 2\n" + structure, place.scene());
+  const Scene agreeing = read_scene_text(
+      head + "[impact]\nmaterial = \"rock\"\nshape = \"EOTA111\"\ntrajectories = \"both.csv\"\nrow = 2\n" +
+          structure,
+      place.scene());
   EXPECT_EQ(agreeing.impact->shape.mass, 2500);
   const Scene again = read_scene_text(t.resolved_json, place.scene());
   EXPECT_TRUE(again.resolved_json == t.resolved_json);
 
   // Spin and orientation of the file, which went unread; those of the scene go before them.
-  const std::string turning = head + "[impact]\nmaterial = \"rock\"\nshape = \"EOTA111\"\ntrajectories = \"turning.csv\"\n";
+  const std::string turning =
+      head + "[impact]\nmaterial = \"rock\"\nshape = \"EOTA111\"\ntrajectories = \"turning.csv\"\n";
   const Scene w = read_scene_text(turning + structure, place.scene());
   EXPECT_EQ(w.impact->spin, Vec3(1, 2, 3));
   EXPECT_TRUE(w.impact->rotation.isApprox(Quat(0.6, 0, 0, 0.8).toRotationMatrix(), 1e-14));
@@ -425,9 +507,20 @@ TEST(ReadScene, ImpactFromSpeedAndFromATrajectory) {
 
 TEST(ReadScene, ImpactByTheHistoriesThatConvertWrites) {
   const Place place;
-  const std::string head = "schema = 1\n[[material]]\nname = \"rock\"\ndensity = 2600\n[[material]]\nname = \"C40\"\nf_cm = \"48 MPa\"\n[[interface]]\nbetween = [\"*\", \"*\"]\nfriction = 0.5\n",
-                    structure = "[[structure]]\nname = \"P\"\nkind = \"column\"\nmaterial = \"C40\"\nbase = [0, 0, 0]\nsection = [2, 2]\nheight = 6\ncell_size = 1\n";
-  const auto scene = [&](const std::string& keys) { return read_scene_text(head + "[impact]\nmaterial = \"rock\"\nshape = \"EOTA111\"\nvolume = 1\ntrajectories = \"histories.csv\"\n" + keys + structure, place.scene()); };
+  const std::string
+      head =
+          "schema = 1\n[[material]]\nname = \"rock\"\ndensity = 2600\n[[material]]\nname = \"C40\"\nf_cm = "
+          "\"48 MPa\"\n[[interface]]\nbetween = [\"*\", \"*\"]\nfriction = 0.5\n",
+      structure =
+          "[[structure]]\nname = \"P\"\nkind = \"column\"\nmaterial = \"C40\"\nbase = [0, 0, 0]\nsection = "
+          "[2, 2]\nheight = 6\ncell_size = 1\n";
+  const auto scene = [&](const std::string& keys) {
+    return read_scene_text(head +
+                               "[impact]\nmaterial = \"rock\"\nshape = \"EOTA111\"\nvolume = 1\ntrajectories "
+                               "= \"histories.csv\"\n" +
+                               keys + structure,
+                           place.scene());
+  };
   const Scene s = scene("block = \"B 2\"\n");
   EXPECT_EQ(s.impact->point, Vec3(4, 5, 6));
   EXPECT_EQ(s.impact->velocity, Vec3(10, 11, 12));
@@ -438,18 +531,18 @@ TEST(ReadScene, ImpactByTheHistoriesThatConvertWrites) {
     try {
       scene(keys);
       ADD_FAILURE() << "not refused: " << keys;
-    } catch (const InputError& e) {
-      EXPECT_EQ(e.problems().front().key, "impact.block");
-    }
+    } catch (const InputError& e) { EXPECT_EQ(e.problems().front().key, "impact.block"); }
   }
 }
 
 TEST(ReadScene, PaperMethodAlwaysDeforms) {
   const Place place;
-  const std::string both_ways = changed(full, "accuracy = 1e-3", "method = \"dda-1988\"\nstep = \"1e-4 s\""), paper = changed(both_ways, "scheme = \"two-way\"\n", "");
+  const std::string both_ways = changed(full, "accuracy = 1e-3", "method = \"dda-1988\"\nstep = \"1e-4 s\""),
+                    paper = changed(both_ways, "scheme = \"two-way\"\n", "");
   EXPECT_THROW(read_scene_text(both_ways, place.scene()), InputError);
   const Scene s = read_scene_text(paper, place.scene());
-  EXPECT_EQ(s.coupling.scheme, Coupling::Scheme::one_way);   // what is taken there, and what the resolved scene says
+  EXPECT_EQ(s.coupling.scheme,
+            Coupling::Scheme::one_way);  // what is taken there, and what the resolved scene says
   EXPECT_NE(s.resolved_json.find("\"scheme\": \"one-way\""), std::string::npos);
   EXPECT_TRUE(s.blocks[0].deformable);
   EXPECT_EQ(s.laws(0, 0).stiffness, ContactLaw::Stiffness::per_contact);
