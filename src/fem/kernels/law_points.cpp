@@ -1,6 +1,7 @@
 #include "core/processor.hpp"
-#include "fem/kernels/law_points_body.inc"
 #include "fem/materials/material_simd.hpp"
+// The body is written in terms of the vectors above.
+#include "fem/kernels/law_points_body.inc"
 
 namespace talus::fem {
 

@@ -1,5 +1,6 @@
-#include "fem/kernels/law_points_body.inc"
 #include "fem/materials/material_simd8.hpp"
+// The body is written in terms of the vectors above.
+#include "fem/kernels/law_points_body.inc"
 
 namespace talus::fem {
 
