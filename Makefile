@@ -48,6 +48,7 @@ bench: build
 
 docs: build
 	@$(BUILD)/talus explain --all --markdown > docs/scene.md
+	@$(BUILD)/talus explain --tolerances > docs/theory/tolerances.md
 	@$(BUILD)/talus --man > docs/talus.1
 	@scripts/results.sh $(BUILD)
 

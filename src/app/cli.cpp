@@ -124,6 +124,8 @@ std::unique_ptr<CLI::App> make_cli(Options& options) {
   explain->add_option("KEY", options.input, "Key, e.g. block.size or simulation");
   explain->add_flag("--all", options.all, "List all keys");
   explain->add_flag("--markdown", options.markdown, "With --all: the reference as Markdown");
+  explain->add_flag("--tolerances", options.tolerances,
+                    "The tolerances of contact and of a step, as Markdown");
 
   auto* ensemble = app->add_subcommand("ensemble",
                                        "Many members of a scene that differ in what its [ensemble] draws; "

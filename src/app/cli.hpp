@@ -22,7 +22,7 @@ struct Options {
   bool resume = false;
   bool quick = false;
   bool lateral = false;  // talus capacity
-  bool all = false, markdown = false;
+  bool all = false, markdown = false, tolerances = false;
   bool man = false;
   bool repair = false;  // talus convert
   std::vector<std::string> words;

@@ -1,12 +1,17 @@
 #include <fmt/format.h>
 
 #include "app/commands.hpp"
+#include "contact/tolerances.hpp"
 #include "core/error.hpp"
 #include "scene/keys.hpp"
 
 namespace talus::app {
 
 int command_explain(const Options& options) {
+  if (options.tolerances) {
+    fmt::print("{}", contact::tolerances_markdown());
+    return done;
+  }
   if (options.all) {
     if (options.markdown) {
       fmt::print("{}", scene::scene_markdown());

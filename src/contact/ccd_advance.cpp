@@ -19,6 +19,7 @@
 #include "contact/narrow_axes.hpp"
 #include "contact/narrow_gjk.hpp"
 #include "contact/surface_index.hpp"
+#include "contact/tolerances.hpp"
 
 namespace talus::contact {
 namespace {
@@ -161,7 +162,7 @@ narrow::SignedAxis look(const Mover& A, const Mover& B, double s, Hull& a, Hull&
   a.set(*A.p, Vec3::Zero(), pa.F);
   b.set(*B.p, between, pb.F);
   const auto sep = narrow::gjk(a, b, between, std::numeric_limits<double>::infinity());
-  if (!sep.overlap && sep.distance > 1e-9 * std::min(A.reach, B.reach)) {
+  if (!sep.overlap && sep.distance > tolerances().same_place * std::min(A.reach, B.reach)) {
     // Very close together the direction of the closest points is lost in round-off: it must part the two as
     // far as they are.
     double lo, hi;

@@ -4,6 +4,7 @@
 
 #include "contact/narrow_convex.hpp"
 #include "contact/narrow_local.hpp"
+#include "contact/tolerances.hpp"
 
 namespace talus::contact {
 
@@ -34,9 +35,9 @@ int plane_block(const Plane& plane, const Polyhedron& B, const Pose& pose_b, dou
     for (int i = B.vertex_edge_offset[v]; i < B.vertex_edge_offset[v + 1]; ++i) {
       const auto& e = B.edges[B.vertex_edges[i]];
       const Vec3 d = B.vertices[e.v0 == v ? e.v1 : e.v0] - B.vertices[v];
-      descends |= down.dot(d) < -0.17 * d.norm();
-      faces_plane |=
-          std::min(n_body.dot(B.face_normals[e.left]), n_body.dot(B.face_normals[e.right])) < -0.02;
+      descends |= down.dot(d) < -tolerances().steep * d.norm();
+      faces_plane |= std::min(n_body.dot(B.face_normals[e.left]), n_body.dot(B.face_normals[e.right])) <
+                     -tolerances().lean;
     }
     if (B.vertex_edge_offset[v] == B.vertex_edge_offset[v + 1] || (descends && !faces_plane)) continue;
     ContactPoint c;
@@ -61,7 +62,7 @@ int plane_block(const Plane& plane, const Polyhedron& B, const Pose& pose_b, dou
   };
   for (int f = 0; f < B.faces(); ++f) {
     const Vec3 area_normal = cof * B.face_normals[f];
-    if (n.dot(area_normal) > -0.9998 * area_normal.norm()) continue;
+    if (n.dot(area_normal) > -tolerances().parallel_cosine() * area_normal.norm()) continue;
     const int first = B.face_offset[f], count = B.face_offset[f + 1] - first;
     if (B.convex) {
       // Fan about the centroid: weights sum to the area and keep the centroid.

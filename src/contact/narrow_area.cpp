@@ -1,5 +1,6 @@
 /// Areas on which faces press, shared among the contact points on them.
 #include "contact/narrow_features.hpp"
+#include "contact/tolerances.hpp"
 
 namespace talus::contact::narrow {
 namespace {
@@ -102,7 +103,7 @@ void press_areas(const Search& s, const Polyhedron& b, std::vector<ContactPoint>
     const int first = b.face_offset[face], last = b.face_offset[face + 1];
     for (int k = 0; k < static_cast<int>(points.size()); ++k) {
       const auto& c = points[k];
-      if (c.normal.dot(n) > -flat_cosine) continue;
+      if (c.normal.dot(n) > -tolerances().parallel_cosine()) continue;
       const auto form = static_cast<Form>(c.key >> 60);
       const int feature = static_cast<int>(c.key & 0x3fffffffu);
       bool on = false;
@@ -120,7 +121,7 @@ void press_areas(const Search& s, const Polyhedron& b, std::vector<ContactPoint>
     for (const int k : w.chosen) deepest = std::min(deepest, points[k].gap);
     double area = 0;
     for (const auto& t : s.A.triangles) {
-      if (t.n.dot(n) > -flat_cosine) continue;
+      if (t.n.dot(n) > -tolerances().parallel_cosine()) continue;
       for (const auto& q : s.B.triangles) {
         if (q.face != face) continue;
         const double h0 = t.n.dot(q.a) - t.level, h1 = t.n.dot(q.b) - t.level, h2 = t.n.dot(q.c) - t.level;

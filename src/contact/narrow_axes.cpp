@@ -1,4 +1,5 @@
 #include "contact/narrow_axes.hpp"
+#include "contact/tolerances.hpp"
 
 namespace talus::contact::narrow {
 namespace {
@@ -38,7 +39,7 @@ void edge_axis_by_support(const Hull& A, const Hull& B, int ea, int eb, EdgeAxis
   const Vec3 da = edge_vector(A, ea), db = edge_vector(B, eb);
   Vec3 n = da.cross(db);
   const double nn = n.squaredNorm();
-  if (nn <= 1e-12 * da.squaredNorm() * db.squaredNorm()) return;
+  if (nn <= square(tolerances().same_normal) * da.squaredNorm() * db.squaredNorm()) return;
   n /= std::sqrt(nn);
   const Vec3 between = B.vertex(B.p->edges[eb].v0) - A.vertex(A.p->edges[ea].v0);
   for (const double sign : {1.0, -1.0}) {
@@ -88,7 +89,7 @@ EdgeAxis best_edges_small(const Hull& A, const Hull& B, double stop) {
       const Vec3 db = edge_vector(B, eb);
       Vec3 n = da.cross(db);
       const double nn = n.squaredNorm();
-      if (nn <= 1e-12 * da.squaredNorm() * db.squaredNorm()) continue;
+      if (nn <= square(tolerances().same_normal) * da.squaredNorm() * db.squaredNorm()) continue;
       n /= std::sqrt(nn);
       double a0, a1, b0, b1;
       A.extent(n, a0, a1);
@@ -110,7 +111,7 @@ EdgeAxis best_edges_small(const Hull& A, const Hull& B, double stop) {
   };
   // Several pairs of directions may have the same normal (tetrahedra turned alike): the one whose edges lie
   // there.
-  const double close = best.gap + 1e-9 * std::min(A.p->radius, B.p->radius);
+  const double close = best.gap + tolerances().same_place * std::min(A.p->radius, B.p->radius);
   if (realise(ka, kb) <= close) return best;
   for (const int ea : A.p->axis_edges)
     for (const int eb : B.p->axis_edges) {
@@ -160,7 +161,7 @@ EdgeAxis best_edges_large(const Hull& A, const Hull& B, double grow) {
       const Vec3 db = edge_vector(B, eb);
       Vec3 n = da.cross(db);
       const double nn = n.squaredNorm();
-      if (nn <= 1e-12 * da.squaredNorm() * db.squaredNorm()) continue;
+      if (nn <= square(tolerances().same_normal) * da.squaredNorm() * db.squaredNorm()) continue;
       n /= std::sqrt(nn);
       if (n.dot(na + ma) < 0) n = -n;
       const double gap = n.dot(B.vertex(b.v0) - A.vertex(a.v0));

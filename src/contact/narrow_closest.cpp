@@ -1,4 +1,5 @@
 #include "contact/narrow_manifold.hpp"
+#include "contact/tolerances.hpp"
 
 namespace talus::contact::narrow {
 
@@ -36,7 +37,7 @@ void emit_closest(const HullPair& pair, const Separation& sep, std::vector<Conta
           const double sine = d.cross(u).norm();
           if (sine > flat) continue;
           const double measure = sine + std::abs(d.dot(n)) + std::abs(u.dot(n));
-          if (measure < straightest - 1e-9) straightest = measure, ea = e, eb = f;
+          if (measure < straightest - tolerances().same_place) straightest = measure, ea = e, eb = f;
         }
     }
   const auto emit = [&](const Vec3& a, const Vec3& b, FeatureKey key) {

@@ -1,6 +1,7 @@
 /// Convex against convex: separating axes for the normal, clipping for the points.
 #include "contact/narrow_convex.hpp"
 #include "contact/narrow_manifold.hpp"
+#include "contact/tolerances.hpp"
 
 namespace talus::contact::narrow {
 namespace {
@@ -21,7 +22,7 @@ void meet(const HullPair& pair, const Axis& of_a, const Axis& of_b, const EdgeAx
   // Edges that cross along a face stand for an edge lying on it: the face's manifold holds both of its ends.
   const Vec3 face_normal = first ? pair.A.normal(of_a.face) : Vec3(-pair.B.normal(of_b.face));
   const bool by_edge = edge.edge_a >= 0 && edge.gap > face_gap + pair.touch + 0.02 * std::abs(face_gap) &&
-                       edge.normal.dot(face_normal) < parallel_cosine;
+                       edge.normal.dot(face_normal) < tolerances().parallel_cosine();
   if (by_edge && crossing({pair.s, pair.A, pair.B, pair.margin, pair.touch + 2 * std::abs(edge.gap)}, edge))
     return emit_edges(pair, edge, points);
   const bool realised = tied_faces(pair, face_gap, points);
@@ -66,7 +67,8 @@ int convex_convex(const Polyhedron& a, const Pose& pose_a, const Polyhedron& b, 
   s.a.set(a, Vec3::Zero(), pose_a.F);
   s.b.set(b, between, pose_b.F);
   if (apart_along(s.a, s.b, between, margin)) return 0;
-  const double touch = 1e-9 * std::min(ra, rb) + 1e-15 * (std::max(ra, rb) + pose_a.c.cwiseAbs().maxCoeff());
+  const double touch = tolerances().same_place * std::min(ra, rb) +
+                       1e-15 * (std::max(ra, rb) + pose_a.c.cwiseAbs().maxCoeff());
   const HullPair pair{s.clip, s.a, s.b, margin, touch};
   const bool small = a.axis_edges.size() * b.axis_edges.size() <= 36 && !a.axis_edges.empty() &&
                      !b.axis_edges.empty() && a.vertices.size() <= 16 && b.vertices.size() <= 16;

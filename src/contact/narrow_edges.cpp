@@ -1,5 +1,6 @@
 /// Edges against edges, and what separated vertices are nearest to.
 #include "contact/narrow_features.hpp"
+#include "contact/tolerances.hpp"
 
 namespace talus::contact::narrow {
 namespace {
@@ -84,7 +85,7 @@ void edge_edge(const Search& s, std::vector<ContactPoint>& out) {
       if (c.s <= end_a || c.s >= 1 - end_a || c.t <= end_b || c.t >= 1 - end_b) continue;
       const double al = n.dot(a.into_left), ar = n.dot(a.into_right), bl = -n.dot(b.into_left),
                    br = -n.dot(b.into_right);
-      if (std::max({al, ar, bl, br}) > lean) continue;
+      if (std::max({al, ar, bl, br}) > tolerances().lean) continue;
       const Vec3 across = n;
       ContactPoint p;
       // Nearly parallel faces: outside the arc the face itself gives the normal.
@@ -129,7 +130,7 @@ void vertex_edge(const Search& s, const Patch& E, const Patch& V, bool first,
       if (r.dot(e.into_left) >= -s.touch || r.dot(e.into_right) >= -s.touch)
         continue;  // over a face, or behind
       if (n.dot(e.left + e.right) <= 0 && e.right_face >= 0) continue;
-      if (falling(V, v, n) < -steep) continue;
+      if (falling(V, v, n) < -tolerances().steep) continue;
       ContactPoint c = vertex_contact(first, foot, v.x, n, gap);
       c.key = first ? make_key(Form::edge_vertex, e.id, v.id) : make_key(Form::vertex_edge, v.id, e.id);
       out.push_back(c);

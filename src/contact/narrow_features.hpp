@@ -6,9 +6,6 @@
 
 namespace talus::contact::narrow {
 
-constexpr double steep = 0.17;  // 10 degrees: an edge falling more than this from a vertex is no contact edge
-constexpr double lean = 0.02;   // faces and edges closer than this to parallel are completed to manifolds
-constexpr double flat_cosine = 0.9998;   // 1.15 degrees: faces closer than this to parallel press on an area
 constexpr double crossed_overlap = 0.1;  // overlap of crossed edges, and of a vertex beside a nearer face,
                                          // that is still looked for, over the deepest of all
 

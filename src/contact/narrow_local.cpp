@@ -1,6 +1,7 @@
 #include "contact/narrow_local.hpp"
 
 #include "contact/narrow_features.hpp"
+#include "contact/tolerances.hpp"
 
 namespace talus::contact::narrow {
 namespace {
@@ -20,7 +21,7 @@ void remove_doubles(const Search& s, std::vector<ContactPoint>& points) {
     bool known = false;
     for (std::size_t j = 0; j < kept && !known; ++j)
       known = (points[i].point_b - points[j].point_b).squaredNorm() <= close &&
-              (points[i].normal - points[j].normal).squaredNorm() <= 1e-12;
+              (points[i].normal - points[j].normal).squaredNorm() <= square(tolerances().same_normal);
     if (!known) points[kept++] = points[i];
   }
   points.resize(kept);
@@ -57,7 +58,8 @@ int concave_concave(const Polyhedron& a, const Pose& pose_a, const Polyhedron& b
   Box3 box_a, box_b;
   for (const auto& x : a.vertices) box_a.extend(between + pose_a.F * x);
   for (const auto& x : b.vertices) box_b.extend(pose_b.F * x);
-  const double touch = 1e-9 * std::min(ra, rb) + 1e-15 * (std::max(ra, rb) + pose_a.c.cwiseAbs().maxCoeff());
+  const double touch = tolerances().same_place * std::min(ra, rb) +
+                       1e-15 * (std::max(ra, rb) + pose_a.c.cwiseAbs().maxCoeff());
   const Vec3 grow = Vec3::Constant(margin + touch);
   box_a.min() -= grow, box_a.max() += grow, box_b.min() -= grow, box_b.max() += grow;
   const Box3 common = box_a.intersection(box_b);

@@ -1,9 +1,10 @@
 #include "contact/narrow_manifold.hpp"
 
+#include "contact/tolerances.hpp"
+
 namespace talus::contact::narrow {
 namespace {
 
-constexpr double nearly_flat_cosine = 0.9962;  // 5 degrees
 constexpr int most_points = 8;
 
 int side_edge(const Polyhedron& p, int face, int side) {
@@ -63,7 +64,8 @@ int incident_face(const Hull& Q, int vertex, const Vec3& n_body) {
   for (int i = q.vertex_edge_offset[vertex]; i < q.vertex_edge_offset[vertex + 1]; ++i)
     for (const int face : {q.edges[q.vertex_edges[i]].left, q.edges[q.vertex_edges[i]].right}) {
       const double c = n_body.dot(q.face_normals[face]);
-      if (c < opposed - 1e-9 || (c < opposed + 1e-9 && face < g)) opposed = std::min(c, opposed), g = face;
+      if (c < opposed - tolerances().same_place || (c < opposed + tolerances().same_place && face < g))
+        opposed = std::min(c, opposed), g = face;
     }
   return g;
 }
@@ -161,7 +163,7 @@ bool face_manifold(const HullPair& pair, bool reference_is_a, int f, std::vector
   clip_face(s, R, f, Q, g, pair.touch);
   s.gaps.resize(s.polygon.size());
   for (std::size_t i = 0; i < s.polygon.size(); ++i) s.gaps[i] = n.dot(s.polygon[i].x) - level;
-  area = weigh_corners(s, n, n.dot(Q.normal(g)) < -parallel_cosine);
+  area = weigh_corners(s, n, n.dot(Q.normal(g)) < -tolerances().parallel_cosine());
   if (static_cast<int>(s.polygon.size()) > most_points) thin_out(s.polygon, s.weight, s.gaps, n);
 
   bool realised = false;
@@ -204,7 +206,8 @@ bool tied_faces(const HullPair& pair, double gap, std::vector<ContactPoint>& poi
       if (R.gaps[f] < gap - pair.touch) continue;
       const Vec3& n = R.normal(f);
       const Vec3 outward = of_a ? n : Vec3(-n);
-      if (best_area >= 0 && outward.dot(best_normal) > parallel_cosine) continue;  // the same two faces again
+      if (best_area >= 0 && outward.dot(best_normal) > tolerances().parallel_cosine())
+        continue;  // the same two faces again
       double area = 0;
       const bool here = face_manifold(pair, of_a, f, s.best_points, area);
       if (s.best_points.empty()) continue;
@@ -238,7 +241,7 @@ bool nearly_flat(const HullPair& pair, const Axis& of_a, const Axis& of_b, const
   if (edge.edge_a < 0) return false;
   const double along_a = of_a.face >= 0 ? edge.normal.dot(pair.A.normal(of_a.face)) : -1;
   const double along_b = of_b.face >= 0 ? -edge.normal.dot(pair.B.normal(of_b.face)) : -1;
-  if (std::max(along_a, along_b) < nearly_flat_cosine) return false;
+  if (std::max(along_a, along_b) < tolerances().nearly_flat_cosine()) return false;
   const bool by_a = along_a >= along_b;
   double area = 0;
   face_manifold(pair, by_a, by_a ? of_a.face : of_b.face, points, area);

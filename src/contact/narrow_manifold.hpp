@@ -6,9 +6,6 @@
 
 namespace talus::contact::narrow {
 
-constexpr double parallel_cosine =
-    0.9998;  // 1.15 degrees: faces closer than this to parallel press on an area
-
 /// Memory that one pair after the other uses.
 struct ManifoldScratch {
   std::vector<ClipVertex> polygon, clipped;

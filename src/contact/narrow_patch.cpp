@@ -1,13 +1,13 @@
 #include "contact/narrow_patch.hpp"
 
+#include "contact/tolerances.hpp"
+
 namespace talus::contact::narrow {
 namespace {
 
 bool boxes_meet(const Vec3& lo, const Vec3& hi, const Box3& box) {
   return (lo.array() <= box.max().array()).all() && (hi.array() >= box.min().array()).all();
 }
-
-constexpr double true_edge_sine = 1e-9;
 
 }  // namespace
 
@@ -105,7 +105,7 @@ void gather(const SurfaceIndex::Impl& s, const Vec3& origin, const Box3& box, Pa
     if (flipped(t) != flipped(u)) return 2;
     const Vec3 d = (X[T[t][(h % 3 + 1) % 3]] - X[T[t][h % 3]]).normalized();
     const double sine = s.normal[t].cross(s.normal[u]).dot(d);
-    return (flipped(t) ? -sine : sine) > true_edge_sine ? 1 : 0;
+    return (flipped(t) ? -sine : sine) > tolerances().true_edge ? 1 : 0;
   };
   thread_local std::vector<int> corners;
   corners.clear();
@@ -179,7 +179,7 @@ void gather(const SurfaceIndex::Impl& s, const Vec3& origin, const Box3& box, Pa
         // All true edges bound the cone, reentrant ones too.
         const Vec3 d = (X[v0 == v ? v1 : v0] - X[v]).normalized();
         const bool flat = w >= 0 && flipped(t) == flipped(w / 3) &&
-                          s.normal[t].cross(s.normal[w / 3]).norm() <= true_edge_sine;
+                          s.normal[t].cross(s.normal[w / 3]).norm() <= tolerances().true_edge;
         if (flat) continue;
         convex += side_kind(h) > 0;
         patch.directions.push_back(d);
@@ -189,7 +189,7 @@ void gather(const SurfaceIndex::Impl& s, const Vec3& origin, const Box3& box, Pa
     // On a straight ridge the crossings of the ridge say it all.
     const bool straight =
         q.count == 2 && patch.directions[q.first].dot(patch.directions[q.first + 1]) < 0 &&
-        patch.directions[q.first].cross(patch.directions[q.first + 1]).norm() <= true_edge_sine;
+        patch.directions[q.first].cross(patch.directions[q.first + 1]).norm() <= tolerances().true_edge;
     if (convex >= 2 && !straight) patch.vertices.push_back(q);
   }
 }

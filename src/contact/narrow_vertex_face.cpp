@@ -2,6 +2,7 @@
 #include <numbers>
 
 #include "contact/narrow_features.hpp"
+#include "contact/tolerances.hpp"
 
 namespace talus::contact::narrow {
 namespace {
@@ -143,7 +144,7 @@ struct Target {
   void emit(const Patch::Vertex& v, std::size_t start, const Patch::Triangle& t, const Vec3& n,
             const Vec3& foot, double gap) const {
     for (std::size_t i = start; i < out.size(); ++i)
-      if ((first ? out[i].normal : Vec3(-out[i].normal)).dot(n) > 1 - 1e-12 &&
+      if ((first ? out[i].normal : Vec3(-out[i].normal)).dot(n) > 1 - square(tolerances().same_normal) &&
           std::abs(out[i].gap - gap) <= 4 * s.touch)
         return;
     ContactPoint c = vertex_contact(first, foot, v.x, n, gap);
@@ -166,7 +167,7 @@ struct EdgeFaces {
 
   void add(double fall, const Patch::Triangle& t) {
     int at = count < most ? count++ : most;
-    for (; at > 0 && (at == most || list[at - 1].first < fall - 1e-9); --at)
+    for (; at > 0 && (at == most || list[at - 1].first < fall - tolerances().same_place); --at)
       if (at < most) list[at] = list[at - 1];
     if (at < most) list[at] = {fall, &t};
   }
@@ -178,7 +179,8 @@ struct EdgeFaces {
       const auto& u = *list[j].second;
       if (list[j].first == -infinity) continue;
       const double above = t.n.dot(u.a + u.b + u.c) / 3 - t.level;
-      if (above < -lean * (u.a - u.b).norm() && t.n.dot(u.n) < flat_cosine) return true;
+      if (above < -tolerances().lean * (u.a - u.b).norm() && t.n.dot(u.n) < tolerances().parallel_cosine())
+        return true;
     }
     return false;
   }
@@ -206,9 +208,10 @@ bool Target::before_faces(const Patch::Vertex& v) const {
     const int where = inside(t, v.x, s.touch);
     if (where < 0) continue;
     const double fall = falling(V, v, t.n);
-    if (fall < -steep && facing(V, v, t.n) > -lean) continue;  // the far side of the other body
+    if (fall < -tolerances().steep && facing(V, v, t.n) > -tolerances().lean)
+      continue;  // the far side of the other body
     if (where == 1 && h <= s.touch) {
-      if (fall >= -steep) edge.add(fall, t);  // else flush with a side wall
+      if (fall >= -tolerances().steep) edge.add(fall, t);  // else flush with a side wall
       continue;
     }
     emit(v, start, t, t.n, v.x - h * t.n, h);
@@ -273,7 +276,7 @@ void Target::inside_body(const Patch::Vertex& v, std::size_t start) const {
     } else if (d < nearest + s.touch) {
       pseudo += t.n;
     }
-    if (interior && h < 0 && -h < admitted && -h <= s.depth && falling(V, v, t.n) >= -steep)
+    if (interior && h < 0 && -h < admitted && -h <= s.depth && falling(V, v, t.n) >= -tolerances().steep)
       admitted = -h, t_admitted = &t, foot_admitted = y;
   }
   if (!t_near || nearest > s.depth || pseudo.dot(v.x - foot_near) >= 0) return;

@@ -4,6 +4,7 @@
 
 #include "contact/surface_index.hpp"
 #include "contact/surface_near.hpp"
+#include "contact/tolerances.hpp"
 
 namespace talus::contact {
 
@@ -11,7 +12,6 @@ bool node_surface(const SurfaceIndex& index, const Vec3& x, const Vec3& outward,
                   ContactPoint& out) {
   constexpr double facing =
       -0.3;  // a cube's corner (averaged normals) faces each of the three planes it can lie on by -0.58
-  constexpr double slack = 1e-9;  // points on a shared side belong to both triangles
   constexpr double beside = 0.2;  // where a bent skin's normals part, a node lies over no triangle by as much
                                   // as this share of its distance
   const SurfaceIndex::Impl& s = index.impl();
@@ -30,7 +30,8 @@ bool node_surface(const SurfaceIndex& index, const Vec3& x, const Vec3& outward,
                    &b = s.surface.vertices[static_cast<std::size_t>(v[1])],
                    &c = s.surface.vertices[static_cast<std::size_t>(v[2])];
         const double twice = n.dot((b - a).cross(c - a));
-        const double gap = n.dot(x - a), least = -(slack + beside * std::abs(gap) / std::sqrt(twice)) * twice;
+        const double gap = n.dot(x - a),
+                     least = -(tolerances().same_place + beside * std::abs(gap) / std::sqrt(twice)) * twice;
         for (const auto& [p, q] : {std::pair(&b, &c), std::pair(&c, &a), std::pair(&a, &b)})
           if (n.dot((*p - x).cross(*q - x)) < least) return true;
         if (std::abs(gap) > nearest || (std::abs(gap) == nearest && best >= 0 && t > best)) return true;

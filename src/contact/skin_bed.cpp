@@ -9,6 +9,7 @@
 
 #include "contact/narrow_math.hpp"
 #include "contact/surface_index.hpp"
+#include "contact/tolerances.hpp"
 
 namespace talus::contact {
 namespace {
@@ -221,7 +222,7 @@ class BedFinder {
       const Vec3 l = Vec3(side_of(b, c, p), side_of(c, a, p), side_of(a, b, p)) / twice;
       if (l.minCoeff() < 0) continue;
       const double z = l[0] * a.z() + l[1] * b.z() + l[2] * c.z();
-      if (z < p.z() * (1 - 1e-9) && z > top) top = z;
+      if (z < p.z() * (1 - tolerances().same_place) && z > top) top = z;
     }
     return top <= 0;
   }
@@ -465,7 +466,8 @@ class BedFinder {
       for (int side = 0; side < 4; ++side) {
         const Vec3 &from = face.corner[side], &to = face.corner[(side + 1) % 4];
         const double border = (to - from).head<2>().norm();
-        if (std::max(std::abs(side_of(from, to, a)), std::abs(side_of(from, to, b))) > 1e-9 * border * border)
+        if (std::max(std::abs(side_of(from, to, a)), std::abs(side_of(from, to, b))) >
+            tolerances().same_place * border * border)
           continue;
         const Vec3 out = ((to.y() - from.y()) * face.u - (to.x() - from.x()) * face.v) /
                          border;  // corners run counter-clockwise

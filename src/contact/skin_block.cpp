@@ -6,11 +6,11 @@
 
 #include "contact/skin_near.hpp"
 #include "contact/skin_patch.hpp"
+#include "contact/tolerances.hpp"
 
 namespace talus::contact {
 namespace {
 
-constexpr double parallel = 0.9998;  // up to which single vertices and edges add nothing to that
 constexpr double facing =
     -0.3;  // skin's normal against the direction of a vertex: a cube's corner faces three planes by -0.58
 
@@ -37,7 +37,8 @@ class Vertices {
             at_.block.edges[static_cast<std::size_t>(at_.block.vertex_edges[static_cast<std::size_t>(i)])];
         for (const int f : {e.left, e.right}) {
           outward += at_.normal[static_cast<std::size_t>(f)];
-          for (const SkinPatch& p : patches) flat = flat || (p.face == f && p.straightest > parallel);
+          for (const SkinPatch& p : patches)
+            flat = flat || (p.face == f && p.straightest > tolerances().parallel_cosine());
         }
       }
       if (flat || first == last || !(outward.norm() > 1e-6)) continue;
@@ -54,11 +55,11 @@ class Vertices {
         const bool nearer = gap > 0 ? gap < std::min(before, at_.deepest) : -gap < behind;
         if (!faces && !nearer) continue;
         const double within = at_.barycentric(t, at_.corner[v]).minCoeff();
-        if (nearer && within >= -1e-9) (gap > 0 ? before : behind) = std::abs(gap);
+        if (nearer && within >= -tolerances().same_place) (gap > 0 ? before : behind) = std::abs(gap);
         // Below an edge of the skin the faces' normals part: a vertex inside may lie over none of them by as
         // much as it is deep.
-        if (faces && within >= -1e-9 - 0.2 * std::max(0.0, -gap) / at_.size(t))
-          found.push_back({t, gap, within < -1e-9});
+        if (faces && within >= -tolerances().same_place - 0.2 * std::max(0.0, -gap) / at_.size(t))
+          found.push_back({t, gap, within < -tolerances().same_place});
       }
       // One before a face next to it is not inside, though it lies lower than another.
       // Nor is one that came out on the other side: it went round the structure's rim.
@@ -107,7 +108,7 @@ bool contained(const SkinNear& at, const SkinPatch& p, const ContactPoint& c) {
   const double deep = std::max(0.0, -c.gap) + 1e-6 * at.block.radius;
   if (std::abs(p.normal.dot(c.point_b - p.point)) > deep) return false;  // not of this face
   const double aligned = c.normal.dot(p.normal);
-  if (aligned > 0.866) return p.straightest > parallel;
+  if (aligned > 0.866) return p.straightest > tolerances().parallel_cosine();
   if (std::abs(aligned) > 0.5) return false;
   // Beside the face: an obstacle only if it rises above the skin that the face lies on.
   const auto& tri =

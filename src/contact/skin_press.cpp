@@ -1,4 +1,5 @@
 #include "contact/skin_patch.hpp"
+#include "contact/tolerances.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -103,7 +104,8 @@ class Press {
       for (int q = 4 * (t / 4); q < 4 * (t / 4) + 4; ++q) {  // the four triangles of a face follow each other
         const Vec3 y = at_.on_triangle(q, x);
         const double d = (y - x).squaredNorm();
-        if (d < nearest * (1 - 1e-9) || (d <= nearest * (1 + 1e-9) && q < c.face_a))
+        if (d < nearest * (1 - tolerances().same_place) ||
+            (d <= nearest * (1 + tolerances().same_place) && q < c.face_a))
           nearest = d, c.face_a = q, c.point_a = y;
       }
     }

@@ -6,14 +6,11 @@
 #include <numeric>
 
 #include "contact/large_pages.hpp"
+#include "contact/tolerances.hpp"
 #include "core/error.hpp"
 
 namespace talus::contact {
-namespace {
-
-constexpr double coplanar_sine = 1e-9;
-
-}  // namespace
+namespace {}  // namespace
 
 void SurfaceIndex::Impl::compute_normals() {
   normal.resize(surface.triangles.size());
@@ -110,7 +107,7 @@ void SurfaceIndex::Impl::group_coplanar() {
     const int w = twin[h];
     if (w < h) continue;
     const Vec3 &n = normal[h / 3], &m = normal[w / 3];
-    if (n.dot(m) > 0 && n.cross(m).norm() < coplanar_sine) {
+    if (n.dot(m) > 0 && n.cross(m).norm() < tolerances().true_edge) {
       const int a = root(h / 3), b = root(w / 3);
       parent[std::max(a, b)] = std::min(a, b);
     }
@@ -189,7 +186,9 @@ int SurfaceIndex::triangle_at(const Vec3& x) const {
         [&](int t) {
           if (!s.triangle_box(t).intersects(box)) return true;
           const double d = distance_sq(t);
-          if (d < nearest * (1 - 1e-9) || (d <= nearest * (1 + 1e-9) && t < best)) nearest = d, best = t;
+          if (d < nearest * (1 - tolerances().same_place) ||
+              (d <= nearest * (1 + tolerances().same_place) && t < best))
+            nearest = d, best = t;
           return true;
         });
   }

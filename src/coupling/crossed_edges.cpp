@@ -3,11 +3,11 @@
 #include <cmath>
 
 #include "contact/narrow_math.hpp"
+#include "contact/tolerances.hpp"
 
 namespace talus::coupling {
 namespace {
 
-constexpr double nearly_parallel = 0.05;  // sine; where they meet then goes far with little motion
 constexpr std::uint64_t index_bits = 0x3fffffff;
 
 std::optional<Vec3> edge_of(const Polyhedron& shape, const Pose& pose, std::size_t edge) {
@@ -40,7 +40,8 @@ std::optional<CrossedEdges> crossed_edges(const Touch& t, const dda::Model& mode
   const std::optional<Vec3> b = edge_of(*model.blocks[static_cast<std::size_t>(t.b)].shape, pose_b, of_b);
   if (!a || !b) return {};
   const Vec3 across = a->cross(*b);
-  if (across.norm() < nearly_parallel || across.normalized().cross(t.at.normal).norm() > 1e-6)
+  if (across.norm() < contact::tolerances().crossed ||
+      across.normalized().cross(t.at.normal).norm() > contact::tolerances().same_normal)
     return {};  // of faces nearly parallel the normal is a face's
   return CrossedEdges{*a, *b};
 }

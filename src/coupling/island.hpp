@@ -26,6 +26,7 @@
 #include <vector>
 
 #include "contact/problem.hpp"
+#include "contact/tolerances.hpp"
 #include "coupling/counters.hpp"
 #include "coupling/motion.hpp"
 #include "coupling/node_places.hpp"
@@ -156,7 +157,7 @@ class IslandStepper {
   bool may_shorten(const Trial& trial) const;
   bool gains_energy() const;
   double error_limit() const {
-    return 0.1 * settings_.accuracy;
+    return contact::tolerances().pass_error * settings_.accuracy;
   }  // between the last two passes of a step, relative to block size
   Vec3 slip(const Touch& touch, const Vec3& at) const;
   // island_swing.cpp
@@ -195,7 +196,7 @@ class IslandStepper {
      // by it
   bool in_heap() const { return island_->structures.empty() && crowded_; }
   double row_reach() const {
-    return 5e-3 * length_;
+    return contact::tolerances().row_reach * length_;
   }  // touches that cannot close within a step of a heap are rows all the same so near [m]
   double unseen() const {
     return std::min(row_reach(), 5 * settings_.accuracy * length_);
@@ -212,9 +213,9 @@ class IslandStepper {
     return !condensed_ && !island_->structures.empty();
   }  // all contacts act at the start of the step, springs by the secant rule
   bool has_closed() const;
-  double touch_gap() const { return 1e-7 * length_; }
+  double touch_gap() const { return contact::tolerances().touch_gap * length_; }
   double near_gap() const {
-    return std::max(touch_gap(), 1e-3 * settings_.accuracy * length_);
+    return std::max(touch_gap(), contact::tolerances().near_gap * settings_.accuracy * length_);
   }  // within which what moves slower than slow_speed() is in contact [m]
   double slow_speed() const;
   double speed_of_none() const;
@@ -225,9 +226,12 @@ class IslandStepper {
   bool too_much_happens(double duration) const;
   bool costs_too_much(double duration, bool rebounds_alone) const;
   void go_time_stepped();
-  double flush() const { return 1e-8 * length_; }  // steps this low between neighbours are none [m]
+  double flush() const {
+    return contact::tolerances().flush * length_;
+  }  // steps this low between neighbours are none [m]
   double flush_skins() const {
-    return std::clamp(settings_.accuracy, 1e-8, 5e-3) * length_;
+    return std::clamp(settings_.accuracy, contact::tolerances().flush, contact::tolerances().row_reach) *
+           length_;
   }  // the same where one is a skin that moves: what positions may be off by [m]
 
   // island_impact.cpp

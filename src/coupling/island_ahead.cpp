@@ -26,6 +26,7 @@
 #include <cmath>
 #include <optional>
 
+#include "contact/tolerances.hpp"
 #include "coupling/crossed_edges.hpp"
 #include "coupling/ground_laws.hpp"
 #include "coupling/island_body.hpp"
@@ -34,11 +35,7 @@
 namespace talus::coupling {
 namespace {
 
-constexpr double part_of_error =
-    0.01;  // of eta over the radius: what the solution for the accelerations may be off by, over gravity
-constexpr double instant = 1e-6;  // of the time of a fall
-constexpr double lasting =
-    1e-4;  // of the island's speed: a contact that was pressed moves by less (impact_speed)
+constexpr double instant = 1e-6;    // of the time of a fall
 constexpr double resolved = 1e-11;  // of the radius: the error by accelerations as they are solved for
 
 /// Rate at which the normal turns [1/s].
@@ -147,7 +144,9 @@ std::optional<std::vector<Vec6>> IslandStepper::allowed_accelerations() {
     });
   };
   for (const Touch& t : closed) {
-    if (std::abs(t.approach) > slowest && !(std::abs(t.approach) < lasting * speed_ && pressed(t))) continue;
+    if (std::abs(t.approach) > slowest &&
+        !(std::abs(t.approach) < contact::tolerances().pressed_still * speed_ && pressed(t)))
+      continue;
     const auto kb = static_cast<std::size_t>(t.b);
     const bool of_blocks = t.a.kind == Partner::Kind::block;
     const Pose pose_a = of_blocks ? dda::pose(state_, t.a.index) : Pose{}, pose_b = dda::pose(state_, t.b);
@@ -174,7 +173,8 @@ std::optional<std::vector<Vec6>> IslandStepper::allowed_accelerations() {
     if (along.tail<2>().norm() <= slowest)
       c.bias.tail<2>() -= along.tail<2>();
     else
-      scale = std::max(scale, 1e-9 * along.tail<2>().norm());  // round-off of the slip is no acceleration
+      scale = std::max(scale, contact::tolerances().still *
+                                  along.tail<2>().norm());  // round-off of the slip is no acceleration
     c.friction = friction_now(state_, t);
     if (!t.broken) {
       c.cohesion = (t.law->cohesion + (t.glued ? t.bond_cohesion : 0.0)) * t.at.area * delta;
@@ -210,8 +210,8 @@ std::optional<std::vector<Vec6>> IslandStepper::allowed_accelerations() {
   } else {
     contact::SolveSettings settings;
     settings.velocity_scale = scale;
-    settings.tolerance =
-        std::max(resolved, part_of_error * settings_.accuracy * std::sqrt(settings_.accuracy));
+    settings.tolerance = std::max(
+        resolved, contact::tolerances().acceleration * settings_.accuracy * std::sqrt(settings_.accuracy));
     settings.sufficient = 1e-5;
     constexpr int most = 10;
     for (int i = 0; i < most; ++i) {

@@ -24,7 +24,7 @@ void IslandStepper::linearise_at(Body& b, const Quat& q_end) {
 void IslandStepper::confine(const Touch& t, const contact::ProblemContact& c) {
   // Takes from the free directions of both blocks what this spring or hard joint holds: its normal, and all
   // where a shear spring sticks.
-  const bool slides = t.impulse.tail<2>().norm() >= (c.friction * t.impulse[0] + c.cohesion) * (1 - 1e-9);
+  const bool slides = at_coulomb_bound(c, t.impulse);
   const auto hold = [&](int block) {
     const int l = local_[static_cast<std::size_t>(block)];
     if (l < 0) return;

@@ -4,6 +4,7 @@
 #include <span>
 
 #include "contact/parallel.hpp"
+#include "contact/tolerances.hpp"
 #include "coupling/island.hpp"
 
 namespace talus::coupling {
@@ -12,8 +13,11 @@ namespace talus::coupling {
 /// ranges, the same whatever the threads.
 constexpr int touches_at_once = 512, bodies_at_once = 64;
 
-/// Energy that a step may make, over the accuracy and the energy of what it moves and stores.
-constexpr double gain_allowed = 0.05;
+/// Whether an impulse is at the bound of Coulomb's law, |p_t| = mu p_n + c.
+inline bool at_coulomb_bound(const contact::ProblemContact& c, const Vec3& impulse) {
+  const double bound = c.friction * impulse[0] + c.cohesion;
+  return impulse.tail<2>().norm() >= bound * (1 - contact::tolerances().at_bound);
+}
 
 /// One block of the island during a step.
 struct IslandStepper::Body {
@@ -115,7 +119,9 @@ struct IslandStepper::Trial {
 };
 
 /// Speed below which a block counts as at rest, in a step of length h [m/s].
-inline double still_speed(const dda::Model& model, double h) { return 1e-6 * model.gravity.norm() * h; }
+inline double still_speed(const dda::Model& model, double h) {
+  return contact::tolerances().rest_fall * model.gravity.norm() * h;
+}
 
 /// True if no point of the blocks moves faster than `still` [m/s].
 inline bool stand(const dda::Model& model, const dda::State& state, std::span<const int> blocks,

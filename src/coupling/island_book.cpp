@@ -232,8 +232,7 @@ void IslandStepper::Booking::shear(const Touch& t, const contact::ProblemContact
   // What slides loses its force times the mean slip, as the bodies do; what sticks has no loss of its own but
   // for the half step before, and what would drive is the scheme's.
   const double lost = -(slip_work + stretch);
-  const bool slides = t.shear_stiffness == 0 ||
-                      c.impulse.tail<2>().norm() >= (c.friction * c.impulse[0] + c.cohesion) * (1 - 1e-9);
+  const bool slides = t.shear_stiffness == 0 || at_coulomb_bound(c, c.impulse);
   const double slid = std::max(0.0, slides ? lost : std::min(lost, slid_before(t, c, s)));
   pending.friction_work += (1 - in_the_way) * slid;
   pending.ploughing_work += in_the_way * slid;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "contact/node_surface.hpp"
+#include "contact/tolerances.hpp"
 #include "coupling/ground_laws.hpp"
 #include "coupling/island_body.hpp"
 #include "coupling/touch_bed.hpp"
@@ -266,7 +267,7 @@ void IslandStepper::tell_impacts(double t_end) {
   const double least = shortest_told *
                        (settings_.fixed_step > 0 ? std::min(settings_.fixed_step, stretch_) : stretch_),
                gone = t_end - stretch_start_;
-  const bool last = stretch_ - gone <= 1e-9 * stretch_;
+  const bool last = stretch_ - gone <= contact::tolerances().same_instant * stretch_;
   std::erase_if(impacts_on_skin_, [&](StructureContact& row) {
     const double since = t_end - row.time;
     if (since < least && !last) return false;

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 
+#include "contact/tolerances.hpp"
 #include "coupling/island_body.hpp"
 
 namespace talus::coupling {
@@ -21,8 +22,9 @@ constexpr std::size_t most_faces = 400;  // touched at a time: the dense body co
 /// Normal speed that a condensed step may stop: a rebound of this speed stays below a tenth of the accuracy
 /// asked for [m/s].
 double IslandStepper::gentle_speed() const {
-  return std::max(std::sqrt(0.2 * settings_.accuracy * model_.gravity.norm() * length_),
-                  0.1 * settings_.accuracy * speed_);
+  const contact::Tolerances& tol = contact::tolerances();
+  return std::max(std::sqrt(2 * tol.gentle_height * settings_.accuracy * model_.gravity.norm() * length_),
+                  tol.gentle_speed * settings_.accuracy * speed_);
 }
 
 bool IslandStepper::chosen_condensed() const {
@@ -121,7 +123,7 @@ double IslandStepper::condensed_length(double t, double duration, double remaini
   if (suggested_ > 2.5 * explicit_step)
     longest = std::min(longest, suggested_);  // shorter ones were the explicit regime's
   double h = duration;
-  while (h > longest * (1 + 1e-9) || h > remaining * (1 + 1e-9)) h *= 0.5;
+  while (h > std::min(longest, remaining) * (1 + contact::tolerances().same_instant)) h *= 0.5;
   find(h);
   if (blow(t, h) || touched_faces() > most_faces) return 0;
   const auto begun = [&](double length) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "contact/tolerances.hpp"
 #include "coupling/island_body.hpp"
 
 namespace talus::coupling {
@@ -135,7 +136,7 @@ double IslandStepper::rise_limit(double ahead) const {
     if (s.stiffness == 0) continue;
     const double mass = model_.blocks[static_cast<std::size_t>(bodies_[i].block)].mass;
     const double brought = mass * s.approach * s.approach + s.force.squaredNorm() / s.stiffness;
-    const bool sprung = s.stiffness > s.hard * (1 + 1e-12);
+    const bool sprung = s.stiffness > s.hard * (1 + contact::tolerances().same_stiffness);
     const double scale = std::max(
         most,
         sprung ? 0.0 : mass * rattles);  // debris that only rattles is at rest for the accuracy asked for
@@ -167,11 +168,11 @@ void IslandStepper::secant_row(Touch& t, contact::ProblemContact& c, double h, b
   Tangent at = tangent_at_structure(t, h);
   if (!at.follows_law) {
     // Open as far as can be told: from zero, with the slope of the way it could still go.
-    const double way = std::max(h * std::abs(t.u_ref), 1e-9 * length_);
+    const double way = std::max(h * std::abs(t.u_ref), contact::tolerances().overlap_none * length_);
     t.indentation = at.force = 0;
     at.slope =
         t.mode == Mode::spring_secant ? t.normal_law.work(way) / (way * way) : t.normal_law.force(way) / way;
-    at.slope = std::max(at.slope, 1e-6 * t.stiffness);
+    at.slope = std::max(at.slope, contact::tolerances().level_law * t.stiffness);
   } else if (t.indentation > 0 && at.slope < 1e-3 * t.stiffness) {
     // A level stretch of the law (crushing, or the hollow that it left) still needs a row: a hundredth of
     // what the bodies' inertia gives, so that round-off in it stays small.
@@ -210,7 +211,7 @@ IslandStepper::Tangent IslandStepper::tangent_at_structure(const Touch& t, doubl
     // It comes out on the way from where it was a step ago, and gives back what it held there: no more than
     // the books of the half step in between leave it.
     at.force = std::min(at.force, 2 * std::max(0.0, t.stored - t.sheared) / (before - end));
-    at.slope = std::max(at.force / (before - end), 1e-6 * t.stiffness);
+    at.slope = std::max(at.force / (before - end), contact::tolerances().level_law * t.stiffness);
   }
   return at;
 }
@@ -222,7 +223,8 @@ bool IslandStepper::follows_law(const Touch& t, double h, double allowed) const 
   const Tangent at = tangent_at_structure(t, h);
   const double damped = t.dashpot * (t.mode == Mode::spring_secant ? 0.5 * (t.approach + u) : u);
   const double asked = std::max(0.0, lasts_at_structure(t, h) * ((at.follows_law ? at.force : 0.0) - damped));
-  return std::abs(c.impulse[0] - asked) <= allowed * (c.impulse[0] + h * t.stiffness * 1e-6 * length_);
+  return std::abs(c.impulse[0] - asked) <=
+         allowed * (c.impulse[0] + h * t.stiffness * contact::tolerances().follows_law * length_);
 }
 
 /// Shear spring by the same rule as the normal one; `moved` (frame) is what its ends move apart where the
@@ -253,9 +255,8 @@ void IslandStepper::shear_row(Touch& t, contact::ProblemContact& c, double h, co
 bool IslandStepper::gives_way(const Touch& t) const {
   const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
   const double least = c.friction > 0 ? std::min(c.tension, c.cohesion / c.friction) : c.tension;
-  if (c.cohesion > 0 && c.impulse.tail<2>().norm() >= (c.friction * c.impulse[0] + c.cohesion) * (1 - 1e-9))
-    return true;  // slid
-  return least > 0 ? c.impulse[0] <= -least * (1 - 1e-9) : c.impulse.isZero(0);
+  if (c.cohesion > 0 && at_coulomb_bound(c, c.impulse)) return true;  // slid
+  return least > 0 ? c.impulse[0] <= -least * (1 - contact::tolerances().at_bound) : c.impulse.isZero(0);
 }
 
 double IslandStepper::normal_energy_at_end(const Touch& t) const {
@@ -290,7 +291,7 @@ Vec3 IslandStepper::shear_at_end(const Touch& t, double h) const {
   const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
   const Vec3 force = t.frame.col(1) * c.impulse[1] + t.frame.col(2) * c.impulse[2];
   const Vec3 held = -force / ((t.shears_by_half ? between_half_steps(t, h) : h) * t.shear_stiffness);
-  const bool slides = c.impulse.tail<2>().norm() >= (c.friction * c.impulse[0] + c.cohesion) * (1 - 1e-9);
+  const bool slides = at_coulomb_bound(c, c.impulse);
   if (t.shears_by_half) return slides ? held : Vec3(2 * held - (t.shear - t.shear_way));
   if (t.mode != Mode::spring_mean) return held;
   const Vec3 end = 2 * held - t.shear;

@@ -6,7 +6,8 @@
 //
 //   |d_i| <= L_i (max over partners j of (s_i + s_j) + sum over pairs of o),     s = |c_np - c_n| + r |F_np -
 //   F_n| + g h^2
-// beside an overlap of 1e-9 of the block size on either side, which counts as touching.
+// beside an overlap of 1e-9 of the block size on either side, which counts as
+// contact::tolerances().overlap_none.
 //   L = (1 + (1 + r^2/k^2)^(1/2)) / 2:  a contact that is moved by d, with a lever about the centroid, moves
 //   no point of its block farther than L d
 //
@@ -25,6 +26,7 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "contact/tolerances.hpp"
 #include "coupling/island_body.hpp"
 
 namespace talus::coupling {
@@ -82,8 +84,6 @@ double IslandStepper::motion(const Body& body, const Pose& from, const Pose& to)
 
 namespace {
 
-constexpr double touching = 1e-9;  // of the block size: overlap that counts as touching
-
 /// Farthest way of a point of a block over that of the contact that moves it: the greatest of (k^2 + a
 /// r)/(k^2 + a^2) over levers a.
 double lever(const dda::Model::Block& block) {
@@ -103,7 +103,8 @@ bool IslandStepper::drift_beyond_motion(double h) const {
     const Saved& start = saved_[i];
     const Pose from{start.c, start.q.toRotationMatrix() * (Mat3::Identity() + dda::strain_tensor(start.eps))};
     way[i] = allowed[i] = motion(bodies_[i], from, before_drift_.poses[i]) + fall;
-    allowed[i] += 2 * touching * model_.blocks[static_cast<std::size_t>(bodies_[i].block)].shape->radius;
+    allowed[i] += 2 * contact::tolerances().overlap_none *
+                  model_.blocks[static_cast<std::size_t>(bodies_[i].block)].shape->radius;
     corrected = corrected || before_drift_.poses[i].c != state_.c[static_cast<std::size_t>(bodies_[i].block)];
   }
   if (!corrected) return false;

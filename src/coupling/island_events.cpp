@@ -7,6 +7,7 @@
 #include <span>
 #include <utility>
 
+#include "contact/tolerances.hpp"
 #include "coupling/island_body.hpp"
 
 namespace talus::coupling {
@@ -84,10 +85,17 @@ double IslandStepper::first_impact() const {
     }
     const double thin = thickness(model_, pair);
     if (!closed)
-      first = std::min(first,
-                       time_of_impact(pair, flush_pair_[i] != 0 ? 2 * touch_gap() : 1e-10 * length_, false));
-    else if (path(pair) > 0.25 * thin)
-      first = std::min(first, time_of_impact(pair, (sprung ? 2e-2 : 1e-3) * thin, false));
+      first = std::min(
+          first,
+          time_of_impact(pair,
+                         flush_pair_[i] != 0 ? 2 * touch_gap() : contact::tolerances().located_gap * length_,
+                         false));
+    else if (path(pair) > contact::tolerances().unseen_way * thin)
+      first = std::min(
+          first,
+          time_of_impact(
+              pair, (sprung ? contact::tolerances().through_springs : contact::tolerances().through) * thin,
+              false));
   }
   return first;
 }
@@ -137,10 +145,13 @@ double IslandStepper::first_rebound(double h) {
   double first = 1;
   for (std::size_t i = 0; i < island_->pairs.size(); ++i)
     if (meets_to_rebound_[i] != 0)
-      first = std::min(first, time_of_impact(island_->pairs[i],
-                                             flush_pair_[i] != 0 ? 2 * touch_gap() : 1e-10 * length_, true));
+      first = std::min(
+          first,
+          time_of_impact(island_->pairs[i],
+                         flush_pair_[i] != 0 ? 2 * touch_gap() : contact::tolerances().located_gap * length_,
+                         true));
   motions_.clear();
-  return std::max(first, 1e-12) * h;
+  return std::max(first, contact::tolerances().time_round_off) * h;
 }
 
 /// Bound on how far points of the two have moved against each other in the step just computed [m].
@@ -206,19 +217,22 @@ std::pair<double, double> IslandStepper::meeting(std::size_t i, const Known& kno
   const CandidatePair& pair = island_->pairs[i];
   bool listed = known.listed;
   const double thin = thickness(model_, pair), way = path(pair);
-  const double clear = listed ? 0.25 * thin : known.any ? std::max(known.apart, 0.0) : margins_[i];
+  const double clear = listed      ? contact::tolerances().unseen_way * thin
+                       : known.any ? std::max(known.apart, 0.0)
+                                   : margins_[i];
   if (way <= clear) return {never, way};
   double s = never;
   if (!listed) {
-    s = time_of_impact(pair, 1e-10 * length_, true);
+    s = time_of_impact(pair, contact::tolerances().located_gap * length_, true);
     if (s > 1) return {never, way};
     // A level below all that is named, and met later: it was below already. Concave blocks graze each other
     // where the search names no contact; a step that ended there would be followed by one that ends as early.
-    listed = time_of_impact(pair, std::max(0.9 * clear, 1e-9 * length_), true) > s;
-    if (listed && way <= 0.25 * thin) return {never, way};
+    listed =
+        time_of_impact(pair, std::max(0.9 * clear, contact::tolerances().overlap_none * length_), true) > s;
+    if (listed && way <= contact::tolerances().unseen_way * thin) return {never, way};
   }
   if (listed) {
-    s = time_of_impact(pair, 1e-3 * thin, true);
+    s = time_of_impact(pair, contact::tolerances().through * thin, true);
     if (s >= 0.9) return {never, way};  // rows end where they touch: that is no crossing
   }
   return {s, way};
@@ -399,7 +413,8 @@ bool IslandStepper::locate_event(double& h, int passes) {
     rate = 0;
     for (const Touch& t : touches_)
       if (!was_row(t) && t.at.gap < gap &&
-          ((t.approach < (t.stiffness > 0 ? -t.quiet_speed : -1e-6 * speed_) && !slow(t)) ||
+          ((t.approach < (t.stiffness > 0 ? -t.quiet_speed : -contact::tolerances().slips * speed_) &&
+            !slow(t)) ||
            came_through(t)) &&
           !swapped(t)) {
         gap = t.at.gap;
@@ -426,7 +441,7 @@ bool IslandStepper::locate_event(double& h, int passes) {
   // touches then do not tell.
   const auto far_enough_to_pass = [&] {
     return std::any_of(island_->pairs.begin(), island_->pairs.end(), [&](const CandidatePair& pair) {
-      return path(pair) > 0.25 * thickness(model_, pair);
+      return path(pair) > contact::tolerances().unseen_way * thickness(model_, pair);
     });
   };
   // As close as coordinates of this size can tell; Newton's iteration gets there in a turn or two.
@@ -440,7 +455,7 @@ bool IslandStepper::locate_event(double& h, int passes) {
     // passed, or met on the search's path, which between the ends of the step is not quite the blocks' own.
     bool bracketed = gap < passed;
     any_depth = bracketed && !(rate < 0);
-    const double sure = s <= 1 ? std::max(s, 1e-12) * step : 0;
+    const double sure = s <= 1 ? std::max(s, contact::tolerances().time_round_off) * step : 0;
     double low = 0, high = step, trial = s <= 1 ? sure : step + gap / -rate;
     // Between an end still apart and one that is past, the gap is taken for the parabola of both gaps and the
     // rate at the end past.

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "contact/tolerances.hpp"
 #include "coupling/island_body.hpp"
 #include "coupling/skin_carry.hpp"
 #include "coupling/touch_flush.hpp"
@@ -80,7 +81,8 @@ double IslandStepper::approach_reach(const CandidatePair& pair, double h) const 
 }
 
 void IslandStepper::find(double h, bool at_start) {
-  if (found_for_ >= h * (1 - 1e-9)) return;  // the touches at hand hold for this state and reach
+  if (found_for_ >= h * (1 - contact::tolerances().same_instant))
+    return;  // the touches at hand hold for this state and reach
   at_start_ = at_start;
   found_for_ = h;
   const std::size_t pairs = island_->pairs.size();
@@ -211,7 +213,9 @@ void IslandStepper::keep_late_overlaps() {
     double known = 0, late = 0;
     for (const Touch& t : touches_of_[i])
       (t.persistent ? known : late) = std::max(t.persistent ? known : late, -t.at.gap);
-    if (late <= 1e-3 * length_ + 2 * known || late <= 1e-3 * length_ + 2 * (known + path(pair))) continue;
+    if (late <= contact::tolerances().late_overlap * length_ + 2 * known ||
+        late <= contact::tolerances().late_overlap * length_ + 2 * (known + path(pair)))
+      continue;
     ContactMemory memory;
     memory.partner = pair.a.id();
     memory.feature = born_inside;
@@ -256,9 +260,7 @@ void IslandStepper::look(std::size_t i) {
     // Rows are made for what is closed; what closes within the step of events is found by the time of impact.
     // A scan that slides has hundreds of corners within the reach of a step, and a handful of them near the
     // ground.
-    constexpr double corrected =
-        2e-3;  // of the block size: twice as far as the correction of drift looks (island_project.cpp)
-    const double near = corrected * length_ + env_.bond_stretch;
+    const double near = contact::tolerances().listed_near * length_ + env_.bond_stretch;
     const bool ground = event_driven() && near < margin && rigid_ground(model_, env_, pair);
     find_touches(model_, state_, env_, pair, ground ? near : margin, history_, touches_of_[i], tilts);
     if (ground) {

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact/tolerances.hpp"
 #include "coupling/island_body.hpp"
 
 namespace talus::coupling {
@@ -23,7 +24,8 @@ bool strains(const dda::Model& model, const Touch& t) {
 /// size, V its speed or that of a fall by L: 0.03 accuracy V is a thirtieth of what the accuracy allows
 /// [m/s].
 double IslandStepper::slow_speed() const {
-  return 0.03 * settings_.accuracy * std::max(speed_, std::sqrt(2 * model_.gravity.norm() * length_));
+  return contact::tolerances().lowest_bounce * settings_.accuracy *
+         std::max(speed_, std::sqrt(2 * model_.gravity.norm() * length_));
 }
 
 /// Normal speed that is none by the error of a step, v_o = eta / (4 t_c) with t_c = L / V, V the island's
@@ -37,8 +39,8 @@ double IslandStepper::impact_speed(const Touch& t) const {
   // force in the last step moves at its normal only by what the step's own error leaves; one that meets
   // slower than the error of a step is brought to rest by the step's own row, as a gap that drift has left
   // open is closed (fill_row).
-  if (t.persistent) return 1e-4 * speed_;
-  if (!t.law->restitution) return std::max(1e-9 * speed_, speed_of_none());
+  if (t.persistent) return contact::tolerances().pressed_still * speed_;
+  if (!t.law->restitution) return std::max(contact::tolerances().still * speed_, speed_of_none());
   return slow_speed();
 }
 
@@ -207,7 +209,7 @@ bool IslandStepper::impact_stage(double time) {
   for (Touch& t : touches_) {
     t.approach =
         t.at.normal.dot(point_velocity(state_, t.b, t.at.point_b) - partner_velocity(state_, env_, t));
-    if (t.row >= 0 && std::abs(t.approach) < 1e-9 * speed_) t.approach = 0;
+    if (t.row >= 0 && std::abs(t.approach) < contact::tolerances().still * speed_) t.approach = 0;
     t.row = -1;
   }
   return true;

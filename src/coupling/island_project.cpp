@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 
+#include "contact/tolerances.hpp"
 #include "coupling/island_body.hpp"
 #include "coupling/moved_moments.hpp"
 
@@ -56,7 +57,7 @@ double IslandStepper::project(double h) {
     thinnest = std::min(thinnest, 2 * model_.blocks[k].shape->inradius);
     far = std::max(far, state_.c[k].cwiseAbs().maxCoeff() + model_.blocks[k].shape->radius);
   }
-  const double tolerance = std::max(5e-10 * thinnest, 5e-16 * far);
+  const double tolerance = std::max(0.5 * contact::tolerances().drift * thinnest, 5e-16 * far);
   const std::map<std::pair<std::uint64_t, int>, double> deepest_of = deepest_by_motion();
   // Of pieces with hollows a feature can look as deep as the piece is wide, though the two have hardly moved:
   // led back along it, they would fly into others.
@@ -88,7 +89,9 @@ double IslandStepper::project(double h) {
   double deepest = deepest_touch(), drifted = farthest_point();
   // Sub-steps at a structure drift by a ten-millionth of a block each: led back once it shows, to a tenth of
   // that.
-  const double shows = leapfrog() ? std::max(tolerance, 1e-2 * settings_.accuracy * thinnest) : tolerance;
+  const double shows = leapfrog() ? std::max(tolerance, contact::tolerances().drift_at_structures *
+                                                            settings_.accuracy * 0.5 * thinnest)
+                                  : tolerance;
   if (deepest <= shows && drifted <= shows) return deepest;
   // What one pass leaves of a large heap is led back with the next step's: each pass searches all of its
   // contacts.
@@ -106,7 +109,8 @@ double IslandStepper::project(double h) {
         in_heap() ? 1e-5 : 1e-3, 0.2);
   };
   const auto near = [&] {
-    return 4 * deepest + (in_heap() ? std::min(1e-3 * length_, 100 * deepest) : 1e-3 * length_);
+    return 4 * deepest + (in_heap() ? std::min(contact::tolerances().drift_near * length_, 100 * deepest)
+                                    : contact::tolerances().drift_near * length_);
   };
   std::vector<double> carried(island_->pairs.size(), 0.0);
   std::vector<Pose> before, last(bodies_.size());
@@ -148,7 +152,8 @@ double IslandStepper::project(double h) {
       contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
       c.friction = 0;
       c.cohesion = c.tension = 0;
-      c.bias = Vec3(t.at.gap - (t.at.gap < -tolerance ? 0.25 * tolerance : 0), 0, 0);
+      c.bias =
+          Vec3(t.at.gap - (t.at.gap < -tolerance ? contact::tolerances().bound_aim * tolerance : 0), 0, 0);
       c.compliance.setZero();
       c.impulse.setZero();
     });

@@ -20,6 +20,7 @@
 #include <cmath>
 #include <span>
 
+#include "contact/tolerances.hpp"
 #include "coupling/island_body.hpp"
 
 namespace talus::coupling {
@@ -82,7 +83,7 @@ void IslandStepper::add_rocking_rows(double h, bool first_pass) {
   constexpr std::size_t corners = 3;  // of a face, at least
   rocking_rows_ = 0;
   if (!sprung_) return;
-  const double arm = 0.1 * settings_.accuracy * length_;
+  const double arm = contact::tolerances().rocking_arm * settings_.accuracy * length_;
   for (std::size_t from = 0, to = 0; from < touches_.size(); from = to) {
     const Touch& first = touches_[from];
     std::size_t points = 0;
@@ -125,7 +126,8 @@ double IslandStepper::limit_rolling(const std::function<double(const Touch&)>& p
 /// g(x) - x,   w' = -w r . (r' - r) / |r' - r|^2
 bool IslandStepper::solve_rolling(double h, Effort effort) {
   constexpr int most = 30;
-  constexpr double same = 1e-9, least_relaxed = 0.3, most_relaxed = 4;
+  const double same = contact::tolerances().at_bound;
+  constexpr double least_relaxed = 0.3, most_relaxed = 4;
   const auto found = [&](const Touch& t) {
     return problem_.contacts[static_cast<std::size_t>(t.row)].impulse[0];
   };
@@ -137,7 +139,9 @@ bool IslandStepper::solve_rolling(double h, Effort effort) {
     each_rolling(touches_, problem_, [&](const Touch&, double, const contact::ProblemContact& c) {
       bounds.push_back(c.cohesion);
     });
-    if (bounds.empty() || limit_rolling(found) <= std::max(same, h > 0 ? 0.1 * settings_.accuracy : 0.0))
+    if (bounds.empty() ||
+        limit_rolling(found) <=
+            std::max(same, h > 0 ? contact::tolerances().rolling_bound * settings_.accuracy : 0.0))
       break;
     residuals.clear();
     each_rolling(touches_, problem_, [&](const Touch&, double, const contact::ProblemContact& c) {

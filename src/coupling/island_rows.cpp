@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "contact/narrow_math.hpp"
+#include "contact/tolerances.hpp"
 #include "coupling/crossed_edges.hpp"
 #include "coupling/ground_laws.hpp"
 #include "coupling/island_body.hpp"
@@ -72,7 +73,7 @@ NormalOwner normal_owner(const Touch& t, const dda::Model& model, const Environm
     face = (s.vertices[static_cast<std::size_t>(tri[1])] - v0)
                .cross(s.vertices[static_cast<std::size_t>(tri[2])] - v0);
   }
-  if (t.at.normal.cross(face).norm() <= 1e-9 * face.norm()) return NormalOwner::a;
+  if (t.at.normal.cross(face).norm() <= contact::tolerances().true_edge * face.norm()) return NormalOwner::a;
   return t.at.face_b >= 0 ? NormalOwner::b : NormalOwner::edges;
 }
 
@@ -371,7 +372,8 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
       c.bias = u_end - u_ref;
       // An opening left by the drift may close, but no faster than what is no motion by the error of a step;
       // a crossing is projected, never pushed.
-      if (t.at.gap > 1e-10 * length_) c.bias[0] += std::min(0.5 * t.at.gap / h, speed_of_none());
+      if (t.at.gap > contact::tolerances().located_gap * length_)
+        c.bias[0] += std::min(0.5 * t.at.gap / h, speed_of_none());
       break;
     case Mode::end: {
       t.theta = 1;
@@ -394,7 +396,7 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
       Vec3 ahead = beyond(body_b);
       if (body_a != nullptr) ahead -= beyond(*body_a);
       c.bias[0] = std::max(0.0, c.bias[0] - n_end.dot(ahead) / h);
-      if (law.restitution && t.at.gap <= 1e-7 * length_ && t.approach < -1e-6 * speed_)
+      if (law.restitution && t.at.gap <= touch_gap() && t.approach < -contact::tolerances().slips * speed_)
         c.bias[0] = *law.restitution * t.approach;
       break;
     }
@@ -415,7 +417,8 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
       const double force = mean       ? mean_force(t, slope)
                            : balanced ? t.balanced_force
                                       : t.normal_law.force(t.indentation);
-      slope = std::max(slope, 1e-6 * t.stiffness);  // a level stretch of the law still needs a row
+      slope = std::max(slope, contact::tolerances().level_law *
+                                  t.stiffness);  // a level stretch of the law still needs a row
       const double spring = t.theta * h * h * slope, dashpot = t.theta * h * t.dashpot;
       c.compliance[0] = 1 / (spring + dashpot);
       c.bias[0] = c.compliance[0] * (h * slope * (t.gap_ref + t.indentation) - h * force - spring * u_ref[0] +
@@ -459,11 +462,14 @@ void IslandStepper::assemble(double h, bool lumped, bool first_pass) {
       if (t.stiffness > 0) {
         t.mode = t.spring;
       } else if (at_structure) {
-        if (t.at.gap + h * t.approach < 0.02 * length_) t.mode = Mode::end;
+        if (t.at.gap + h * t.approach < contact::tolerances().structure_near * length_) t.mode = Mode::end;
       } else if (t.at.gap <= touch_gap() ||
                  (!lumped && t.at.gap <= near_gap() && std::abs(t.approach) <= slow_speed())) {
-        const double resting = lumped ? 1e-3 * model_.gravity.norm() * h + 1e-9 * speed_
-                                      : std::max(slow_speed(), (t.persistent ? 1e-4 : 1e-9) * speed_);
+        const double resting =
+            lumped ? 1e-3 * model_.gravity.norm() * h + contact::tolerances().still * speed_
+                   : std::max(slow_speed(), (t.persistent ? contact::tolerances().pressed_still
+                                                          : contact::tolerances().still) *
+                                                speed_);
         if (t.approach > resting)
           t.mode = lumped ? Mode::end : Mode::idle;
         else if ((t.approach < -resting && lumped) || (settling_ && t.approach > 0))

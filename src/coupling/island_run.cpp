@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "contact/tolerances.hpp"
 #include "coupling/island_body.hpp"
 #include "coupling/name_contacts.hpp"
 
@@ -18,7 +19,9 @@ constexpr double factorisations = 15;  // of a time step, or of an event
 constexpr int most_grazes = 10;        // steps of a stretch cut short by an onset that was none
 
 /// The longest of equal parts of a time that is at most h [s].
-double equal_part(double time, double h) { return h < time ? time / std::ceil(time / h - 1e-9) : time; }
+double equal_part(double time, double h) {
+  return h < time ? time / std::ceil(time / h - contact::tolerances().same_instant) : time;
+}
 
 bool hard_alone(const std::vector<Touch>& touches) {
   return std::all_of(touches.begin(), touches.end(), [](const Touch& t) { return t.stiffness == 0; });
@@ -53,15 +56,15 @@ IslandReport IslandStepper::run(double t, double duration) {
   condensed_ = with_structure && may_condense(t, duration);
   bool restless = small || with_structure || settings_.fixed_step > 0;  // no long steps of what stands
   for (int b : island_->blocks) restless = restless || model_.blocks[static_cast<std::size_t>(b)].deformable;
-  while (duration - done > 1e-12 * duration) {
+  while (duration - done > contact::tolerances().time_round_off * duration) {
     Trial trial;
     trial.start = t + done;
     trial.remaining = duration - done;
     if (event_driven() && hard_alone(touches_) && (jammed() || too_much_happens(duration))) go_time_stepped();
     trial.lumped = !event_driven() || grazes > most_grazes || jammed();
     trial.h = next_length(trial, duration, longest);
-    if (!restless && trial.h < trial.remaining * (1 - 1e-9) && has_closed() && hard_alone(touches_) &&
-        stand(model_, state_, island_->blocks, still_speed(model_, trial.h)))
+    if (!restless && trial.h < trial.remaining * (1 - contact::tolerances().same_instant) && has_closed() &&
+        hard_alone(touches_) && stand(model_, state_, island_->blocks, still_speed(model_, trial.h)))
       trial.usual = std::exchange(trial.h, trial.remaining);
     find(trial.h);
     const int impacts_before = impacts_;
@@ -280,10 +283,10 @@ double IslandStepper::structure_step(double duration, double longest) {
   double stable = std::numeric_limits<double>::infinity();
   for (int s : island_->structures)
     stable = std::min(stable, env_.structures[static_cast<std::size_t>(s)].structure->critical_step());
-  double h = duration / std::ceil(duration / stable * (1 - 1e-12));
+  double h = duration / std::ceil(duration / stable * (1 - contact::tolerances().time_round_off));
   longest = std::min(longest, rise_limit(h));
-  bool bound = h > longest * (1 + 1e-9);
-  while (h > longest * (1 + 1e-9)) h *= 0.5;
+  bool bound = h > longest * (1 + contact::tolerances().same_instant);
+  while (h > longest * (1 + contact::tolerances().same_instant)) h *= 0.5;
   if (suggested_ > 0 && h > lengthening * suggested_) h = lengthening * suggested_, bound = true;
   suggested_ = bound ? h : stable;
   return h;

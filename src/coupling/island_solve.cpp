@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact/tolerances.hpp"
 #include "coupling/closeness.hpp"
 #include "coupling/island_body.hpp"
 #include "coupling/jammed.hpp"
@@ -331,9 +332,8 @@ bool IslandStepper::laws_met(double h) const {
   for (const Touch& t : touches_) {
     if (t.row < 0 || t.stiffness == 0) continue;
     if (leapfrog()) {
-      constexpr double allowed =
-          1e-6;  // of the impulse: the work that is off goes with it and is of either sign
-      if (deformable_structure(t) && !follows_law(t, h, allowed)) return false;
+      // The work that is off goes with the impulse and is of either sign.
+      if (deformable_structure(t) && !follows_law(t, h, contact::tolerances().follows_law)) return false;
       continue;
     }
     const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
@@ -344,7 +344,7 @@ bool IslandStepper::laws_met(double h) const {
     };
     if (t.spring == Mode::spring_end && t.b >= 0 && !deformable_structure(t) &&
         (follows(t.b) || (t.a.kind == Partner::Kind::block && follows(t.a.index)))) {
-      constexpr double allowed = 1e-6;  // of the impulse
+      const double allowed = contact::tolerances().follows_law;
       const double asked =
           h * (t.balanced_force - (t.dashpot > 0 ? t.dashpot * (parting(t)[0] - c.bias[0]) : 0.0));
       if (std::abs(c.impulse[0] - std::max(asked, -least)) >

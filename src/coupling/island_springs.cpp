@@ -17,6 +17,7 @@
 #include <limits>
 #include <numbers>
 
+#include "contact/tolerances.hpp"
 #include "coupling/island_body.hpp"
 
 namespace talus::coupling {
@@ -105,10 +106,7 @@ void IslandStepper::weigh_springs() {
     load(b, t.at.point_b, f);
     load(a, t.at.point_a, -f);
   }
-  // A rebound below this height is beneath the accuracy asked for; without gravity, this part of the speeds
-  // around.
-  const double quiet = std::max(std::sqrt(0.2 * settings_.accuracy * model_.gravity.norm() * length_),
-                                0.1 * settings_.accuracy * speed_);
+  const double quiet = gentle_speed();
   for (std::size_t i = 0; i < bodies_.size(); ++i) bodies_[i].spring_rate_sq = weights[i].rate_sq;
   /// Of a block on its springs.
   struct Side {
@@ -179,7 +177,8 @@ double IslandStepper::spring_limit(double h, bool lumped) const {
     const double resolved = std::min(phase_asked(settings_.accuracy) * resolved_phase,
                                      std::sqrt(allowed * rate / t.swing_speed)) /
                             rate;
-    if (t.at.gap < -1e-9 * length_ || t.pulls() || (t.at.gap <= touch_gap() && t.approach < 0)) {
+    if (t.at.gap < -contact::tolerances().overlap_none * length_ || t.pulls() ||
+        (t.at.gap <= touch_gap() && t.approach < 0)) {
       limit = std::min(limit, resolved);
     } else if (lumped && t.approach < 0) {
       limit = std::min(limit, std::max(resolved, t.at.gap / -t.approach));
@@ -273,7 +272,9 @@ bool IslandStepper::cut_at_release(double& h) const {
     }
     const double beyond = t.at.gap + 0.5 * h * (t.approach + end_speed);
     if (!(beyond > 0)) continue;
-    if (beyond * beyond * t.rate_sq <= 1e-3 * settings_.accuracy * t.approach * t.approach) continue;
+    if (beyond * beyond * t.rate_sq <=
+        contact::tolerances().opening_energy * settings_.accuracy * t.approach * t.approach)
+      continue;
     fraction = std::min(fraction, -t.at.gap / (beyond - t.at.gap));
   }
   if (fraction >= 1 || h * fraction <= settings_.min_step) return false;

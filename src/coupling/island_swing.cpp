@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact/tolerances.hpp"
 #include "coupling/island_body.hpp"
 
 namespace talus::coupling {
@@ -35,7 +36,8 @@ Eigen::Vector2d IslandStepper::slip_at_end(const Touch& t) const {
 bool IslandStepper::swing(bool first_pass) {
   bool as_supposed = true;
   for (Touch& t : touches_) {
-    if (t.row < 0 || !by_trapezoid(t) || !(first_pass || t.swings) || !(t.slip.norm() > 1e-6 * speed_))
+    if (t.row < 0 || !by_trapezoid(t) || !(first_pass || t.swings) ||
+        !(t.slip.norm() > contact::tolerances().slips * speed_))
       continue;
     const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
     const Eigen::Vector2d end = slip_at_end(t);
@@ -56,10 +58,10 @@ double IslandStepper::swing_error(double h) const {
   for (const Touch& t : touches_) {
     if (t.row < 0 || !by_trapezoid(t) || !(t.impulse[0] > 0)) continue;
     const double before = t.slip_row.norm();
-    if (!(before > 1e-6 * speed_)) continue;
+    if (!(before > contact::tolerances().slips * speed_)) continue;
     const Eigen::Vector2d end = slip_at_end(t);
     const double after = end.norm();
-    if (!(after > 1e-6 * speed_)) continue;
+    if (!(after > contact::tolerances().slips * speed_)) continue;
     const double across = t.slip_row.x() * end.y() - t.slip_row.y() * end.x(),
                  angle = std::atan2(std::abs(across), t.slip_row.dot(end)), sum = before + after;
     const double off =

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "contact/tolerances.hpp"
 #include "coupling/island_body.hpp"
 
 namespace talus::coupling {
@@ -65,7 +66,8 @@ bool IslandStepper::take(Trial& trial) {
       const double grow =
           error > 0 ? std::clamp(0.9 / std::cbrt(error), 0.3, fastest_growth) : fastest_growth;
       // The rest of a stretch, shorter than the step would be, says nothing against the longer one.
-      const bool clipped = trial.h >= trial.remaining * (1 - 1e-12) && grow >= 1;
+      const bool clipped =
+          trial.h >= trial.remaining * (1 - contact::tolerances().time_round_off) && grow >= 1;
       suggested_ = clipped ? std::max(suggested_, trial.h * grow) : trial.h * grow;
       if (trial.breaks > 0 || settling_)
         suggested_ = std::max(suggested_, trial.asked);  // short for its bond's sake, or for a bounce's
@@ -163,7 +165,8 @@ bool IslandStepper::breaks(const Touch& t) const {
   const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
   if (t.broken || !(c.cohesion > t.ploughing || c.tension > 0)) return false;  // ploughed ground is no bond
   if (t.stiffness > 0) return gives_way(t);
-  constexpr double nearly = 1e-3, times_unsolved = 5;
+  const double nearly = contact::tolerances().bond_yields;
+  constexpr double times_unsolved = 5;
   const double least = c.friction > 0 ? std::min(c.tension, c.cohesion / c.friction) : c.tension,
                most = c.friction * c.impulse[0] + c.cohesion;
   const bool torn = c.impulse[0] <= -least + nearly * least,
@@ -173,7 +176,7 @@ bool IslandStepper::breaks(const Touch& t) const {
                                     : 0.0;  // where the search has stalled, what the accuracy asked for tells
   const Vec3 moves = parting(t);
   return std::max(moves[0], moves.tail<2>().norm()) >
-         std::max({1e-9 * speed_, times_unsolved * unsolved_speed_, shows});
+         std::max({contact::tolerances().still * speed_, times_unsolved * unsolved_speed_, shows});
 }
 
 /// A bond holds over the whole of the step in which it breaks: the step is cut so that it ends there, in
@@ -241,7 +244,8 @@ bool IslandStepper::cut_at_stop(Trial& trial) {
 int IslandStepper::stopped_touch(const Trial& trial) const {
   int stopped = -1;
   double longest =
-      std::max(1e-2 * error_limit(), std::min(error_limit(), 1e-9)) *
+      std::max(contact::tolerances().stop_located * error_limit(),
+               std::min(error_limit(), contact::tolerances().overlap_none)) *
       length_;  // what sliding on would add at most; to locate a stop costs little, down to round-off
   for (std::size_t i = 0; i < touches_.size(); ++i) {
     const Touch& touch = touches_[i];
@@ -249,8 +253,7 @@ int IslandStepper::stopped_touch(const Trial& trial) const {
         touch.mode == Mode::closed || (touch.mode == Mode::spring_mean && touch.shear_stiffness == 0);
     if (touch.row < 0 || !trapezoid || !(touch.impulse[0] > 0)) continue;
     const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(touch.row)];
-    const bool sticks =
-        touch.impulse.tail<2>().norm() < (c.friction * touch.impulse[0] + c.cohesion) * (1 - 1e-9);
+    const bool sticks = !at_coulomb_bound(c, touch.impulse);
     const double path = 0.5 * trial.h * touch.slip.norm();
     if (!sticks || path <= longest) continue;
     longest = path;
@@ -277,7 +280,7 @@ bool IslandStepper::gains_energy() const {
   for (const Touch& t : touches_)
     if (t.row >= 0) scale += t.stored, swings = false;
   return (swings ? std::abs(pending_.algorithmic) : -pending_.algorithmic) >
-         gain_allowed * settings_.accuracy * scale + round_off;
+         contact::tolerances().gain * settings_.accuracy * scale + round_off;
 }
 
 }  // namespace talus::coupling

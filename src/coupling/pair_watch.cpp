@@ -4,16 +4,13 @@
 #include <limits>
 
 #include "contact/surface_near.hpp"
+#include "contact/tolerances.hpp"
 
 namespace talus::coupling {
 namespace {
 
-constexpr double carried_way =
-    3e-3;  // of the smaller radius: as far as points of a pair that touches are carried along
 constexpr double search_steps = 16;  // a search reaches so many steps beyond the one that asks,
 constexpr double steps_apart = 64;   // of a pair that was apart by then so many
-constexpr double skin_ahead =
-    0.15;  // of the block's radius: vertices of the skin so near are watched one by one
 
 bool at_skin(const Environment& env, const Partner& a) {
   return a.kind == Partner::Kind::structure &&
@@ -128,7 +125,7 @@ void PairWatch::look(const dda::Model& m, const dda::State& s, const Environment
   if (holds) {
     const double way = moved(m, s, env, pair);
     if (way + margin <= least_) return;  // nothing can have come so near
-    const double carried = carried_way * smaller_radius(m, pair);
+    const double carried = contact::tolerances().carried_way * smaller_radius(m, pair);
     holds = way + margin <= searched_ &&
             (way <= carried ||
              (at_skin(env, pair.a) && faces_moved(skin_of(env, pair.a), dda::pose(s, pair.b)) <= carried));
@@ -142,8 +139,8 @@ void PairWatch::search(const dda::Model& m, const dda::State& s, const Environme
   thread_local std::vector<FoundPoint> found;
   found.clear();
   const bool apart = searched_ >= 0 && least_ > margin;
-  searched_ =
-      margin + std::max((apart ? steps_apart : search_steps) * reach, carried_way * smaller_radius(m, pair));
+  searched_ = margin + std::max((apart ? steps_apart : search_steps) * reach,
+                                contact::tolerances().carried_way * smaller_radius(m, pair));
   b_ = dda::pose(s, pair.b);
   if (pair.a.kind == Partner::Kind::block) a_ = dda::pose(s, pair.a.index);
   find_points(m, s, env, pair, searched_, found);
@@ -157,7 +154,7 @@ void PairWatch::search(const dda::Model& m, const dda::State& s, const Environme
   const contact::SurfaceIndex& index = *env.structures[static_cast<std::size_t>(pair.a.index)].index;
   const TriangleSurface& surface = index.surface();
   skin_path_ = skin_path;
-  skin_slack_ = skin_ahead * radius_of(m, pair.b);
+  skin_slack_ = contact::tolerances().skin_ahead * radius_of(m, pair.b);
   revision_ = surface.revision;
   contact::near_vertices(
       index, contact::bounds(*m.blocks[static_cast<std::size_t>(pair.b)].shape, b_, searched_ + skin_slack_),

@@ -1,4 +1,5 @@
 #include "coupling/spring_carry.hpp"
+#include "contact/tolerances.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -178,8 +179,8 @@ void carry_springs(const CandidatePair& pair, std::span<Touch> touches,
   changed.clear();
   for (Spring& p : springs) {
     Touch& t = *p.touch;
-    if (p.last != nullptr &&
-        std::abs(p.last->stiffness - t.normal_law.stiffness) <= 1e-9 * t.normal_law.stiffness) {
+    if (p.last != nullptr && std::abs(p.last->stiffness - t.normal_law.stiffness) <=
+                                 contact::tolerances().same_stiffness * t.normal_law.stiffness) {
       p.depth = p.last->indentation > opened * t.at.gap && p.last->indentation > 0 ? p.last->indentation
                                                                                    : std::min(0.0, -t.at.gap);
       continue;
@@ -212,7 +213,8 @@ void carry_springs(const CandidatePair& pair, std::span<Touch> touches,
     t.offset = -p.depth - t.at.gap;
     t.at.gap = -p.depth;
   }
-  if (left > 1e-9 * budget && !stiffen(springs, lost, left)) set_free(pair, given, left, loose);
+  if (left > contact::tolerances().same_stiffness * budget && !stiffen(springs, lost, left))
+    set_free(pair, given, left, loose);
   carry_shear(springs, all);
   for (const Spring& p : springs) {
     const bool stays =

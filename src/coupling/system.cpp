@@ -14,6 +14,7 @@
 #include <fmt/format.h>
 
 #include "contact/divided.hpp"
+#include "contact/tolerances.hpp"
 #include "core/error.hpp"
 #include "core/multiples.hpp"
 #include "core/ranks.hpp"
@@ -23,7 +24,6 @@ namespace talus::coupling {
 namespace {
 
 constexpr int few_blocks = 12;         // in motion, up to which a stretch beside a structure is not shortened
-constexpr double on_clock = 1e-9;      // of a stretch: instants so near to each other are one
 constexpr double crowded_steps = 128;  // sub-steps of a structure in a stretch, among debris
 
 /// The whole skin as it is now.
@@ -417,7 +417,8 @@ void CoupledSystem::replay(StructurePart& part, double duration, std::span<const
     loads.push_back({&r, surface_weights(part.index->surface(), part.index->triangle_at(r.point), r.point)});
   Structure& s = *part.structure;
   const double work_before = s.energy().contact_work;
-  const long steps = std::max(1L, static_cast<long>(std::ceil(duration / s.critical_step() * (1 - 1e-12))));
+  const long steps = std::max(1L, static_cast<long>(std::ceil(duration / s.critical_step() *
+                                                              (1 - contact::tolerances().time_round_off))));
   const double h = duration / static_cast<double>(steps);
   std::vector<NodeImpulse> impulses;
   for (long k = 0; k < steps; ++k) {
@@ -479,8 +480,8 @@ bool rows_end_stretches(const Environment& env) {
 double CoupledSystem::longest_stretch() const {
   const double step = settings_.step.fixed_step;
   if (!(step > 0) || rows_end_stretches(env_)) return settings_.longest_stretch;
-  return Multiples(step).at(
-      std::max(1L, std::lround(std::floor(settings_.longest_stretch / step * (1 + on_clock)))));
+  return Multiples(step).at(std::max(1L, std::lround(std::floor(settings_.longest_stretch / step *
+                                                                (1 + contact::tolerances().same_instant)))));
 }
 
 /// The next multiple of the longest stretch on the run's clock, or `end` if that is not later.
@@ -488,8 +489,8 @@ double CoupledSystem::stretch_end(double end) const {
   if (rows_end_stretches(env_)) return end;
   const double longest = longest_stretch();
   const Multiples ends(longest);
-  const long k = ends.after(state_.time + on_clock * longest);
-  return ends.at(k) < end - on_clock * longest ? ends.at(k) : end;
+  const long k = ends.after(state_.time + contact::tolerances().same_instant * longest);
+  return ends.at(k) < end - contact::tolerances().same_instant * longest ? ends.at(k) : end;
 }
 
 std::vector<dda::State> CoupledSystem::again(const SystemState& from, std::span<const double> times) {
@@ -527,11 +528,12 @@ std::vector<dda::State> CoupledSystem::again(const SystemState& from, std::span<
 /// One stretch, tried shorter until it stands.
 bool CoupledSystem::go_on(double end, const std::atomic<int>* stop, std::span<const double> rows) {
   motion_.clear();
-  while (end - state_.time > 1e-12 * std::max(1.0, std::abs(end))) {
+  while (end - state_.time > contact::tolerances().time_round_off * std::max(1.0, std::abs(end))) {
     const double t = stretch_end(end), remaining = t - state_.time;
     const double longest = state_.stretch > 0 ? state_.stretch : longest_stretch();
     double duration = std::min(remaining, longest);
-    if (duration < remaining) duration = remaining / std::ceil(remaining / duration - 1e-9);
+    if (duration < remaining)
+      duration = remaining / std::ceil(remaining / duration - contact::tolerances().same_instant);
     std::string failure;
     const double start = state_.time;
     if (agreed(stop) != 0) return false;

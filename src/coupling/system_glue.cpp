@@ -2,6 +2,7 @@
 // or sheared off. What meets later does not stick.
 #include <algorithm>
 
+#include "contact/tolerances.hpp"
 #include "coupling/system.hpp"
 #include "coupling/touch.hpp"
 
@@ -25,7 +26,8 @@ void CoupledSystem::glue(const KnownPairs& known) {
       const bool at_skin = pair.a.kind == Partner::Kind::structure &&
                            !env_.structures[static_cast<std::size_t>(pair.a.index)].fixed_surface;
       std::vector<FoundPoint> points;  // of a bed as well: bonds on a structure are hard
-      find_points(model_, state_.blocks, env_, pair, at_skin ? bond_gap(shape) : 1e-6 * shape.radius, points);
+      find_points(model_, state_.blocks, env_, pair,
+                  at_skin ? bond_gap(shape) : contact::tolerances().bonded_gap * shape.radius, points);
       make_touches(model_, state_.blocks, env_, pair, points, state_.contacts, touches);
       auto& list = state_.contacts[static_cast<std::size_t>(pair.b)];
       const bool as_it_was = known && known(pair);

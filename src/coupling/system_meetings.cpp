@@ -8,6 +8,7 @@
 
 #include "contact/apart.hpp"
 #include "contact/parallel.hpp"
+#include "contact/tolerances.hpp"
 #include "coupling/system.hpp"
 
 namespace talus::coupling {
@@ -63,7 +64,8 @@ class Way {
 
 /// Distance from which on a block is touched [m].
 double CoupledSystem::touching(int block) const {
-  return 1e-5 * model_.blocks[static_cast<std::size_t>(block)].shape->radius + env_.bond_stretch;
+  return contact::tolerances().cluster_gap * model_.blocks[static_cast<std::size_t>(block)].shape->radius +
+         env_.bond_stretch;
 }
 
 /// True if the two pressed on each other, or held together, when they were last stepped.

@@ -4,13 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact/tolerances.hpp"
 #include "coupling/contact_numbers.hpp"
 #include "coupling/system.hpp"
 
 namespace talus::coupling {
 namespace {
-
-constexpr double on_skin = 1e-2;  // as near as this share of a piece's radius a point lies on its surface
 
 void sort(std::vector<ContactMemory>& list) {
   std::sort(list.begin(), list.end(), [](const ContactMemory& a, const ContactMemory& b) {
@@ -20,7 +19,7 @@ void sort(std::vector<ContactMemory>& list) {
 
 /// True if x lies on a face of the piece that looks along n.
 bool on_face(const Polyhedron& shape, const Pose& pose, const Vec3& x, const Vec3& n) {
-  const double near = on_skin * shape.radius;
+  const double near = contact::tolerances().on_skin * shape.radius;
   for (std::size_t k = 0; k < shape.triangles.size(); ++k) {
     const auto& t = shape.triangles[k];
     const Vec3 a = pose.world(shape.vertices[static_cast<std::size_t>(t[0])]),

@@ -6,13 +6,11 @@
 
 #include "contact/apart.hpp"
 #include "contact/parallel.hpp"
+#include "contact/tolerances.hpp"
 #include "coupling/system.hpp"
 
 namespace talus::coupling {
 namespace {
-
-constexpr double woken_by =
-    1e-3;  // way of a structure's skin within the stretch, of the radius of a block that sleeps
 
 /// Of pairs whose boxes overlap, those that can touch: one of the two moves, and no plane between them proves
 /// that they stay apart.
@@ -177,7 +175,8 @@ void CoupledSystem::group(const Pairs& pairs, std::span<const CandidatePair> fix
   for (const CandidatePair& c : fixed) {
     const auto b = static_cast<std::size_t>(c.b);
     if (c.a.kind != Partner::Kind::structure ||
-        p.structure_reach[static_cast<std::size_t>(c.a.index)] <= woken_by * model_.blocks[b].shape->radius)
+        p.structure_reach[static_cast<std::size_t>(c.a.index)] <=
+            contact::tolerances().woken_by * model_.blocks[b].shape->radius)
       continue;
     const auto& known = state_.contacts[b];
     if (std::none_of(known.begin(), known.end(),

@@ -7,11 +7,10 @@
 #include <utility>
 
 #include "contact/surface_index.hpp"
+#include "contact/tolerances.hpp"
 
 namespace talus::coupling {
 namespace {
-
-constexpr double parallel_cosine = 0.9998;
 
 struct Range {
   double low = std::numeric_limits<double>::infinity(), high = -low;
@@ -141,7 +140,8 @@ class EdgeFilter {
   bool slides(const Touch& t, int q) {
     for (std::size_t k = first_facing_[static_cast<std::size_t>(q)];
          k < first_facing_[static_cast<std::size_t>(q) + 1]; ++k)
-      if (std::abs(facings_[k].n.dot(t.at.normal)) <= parallel_cosine && parts(facings_[k], t, q))
+      if (std::abs(facings_[k].n.dot(t.at.normal)) <= contact::tolerances().parallel_cosine() &&
+          parts(facings_[k], t, q))
         return true;
     return false;
   }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "contact/impact_damping.hpp"
+#include "contact/tolerances.hpp"
 
 namespace talus::coupling {
 namespace {
@@ -132,7 +133,7 @@ void share_dashpots(const dda::Model& m, const CandidatePair& pair, bool lasts, 
   double ratio = 0, stiffness = 0;
   bool weighed = false;
   const dda::Model::Block& block = m.blocks[static_cast<std::size_t>(pair.b)];
-  const double closed = 1e-6 * block.shape->radius;
+  const double closed = contact::tolerances().bonded_gap * block.shape->radius;
   for (Touch& t : touches) {
     if (t.stiffness == 0) continue;
     if (t.law != law) law = t.law, ratio = damping_ratio(*law, lasts);
@@ -207,7 +208,8 @@ bool within_cell(const ContactLaw& law, double young, double edge) {
 }
 
 void keep_stiffness(Touch& t, const ContactMemory& last) {
-  if (t.stiffness == 0 || !(last.normal_energy > 0) || last.stiffness <= t.normal_law.stiffness * (1 + 1e-12))
+  if (t.stiffness == 0 || !(last.normal_energy > 0) ||
+      last.stiffness <= t.normal_law.stiffness * (1 + contact::tolerances().same_stiffness))
     return;
   const double grown = last.stiffness / t.normal_law.stiffness;
   t.normal_law.stiffness = last.stiffness;

@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
+#include "contact/tolerances.hpp"
 #include "verify/measures.hpp"
 #include "verify/scene_text.hpp"
 
@@ -261,6 +263,25 @@ Copied on_springs(const std::string& id, double stiffness) {
   return c;
 }
 
+/// Error of the worst of n copies over the size that the accuracy is relative to; NaN if the run fails.
+double worst_off(CaseRun& c, const Copied& scene, int n, const Method& method, Outcome& o) {
+  SceneText s(method, scene.duration);
+  scene.common(s);
+  std::vector<std::size_t> judged;
+  std::size_t blocks = 0;
+  for (int k = 0; k < n; ++k) {
+    const int of_copy = scene.copy(s, k * scene.pitch, fmt::format("B{}", k));
+    judged.push_back(blocks + static_cast<std::size_t>(scene.judged));
+    blocks += static_cast<std::size_t>(of_copy);
+  }
+  o = c.run(s.str());
+  if (!o.ok()) return std::numeric_limits<double>::quiet_NaN();
+  double off = 0;
+  for (const std::size_t b : judged)
+    off = std::max(off, (o.last().position[b] - o.rows.front().position[b] - scene.goes).norm());
+  return off / scene.size;
+}
+
 void calibrate(CaseRun& c, const Copied& scene) {
   const std::vector<int> copies = c.quick() ? std::vector{1, 13} : std::vector{1, 13, 130};
   const std::vector<double> accuracies =
@@ -269,22 +290,51 @@ void calibrate(CaseRun& c, const Copied& scene) {
     for (const double a : accuracies) {
       const Method m = Method::by_accuracy(a);
       c.method(m);
-      SceneText s(m, scene.duration);
-      scene.common(s);
-      std::vector<std::size_t> judged;
-      std::size_t blocks = 0;
-      for (int k = 0; k < n; ++k) {
-        const int of_copy = scene.copy(s, k * scene.pitch, fmt::format("B{}", k));
-        judged.push_back(blocks + static_cast<std::size_t>(scene.judged));
-        blocks += static_cast<std::size_t>(of_copy);
-      }
-      const Outcome o = c.run(s.str());
-      double off = 0;
-      for (const std::size_t b : judged)
-        off = std::max(off, (o.last().position[b] - o.rows.front().position[b] - scene.goes).norm());
+      Outcome o;
+      const double off = worst_off(c, scene, n, m, o);
       c.absolute(fmt::format("{} [of its size], {} cop{}", scene.title, n, n == 1 ? "y" : "ies"),
-                 scene.source, 0, o.ok() ? off / scene.size : NAN, a);
-      c.point(n == 1 ? "1 copy" : fmt::format("{} copies", n), a, off / scene.size, o);
+                 scene.source, 0, off, a);
+      c.point(n == 1 ? "1 copy" : fmt::format("{} copies", n), a, off, o);
+    }
+}
+
+std::vector<Copied> calibrated_scenes() {
+  return {turning_slide(),
+          stop(),
+          rider(),
+          bounce(),
+          rocking_scene(),
+          wedge_scene(),
+          edge_of_a_table(),
+          pendulum_scene(),
+          on_springs("springs", 1e8),
+          on_springs("soft", 1e6)};
+}
+
+/// No tolerance decides what a result is: with each of them a tenth and ten times as large the closed forms
+/// are met to the accuracy all the same.
+void vary_tolerances(CaseRun& c) {
+  const double accuracy = 1e-3;
+  const Method m = Method::by_accuracy(accuracy);
+  const std::vector<Copied> scenes = calibrated_scenes();
+  c.method(m);
+  for (const contact::ToleranceInfo& tolerance : contact::list_of_tolerances())
+    for (const double factor : {0.1, 10.0}) {
+      contact::Tolerances others = contact::tolerances();
+      others.*tolerance.value *= factor;
+      const contact::OtherTolerances varied(others);
+      double worst = 0;
+      std::string where;
+      for (const Copied& scene : scenes)
+        for (const int n : c.quick() ? std::vector{1} : std::vector{1, 13}) {
+          Outcome o;
+          const double off = worst_off(c, scene, n, m, o);
+          if (off <= worst || std::isnan(worst)) continue;
+          worst = off;
+          where = fmt::format("{}, {}", scene.id, n);
+        }
+      c.absolute(fmt::format("{} times {} (worst: {}) [of its size]", tolerance.name, factor, where),
+                 "closed forms of G8", 0, worst, accuracy);
     }
 }
 
@@ -292,11 +342,11 @@ void calibrate(CaseRun& c, const Copied& scene) {
 
 std::vector<Case> calibration_cases() {
   std::vector<Case> cases;
-  for (const Copied& scene :
-       {turning_slide(), stop(), rider(), bounce(), rocking_scene(), wedge_scene(), edge_of_a_table(),
-        pendulum_scene(), on_springs("springs", 1e8), on_springs("soft", 1e6)})
+  for (const Copied& scene : calibrated_scenes())
     cases.push_back({"invariants", "G8-" + scene.id, scene.title, scene.source, true,
                      [scene](CaseRun& c) { calibrate(c, scene); }});
+  cases.push_back({"invariants", "G13-tolerances", "each tolerance a tenth and ten times as large",
+                   "closed forms of G8", true, vary_tolerances});
   return cases;
 }
 
