@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "contact/tolerances.hpp"
 #include "coupling/island_body.hpp"
 
 namespace talus::coupling {
@@ -75,7 +76,7 @@ bool IslandStepper::makes_energy(const Body& b) const {
   const double kinetic = 0.5 * block.mass * b.v0.head<3>().squaredNorm(),
                round_off = 1e-14 * block.mass * speed_ * speed_;
   return dda::internal_energy(block, b.free) - b.internal0 >
-         gain_allowed * settings_.accuracy * (kinetic + b.internal0) + round_off;
+         contact::tolerances().gain * settings_.accuracy * (kinetic + b.internal0) + round_off;
 }
 
 /// No point of a rigid block is faster [m/s].
