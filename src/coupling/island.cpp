@@ -140,9 +140,9 @@ bool IslandStepper::has_closed() const {
     if (!model_.blocks[static_cast<std::size_t>(b.block)].fixed_points.empty()) return true;
   for (const Touch& t : touches_)
     // A spring that meets has a row from here on; on which side of zero round-off put its gap must not tell.
-    if (t.stiffness > 0 ? t.at.gap <= 0 || (t.at.gap <= touch_gap() && t.approach < 0) || t.pulls()
-                        : t.at.gap <= touch_gap() || (event_driven() && t.at.gap <= near_gap() &&
-                                                      std::abs(t.approach) <= slow_speed()))
+    if (t.stiffness > 0
+            ? t.at.gap <= 0 || (t.at.gap <= touch_gap() && t.approach < 0) || t.pulls()
+            : t.at.gap <= touch_gap() || (t.at.gap <= near_gap() && std::abs(t.approach) <= slow_speed()))
       return true;
   return false;
 }

@@ -164,6 +164,7 @@ class IslandStepper {
   void begin_swing();
   bool swing(bool first_pass);
   Eigen::Vector2d slip_at_end(const Touch& touch) const;
+  bool by_trapezoid(const Touch& touch) const;
   double swing_error(double h) const;
   /// The touches of the present state within the reach of h; `at_start`: it is the one that the memory
   /// belongs to.
@@ -312,6 +313,8 @@ class IslandStepper {
   bool solve_rolling(double h, Effort effort);
   void list_terms();
   void apply(double h);
+  bool mark_reached(const std::function<bool(const Touch&)>& bear,
+                    const std::function<bool(const Touch&)>& begins, const std::function<void(Body&)>& mark);
   void move_body(Body& body, double h);
   void set_spin(int block, const Vec3& momentum, bool strains);
   void shrink_births(int block);
@@ -471,7 +474,7 @@ class IslandStepper {
   std::vector<Skin> skins_;  // of the condensed regime, one body each in place of nodes_
   bool condensed_ = false;   // the structures take condensed steps
   bool sprung_ = false;      // springs act in the step, between blocks alone
-  bool from_start_ = false;  // an onset: all impulses of the step act from its start, x + h v^+
+  bool from_start_ = false;  // an onset reaches some body of the step (Body::from_start)
   std::vector<NodeImpulse> shares_;
   struct HeldShare {
     int structure, node, contact;

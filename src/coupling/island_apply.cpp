@@ -3,6 +3,7 @@
 #include <cmath>
 #include <optional>
 
+#include "core/disjoint_sets.hpp"
 #include "coupling/island_body.hpp"
 
 namespace talus::coupling {
@@ -63,23 +64,47 @@ void IslandStepper::list_terms() {
   first_term_of_.pop_back();
 }
 
+/// Marks every body that an onset reaches: through rows that `bear` it is connected to a touch that `begins`.
+/// True if there is one. What nothing connects to it keeps the trapezoid, whatever island it belongs to.
+bool IslandStepper::mark_reached(const std::function<bool(const Touch&)>& bear,
+                                 const std::function<bool(const Touch&)>& begins,
+                                 const std::function<void(Body&)>& mark) {
+  const auto body = [&](const Touch& t) { return local_[static_cast<std::size_t>(t.b)]; };
+  if (std::ranges::none_of(touches_, [&](const Touch& t) { return t.row >= 0 && begins(t); })) return false;
+  DisjointSets sets(static_cast<int>(bodies_.size()));
+  for (const Touch& t : touches_)
+    if (t.row >= 0 && t.a.kind == Partner::Kind::block && bear(t))
+      if (const int a = local_[static_cast<std::size_t>(t.a.index)]; a >= 0) sets.join(a, body(t));
+  std::vector<char> reached(bodies_.size(), 0);
+  for (const Touch& t : touches_)
+    if (t.row >= 0 && begins(t)) reached[static_cast<std::size_t>(sets.root(body(t)))] = 1;
+  for (std::size_t i = 0; i < bodies_.size(); ++i)
+    if (reached[static_cast<std::size_t>(sets.root(static_cast<int>(i)))] != 0) mark(bodies_[i]);
+  return true;
+}
+
 void IslandStepper::apply(double h) {
   if (h > 0) found_for_ = -1;  // an impulse leaves the positions
   // With a hard onset in the step all its impulses act from the start: x + h v^+. Steps of closed touches
   // alone keep the trapezoid, and springs their own rule.
-  bool onset = false, sprung = false;
-  for (const Touch& t : touches_) {
-    if (t.row < 0) continue;
-    sprung = sprung || t.stiffness > 0;
-    onset =
-        onset || (t.mode == Mode::end && problem_.contacts[static_cast<std::size_t>(t.row)].impulse[0] > 0);
+  const bool sprung =
+      std::ranges::any_of(touches_, [](const Touch& t) { return t.row >= 0 && t.stiffness > 0; });
+  from_start_ = false;
+  for (Body& b : bodies_) b.from_start = false;
+  if (!sprung && h > 0 && island_->structures.empty()) {
+    const auto impulse = [&](const Touch& t) -> const Vec3& {
+      return problem_.contacts[static_cast<std::size_t>(t.row)].impulse;
+    };
+    from_start_ = mark_reached([&](const Touch& t) { return !impulse(t).isZero(0); },
+                               [&](const Touch& t) { return t.mode == Mode::end && impulse(t)[0] > 0; },
+                               [](Body& b) { b.from_start = true; });
   }
-  from_start_ = onset && !sprung && h > 0 && island_->structures.empty();
   theta_of_.assign(problem_.contacts.size(), 0.5);  // of rolling rows and fixed points
   each_touch([&](Touch& t) {
     if (t.row < 0) return;
     t.impulse = problem_.contacts[static_cast<std::size_t>(t.row)].impulse;
-    if (from_start_) t.theta = 1;
+    if (from_start_ && bodies_[static_cast<std::size_t>(local_[static_cast<std::size_t>(t.b)])].from_start)
+      t.theta = 1;
     if (t.stiffness > 0 && h > 0) t.indentation = indentation_at_end(t, h);
     theta_of_[static_cast<std::size_t>(t.row)] =
         t.spring == Mode::spring_end || (condensed_ && deformable_structure(t))
@@ -138,7 +163,7 @@ void IslandStepper::move_body(Body& b, double h) {
     state_.c[k] += d.head<3>();
     // Of free flow's own parabola only the velocity counts, unless next to nothing pushes: what falls
     // together falls as what falls alone.
-    if (from_start_)
+    if (b.from_start)
       state_.c[k] += std::min(1.0, b.impulse.head<3>().norm() /
                                        (0.1 * model_.blocks[k].mass * model_.gravity.norm() * h)) *
                      0.5 * h * h * model_.gravity;
@@ -159,7 +184,7 @@ void IslandStepper::move_body(Body& b, double h) {
     // pass, which the rows were made about.
     Vec3 turned = b.impulse.segment<3>(3);
     if (island_->structures.empty() && !b.end_rule && !b.pressed)
-      turned -= ((from_start_ ? b.start.c : Vec3(0.5 * (b.start.c + state_.c[k]))) - b.about)
+      turned -= ((b.from_start ? b.start.c : Vec3(0.5 * (b.start.c + state_.c[k]))) - b.about)
                     .cross(b.impulse.head<3>());
     set_spin(b.block, b.momentum0 + turned, b.ndof == 12);
   }

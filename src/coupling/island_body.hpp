@@ -29,6 +29,8 @@ struct IslandStepper::Body {
   bool follows = false;  // end_rule, and connected by springs to a block of the trapezoid: it follows that
                          // one quasi-statically
   Vec6 strain_lag = Vec6::Zero();  // impulse of its stress at the end less that which it follows with [J s]
+  bool from_start = false;      // an onset reaches it through what presses: all its impulses of the step act
+                                // from its start, x + h v^+
   bool strains_at_end = false;  // strain alone so: an onset's impulse acts on it from the start of the step,
                                 // or the trapezoid would make energy
   bool guarded = false;       // in a step that is not shortened for energy made: its free flow may make none

@@ -165,7 +165,8 @@ void IslandStepper::Booking::row(const Touch& t) {
 void IslandStepper::Booking::hard_row(const Touch& t, const contact::ProblemContact& c, const Slip& s) {
   const Vec3 mean = s.blocks + s.structure;
   const double normal_work = c.impulse[0] * mean[0], slip_work = c.impulse.tail<2>().dot(mean.tail<2>());
-  if (of.from_start_) {
+  if (of.from_start_ &&
+      of.bodies_[static_cast<std::size_t>(of.local_[static_cast<std::size_t>(t.b)])].from_start) {
     // Positions go by the velocities at the end, and so does the slip: friction takes its force times that.
     // By the means of the velocities the normals have taken the rest.
     const double slid = std::max(0.0, -c.impulse.tail<2>().dot(s.last.tail<2>()));
@@ -247,7 +248,7 @@ void IslandStepper::Booking::position(const Body& b) {
   // Blocks braked at the start of the step stay higher than the means of the velocities say: so much less the
   // impact took.
   const double sunk = block.mass * of.model_.gravity.dot(of.state_.c[k] - trapezoid);
-  (of.from_start_ && sunk < 0 ? loss.impact : pending.algorithmic) += sunk;
+  (b.from_start && sunk < 0 ? loss.impact : pending.algorithmic) += sunk;
 }
 
 /// The momentum is exact at the orientation reached, where the inertia is another than the one that the

@@ -464,12 +464,13 @@ void IslandStepper::assemble(double h, bool lumped, bool first_pass) {
       } else if (at_structure) {
         if (t.at.gap + h * t.approach < contact::tolerances().structure_near * length_) t.mode = Mode::end;
       } else if (t.at.gap <= touch_gap() ||
-                 (!lumped && t.at.gap <= near_gap() && std::abs(t.approach) <= slow_speed())) {
+                 (t.at.gap <= near_gap() && std::abs(t.approach) <= slow_speed())) {
         const double resting =
-            lumped ? 1e-3 * model_.gravity.norm() * h + contact::tolerances().still * speed_
-                   : std::max(slow_speed(), (t.persistent ? contact::tolerances().pressed_still
-                                                          : contact::tolerances().still) *
-                                                speed_);
+            lumped && t.at.gap <= touch_gap()
+                ? 1e-3 * model_.gravity.norm() * h + contact::tolerances().still * speed_
+                : std::max(slow_speed(), (t.persistent ? contact::tolerances().pressed_still
+                                                       : contact::tolerances().still) *
+                                             speed_);
         if (t.approach > resting)
           t.mode = lumped ? Mode::end : Mode::idle;
         else if ((t.approach < -resting && lumped) || (settling_ && t.approach > 0))
@@ -487,13 +488,12 @@ void IslandStepper::assemble(double h, bool lumped, bool first_pass) {
     if (t.mode != Mode::idle) take_row(t, h, first_pass);
   }
   // Steps with an onset go by x + h v^+ (apply), and their moments about where they start.
-  bool onset = false, sprung = false;
-  for (const Touch& t : touches_) {
-    onset = onset || (t.row >= 0 && t.mode == Mode::end && t.at.gap + h * t.approach < 0);
-    sprung = sprung || (t.row >= 0 && t.stiffness > 0);
-  }
-  if (onset && !sprung && island_->structures.empty())
-    for (Body& b : bodies_) b.about = b.start.c;
+  const bool sprung =
+      std::ranges::any_of(touches_, [](const Touch& t) { return t.row >= 0 && t.stiffness > 0; });
+  if (!sprung && island_->structures.empty())
+    mark_reached([](const Touch&) { return true; },
+                 [&](const Touch& t) { return t.mode == Mode::end && t.at.gap + h * t.approach < 0; },
+                 [](Body& b) { b.about = b.start.c; });
   fill_rows(h, first_pass);
   const bool give = leapfrog() && problem_.contacts.size() >
                                       many_contacts;  // of many rows the least impulses are the solution, and

@@ -232,7 +232,7 @@ bool IslandStepper::strain_from_start() {
   if (!from_start_) return false;
   bool found = false;
   for (Body& b : bodies_)
-    if (b.ndof == 12 && !b.end_rule && !b.strains_at_end && !b.impulse.isZero(0))
+    if (b.from_start && b.ndof == 12 && !b.end_rule && !b.strains_at_end && !b.impulse.isZero(0))
       found = b.strains_at_end = true;
   return found;
 }
@@ -293,7 +293,7 @@ IslandStepper::Outcome IslandStepper::smooth(double h, bool lumped, int passes, 
     }
     if (problem_.contacts.empty()) break;
     // Of time-stepped islands where the turning of the slip adds more to the error than a step may have.
-    const bool turns = !lumped || (!from_start_ && (pass > 0 || swing_error(h) > error_limit()));
+    const bool turns = !lumped || pass > 0 || swing_error(h) > error_limit();
     const bool swung = !turns || swing(pass == 0);
     followed = laws_met(h);
     const bool met = solved && swung && followed;

@@ -10,14 +10,13 @@
 #include "coupling/island_body.hpp"
 
 namespace talus::coupling {
-namespace {
 
 /// Whether the positions follow this touch's impulse by the trapezoid, and its friction has no spring.
-bool by_trapezoid(const Touch& t) {
+bool IslandStepper::by_trapezoid(const Touch& t) const {
+  if (t.b >= 0 && bodies_[static_cast<std::size_t>(local_[static_cast<std::size_t>(t.b)])].from_start)
+    return false;
   return t.mode == Mode::closed || (t.mode == Mode::spring_mean && t.shear_stiffness == 0);
 }
-
-}  // namespace
 
 void IslandStepper::begin_swing() {
   for (Touch& t : touches_) {

@@ -285,7 +285,7 @@ double worst_off(CaseRun& c, const Copied& scene, int n, const Method& method, O
 void calibrate(CaseRun& c, const Copied& scene) {
   const std::vector<int> copies = c.quick() ? std::vector{1, 13} : std::vector{1, 13, 130};
   const std::vector<double> accuracies =
-      c.quick() ? std::vector{1e-1, 1e-3, 1e-5} : std::vector{1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6};
+      c.quick() ? std::vector{1e-1, 1e-2, 1e-3, 1e-5} : std::vector{1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6};
   for (const int n : copies)
     for (const double a : accuracies) {
       const Method m = Method::by_accuracy(a);

@@ -50,7 +50,8 @@ TEST_P(Invariant, Holds) {
 INSTANTIATE_TEST_SUITE_P(G, Invariant,
                          testing::Values("G1", "G2", "G3", "G4", "G6", "G7", "G9", "G10", "G11", "G12",
                                          "G8-slide", "G8-stop", "G8-rider", "G8-bounce", "G8-rocking",
-                                         "G8-wedge", "G8-edge", "G8-pendulum", "G8-springs", "G8-soft"),
+                                         "G8-wedge", "G8-edge", "G8-pendulum", "G8-springs", "G8-soft",
+                                         "G13-tolerances"),
                          [](const auto& info) {
                            std::string name = info.param;
                            std::ranges::replace(name, '-', '_');
