@@ -192,7 +192,8 @@ ensemble::GroundHeight ground_under(sim::Simulation& simulation) {
 std::vector<ensemble::PlanLine> lines_of(sim::Simulation& simulation) {
   std::vector<ensemble::PlanLine> lines = ensemble::plan_lines(simulation.scene(), simulation.header().crs);
   const std::vector<Problem> problems =
-      ensemble::line_problems(lines, ground_under(simulation), simulation.scene().file);
+      ensemble::line_problems(lines, ground_under(simulation), simulation.scene().file,
+                              simulation.scene().site ? simulation.scene().site->origin : Vec3::Zero());
   if (std::any_of(problems.begin(), problems.end(),
                   [](const Problem& p) { return p.severity == Problem::Severity::error; }))
     throw InputError(problems);

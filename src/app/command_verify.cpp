@@ -1,5 +1,10 @@
 // talus verify: the suites, a line per comparison, verify.json and plots.
+#include <unistd.h>
+
+#include <cerrno>
 #include <cstdio>
+#include <filesystem>
+#include <system_error>
 
 #include <fmt/format.h>
 
@@ -8,6 +13,23 @@
 #include "verify/suite.hpp"
 
 namespace talus::app {
+namespace {
+
+/// Suites take minutes: a directory that cannot be written is refused before them.
+void make_writable(const std::string& directory) {
+  std::error_code error;
+  std::filesystem::create_directories(directory, error);
+  if (!error && access(directory.c_str(), W_OK) != 0) error = {errno, std::generic_category()};
+  if (!error) return;
+  Problem problem;
+  problem.key = "output directory";
+  problem.value = directory;
+  problem.rule = "cannot be written: " + error.message();
+  problem.remedy = "name another directory with -o";
+  throw InputError(problem);
+}
+
+}  // namespace
 
 int command_verify(const Options& options) {
   // SUITE or SUITE/CASE.
@@ -30,6 +52,7 @@ int command_verify(const Options& options) {
     problem.remedy = "leave it out to run all";
     throw InputError(problem);
   }
+  if (!options.output.empty()) make_writable(options.output);
   fmt::print("{:<7} {:<6} {:<24} {:<44} {:>14} {:>14} {:>9} {:>8} {:>8}\n", "", "case", "method", "quantity",
              "expected", "measured", "error", "allowed", "CPU s");
   const verify::Report report = verify::run_suites(

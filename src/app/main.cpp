@@ -9,6 +9,7 @@
 #include <exception>
 #include <functional>
 #include <map>
+#include <string_view>
 #include <system_error>
 
 #include <fmt/format.h>
@@ -116,7 +117,11 @@ int main(int argc, char** argv) {
   } catch (const NumericalFailure& error) {
     text = fmt::format("talus: {}", error.what());
   } catch (const io::WriteError& error) {
-    text = fmt::format("talus: {}; when it can be written again, go on with --resume", error.what());
+    const std::string_view command = argc > 1 ? argv[1] : "";
+    const bool resumes = command == "run" || command == "impact" || command == "ensemble";
+    text = fmt::format(
+        "talus: {}; {}", error.what(),
+        resumes ? "when it can be written again, go on with --resume" : "make room, or name another place");
   } catch (const std::system_error& error) {  // of the standard output
     text = fmt::format("talus: cannot go on: {}", error.what());
   } catch (const std::bad_alloc&) {

@@ -1,7 +1,10 @@
 #include "core/solid_mesh_parts.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <initializer_list>
+#include <limits>
 #include <unordered_map>
 #include <vector>
 
@@ -44,10 +47,24 @@ class Places {
   std::unordered_map<std::uint64_t, std::vector<int>> at_;  // for look-up only
 };
 
+/// Shortest edge at the first node of a cell [m].
+double shortest_edge(const SolidMesh& mesh) {
+  double least = std::numeric_limits<double>::infinity();
+  const auto look = [&](const auto& c, std::initializer_list<std::size_t> neighbours) {
+    for (const std::size_t k : neighbours)
+      least = std::min(
+          least,
+          (mesh.nodes[static_cast<std::size_t>(c[k])] - mesh.nodes[static_cast<std::size_t>(c[0])]).norm());
+  };
+  for (const auto& c : mesh.hexes) look(c, {1, 3, 4});
+  for (const auto& c : mesh.tets) look(c, {1, 2, 3});
+  return least;
+}
+
 }  // namespace
 
 UnmergedNodes unmerged_nodes(const SolidMesh& mesh) {
-  constexpr double same = 1e-6, cell = 1e-3;  // of the size
+  constexpr double same = 1e-6, cell = 1e-3, of_edge = 5e-3;  // of the size; of the shortest edge
   DisjointSets sets(static_cast<int>(mesh.nodes.size()));
   std::vector<char> used(mesh.nodes.size(), 0);
   const auto add = [&](const auto& cells) {
@@ -64,16 +81,16 @@ UnmergedNodes unmerged_nodes(const SolidMesh& mesh) {
     box.extend(mesh.nodes[n]);
   }
   if (out.parts < 2) return out;
-  const double size = box.diagonal().norm();
-  Places places(cell * size, same * size);
+  const double size = box.diagonal().norm(), reach = std::max(same * size, of_edge * shortest_edge(mesh));
+  Places places(std::max(cell * size, 4 * reach), reach);
   for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
     if (!used[n]) continue;
     const Vec3& x = mesh.nodes[n];
     const int part = sets.root(static_cast<int>(n));
     bool meets = false;
     places.near(x, [&](int other) {
-      meets = meets || (sets.root(other) != part &&
-                        (mesh.nodes[static_cast<std::size_t>(other)] - x).norm() <= same * size);
+      meets = meets ||
+              (sets.root(other) != part && (mesh.nodes[static_cast<std::size_t>(other)] - x).norm() <= reach);
     });
     if (meets && out.count++ == 0) out.first = x;
     places.add(x, static_cast<int>(n));

@@ -7,8 +7,9 @@
 namespace talus {
 
 struct UnmergedNodes {
-  int parts = 0;              // of the mesh
-  std::size_t count = 0;      // nodes that lie within 1e-6 of the mesh's size of a node of another part
+  int parts = 0;          // of the mesh
+  std::size_t count = 0;  // nodes that lie within 1e-6 of the mesh's size, or 5e-3 of its shortest edge, of
+                          // a node of another part
   Vec3 first = Vec3::Zero();  // one of them, as in the file
 };
 

@@ -12,6 +12,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/table.hpp"
+#include "core/text_file.hpp"
 #include "core/units.hpp"
 #include "ensemble/brief.hpp"
 #include "ensemble/ensemble.hpp"
@@ -36,17 +38,10 @@ double mean_distance(const Points& a, const Points& b) {
   return sum / (static_cast<double>(a.size()) * static_cast<double>(b.size()));
 }
 
-std::vector<std::string> words_of(const std::string& line) {
-  std::vector<std::string> words;
-  std::string word;
-  for (const char c : line) {
-    if (c == ',' || c == ';' || c == '\t')
-      words.push_back(std::exchange(word, {}));
-    else if (c != ' ' && c != '\r' && c != '"')
-      word += c;
-  }
-  words.push_back(word);
-  return words;
+/// What a column may be in: a number alone is SI.
+Dimension dimension_of(const std::string& quantity) {
+  constexpr Dimension energy{2, 1, -2, 0};
+  return quantity == "energy" ? energy : quantity == "speed" ? dimension::velocity : dimension::length;
 }
 
 /// Places where blocks came to rest, or what passed at a line.
@@ -58,7 +53,9 @@ struct Measured {
 };
 
 Measured read_measured(const fs::path& file) {
-  std::istringstream text(io::read_file(file));
+  const std::string all = read_text(file.string());
+  const char separator = table_separator(all);
+  std::istringstream text(all);
   std::string line;
   std::vector<std::string> header;
   Measured m;
@@ -67,10 +64,10 @@ Measured read_measured(const fs::path& file) {
   std::size_t line_column = 0;
   while (std::getline(text, line)) {
     ++number;
-    if (line.empty() || line.front() == '#') continue;
-    const std::vector<std::string> words = words_of(line);
+    if (is_blank_row(line)) continue;
+    const std::vector<TableCell> cells = table_cells(line, separator);
     if (header.empty()) {
-      header = words;
+      for (const TableCell& cell : cells) header.push_back(column_name(cell));
       const auto column = [&](const char* name) {
         return static_cast<std::size_t>(std::find(header.begin(), header.end(), name) - header.begin());
       };
@@ -92,19 +89,32 @@ Measured read_measured(const fs::path& file) {
                            "name what was measured at the line in the first row");
       continue;
     }
+    if (cells.size() > header.size())
+      throw io::bad_file(
+          file, fmt::format("line {}", number),
+          fmt::format("has {} cells where the first row names {} columns", cells.size(), header.size()),
+          separator == ',' ? "are the commas decimal ones? Write decimal points, or separate the "
+                             "columns by semicolons"
+                           : "correct the line");
     VecX row(static_cast<Eigen::Index>(columns.size()));
     for (std::size_t c = 0; c < columns.size(); ++c) {
       std::string error;
       const std::size_t k = columns[c];
-      const auto q = k < words.size() ? parse_quantity(words[k], error) : std::nullopt;
+      const auto q =
+          k < cells.size() ? parse_quantity(with_decimal_point(cells[k], separator), error) : std::nullopt;
       if (!q)
         throw io::bad_file(file, fmt::format("line {}", number),
-                           fmt::format("\"{}\" is no number", k < words.size() ? words[k] : ""),
+                           fmt::format("\"{}\" is no number", k < cells.size() ? cells[k].text : ""),
+                           "correct the line");
+      const Dimension wanted = dimension_of(header[k]);
+      if (!q->dimension.none() && q->dimension != wanted)
+        throw io::bad_file(file, fmt::format("line {}", number),
+                           fmt::format("\"{}\" is no {}", cells[k].text, describe(wanted)),
                            "correct the line");
       row[static_cast<Eigen::Index>(c)] = q->value;
     }
     if (line_column < header.size()) {
-      const std::string name = line_column < words.size() ? words[line_column] : "";
+      const std::string name = line_column < cells.size() ? cells[line_column].text : "";
       if (!m.line.empty() && name != m.line)
         throw io::bad_file(file, fmt::format("line {}", number),
                            fmt::format("\"{}\" is another line than \"{}\"", name, m.line),
@@ -157,7 +167,8 @@ class Calibration {
                                               sobol.coordinate(static_cast<std::uint64_t>(k) * replicates,
                                                                static_cast<int>(d)));
       evaluate(c);
-      if (request_.stop != nullptr && request_.stop->load() != 0) return {};
+      if (request_.stop != nullptr && request_.stop->load() != 0)
+        return best() == nullptr ? std::vector<std::string>() : report();
       candidates_.push_back(std::move(c));
       if (request_.progress) request_.progress(k + 1, request_.candidates);
     }
@@ -200,6 +211,13 @@ class Calibration {
     return true;
   }
 
+  /// Parameters are set as by --set; the user gave them by --vary.
+  static std::vector<Problem> by_their_option(std::vector<Problem> problems) {
+    for (Problem& p : problems)
+      if (p.file == "--set") p.file = "--vary";
+    return problems;
+  }
+
   void evaluate(Candidate& c) const {
     scene::Overrides values = request_.overrides;
     for (std::size_t d = 0; d < c.values.size(); ++d) {
@@ -211,7 +229,7 @@ class Calibration {
     try {
       ensemble.emplace(request_.scene, values);
     } catch (const InputError& error) {
-      if (candidates_.empty()) throw;
+      if (candidates_.empty()) throw InputError(by_their_option(error.problems()));
       c.fault = error.what();
       return;
     }

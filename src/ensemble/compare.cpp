@@ -20,6 +20,14 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+/// Behind a figure of this name, with a blank before it.
+const char* unit_of(const std::string& name) {
+  return name.find("energy") != std::string::npos   ? " J"
+         : name.find("speed") != std::string::npos  ? " m/s"
+         : name.find("height") != std::string::npos ? " m"
+                                                    : "";
+}
+
 /// A figure of an option; `low` and `high` equal to the value where no interval is known.
 struct Figure {
   double value = 0, low = 0, high = 0;
@@ -115,9 +123,10 @@ std::vector<std::string> write_comparison(const std::vector<fs::path>& directori
   Json root{{"options", Json::array()}, {"figures", Json::array()}};
   for (std::size_t k = 0; k < names.size(); ++k)
     root["options"].push_back({{"name", names[k]}, {"directory", fs::absolute(directories[k]).string()}});
-  std::string head = "<th>figure</th>", body;
+  std::string head = "<th scope=\"col\">figure</th>", body;
   for (std::size_t k = 0; k < names.size(); ++k)
-    head += fmt::format("<th>{}</th>", io::xml_text(names[k])) + (k > 0 ? "<th>difference</th>" : "");
+    head += fmt::format("<th scope=\"col\">{}</th>", io::xml_text(names[k])) +
+            (k > 0 ? "<th scope=\"col\">difference</th>" : "");
   std::vector<std::string> lines;
   for (const std::string& name : order) {
     Json row{{"name", name}, {"options", Json::array()}, {"differences", Json::array()}};
@@ -139,8 +148,9 @@ std::vector<std::string> write_comparison(const std::vector<fs::path>& directori
       const bool sure = d.low > 0 || d.high < 0;
       body += fmt::format("<td{}>{}</td>", sure ? " class=\"sure\"" : "", cell(d));
       if (name.ends_with("p95") || name.find("P(class >= 3) per event") != std::string::npos)
-        lines.push_back(fmt::format("{}: {} against {}: {:.4g} ({:.3g} to {:.3g}){}", name, names[k],
-                                    names[0], d.value, d.low, d.high, sure ? "" : ", within the intervals"));
+        lines.push_back(fmt::format("{}: {} against {}: {:.4g} ({:.3g} to {:.3g}){}{}", name, names[k],
+                                    names[0], d.value, d.low, d.high, unit_of(name),
+                                    sure ? "" : ", within the intervals"));
     }
     body += "</tr>\n";
     root["figures"].push_back(std::move(row));
@@ -158,10 +168,10 @@ std::vector<std::string> write_comparison(const std::vector<fs::path>& directori
       "auto;max-width:100%}"
       "td,th{padding:.35em .9em;border-bottom:1px solid "
       "var(--line);text-align:right;vertical-align:top}td:first-child,th:first-child{text-align:left}small{"
-      "color:var(--soft);white-space:nowrap}.sure{font-weight:600}</style></head><body>"
+      "color:var(--soft);white-space:nowrap}.sure{font-weight:600}</style></head><body><main>"
       "<h1>Options side by side</h1><p>SI units. Small figures are 95 % intervals; a difference in bold has "
       "an interval that leaves zero out. Blocks do not break on impact.</p><table><thead><tr>" +
-          head + "</tr></thead><tbody>" + body + "</tbody></table></body></html>\n");
+          head + "</tr></thead><tbody>" + body + "</tbody></table></main></body></html>\n");
   return lines;
 }
 

@@ -267,11 +267,15 @@ void Design::draw_release(const Variable& v, long index, Draw& draw) const {
       if (columns_[c].name == v.block + ".orientation") draw.numbers[c].assign(q.begin(), q.end());
     return;
   }
+  const std::string degrees =
+      geometry::remedy_for_degrees({Eigen::Vector2d(v.limits.min() + origin_.head<2>()),
+                                    Eigen::Vector2d(v.limits.max() + origin_.head<2>())});
   throw fault({}, v.vary,
               fmt::format("no place of the area lies over ground; it spans x {:.6g} to {:.6g}, y {:.6g} to "
                           "{:.6g} in scene coordinates",
                           v.limits.min().x(), v.limits.max().x(), v.limits.min().y(), v.limits.max().y()),
-              "give the polygon in the terrain's coordinate system, and site.origin as well");
+              degrees.empty() ? "give the polygon in the terrain's coordinate system, and site.origin as well"
+                              : degrees);
 }
 
 Draw Design::draw(long index) const {

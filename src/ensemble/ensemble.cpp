@@ -169,7 +169,7 @@ std::vector<std::filesystem::path> Ensemble::inputs() const {
 }
 
 void Ensemble::check_lines() {
-  const std::vector<Problem> problems = line_problems(lines_, height_, file_);
+  const std::vector<Problem> problems = line_problems(lines_, height_, file_, origin_);
   for (const Problem& p : problems)
     if (p.severity == Problem::Severity::error)
       throw InputError(problems);

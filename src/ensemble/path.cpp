@@ -339,10 +339,14 @@ std::vector<PlanLine> plan_lines(const scene::Scene& scene, const std::string& c
 }
 
 std::vector<Problem> line_problems(const std::vector<PlanLine>& lines, const GroundHeight& height,
-                                   const std::string& file) {
+                                   const std::string& file, const Vec3& origin) {
   std::vector<Problem> problems;
   for (const PlanLine& line : lines) {
     long over = 0, all = 0;
+    Eigen::AlignedBox2d limits, on_map;
+    for (const auto& part : line.parts)
+      for (const Eigen::Vector2d& p : part)
+        limits.extend(p), on_map.extend(Eigen::Vector2d(p + origin.head<2>()));
     for (const auto& part : line.parts)
       for (std::size_t k = 0; k + 1 < part.size(); ++k)
         for (int q = 0; q <= 16; ++q, ++all)
@@ -351,18 +355,22 @@ std::vector<Problem> line_problems(const std::vector<PlanLine>& lines, const Gro
             ++over;
     if (over == all) continue;
     const bool off = over == 0;
+    const std::string degrees = geometry::remedy_for_degrees(on_map);
     problems.push_back(
         {.severity = off ? Problem::Severity::error : Problem::Severity::warning,
          .file = file,
          .line = 0,
          .column = 0,
          .key = "line." + line.name,
-         .value = {},
+         .value = fmt::format("x {:.6g} to {:.6g}, y {:.6g} to {:.6g} in scene coordinates", limits.min().x(),
+                              limits.max().x(), limits.min().y(), limits.max().y()),
          .rule = off ? std::string("lies off the terrain")
                      : fmt::format("lies off the terrain by {:.0f} % of its points; nothing crosses it there "
                                    "with a height",
                                    100.0 * static_cast<double>(all - over) / static_cast<double>(all)),
-         .remedy = "points are scene coordinates, those of a file map coordinates: check site.origin"});
+         .remedy = off && !degrees.empty()
+                       ? degrees
+                       : "points are scene coordinates, those of a file map coordinates: check site.origin"});
   }
   return problems;
 }

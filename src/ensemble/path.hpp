@@ -29,9 +29,10 @@ using GroundHeight = std::function<double(double x, double y)>;
 /// The scene's lines; those of files in scene coordinates. Throws InputError for a file that cannot be read,
 /// or of another coordinate system than `crs`.
 std::vector<PlanLine> plan_lines(const scene::Scene& scene, const std::string& crs);
-/// Errors for lines that lie off the ground, warnings for those that do in part.
+/// Errors for lines that lie off the ground, warnings for those that do in part. `origin`: of the scene, map
+/// coordinates.
 std::vector<Problem> line_problems(const std::vector<PlanLine>& lines, const GroundHeight& height,
-                                   const std::string& file);
+                                   const std::string& file, const Vec3& origin);
 
 class Path {
  public:

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <set>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -144,7 +146,7 @@ class Chart {
   }
 
  private:
-  static constexpr int left = 62, right = 468, top = 12, bottom = 236;
+  static constexpr int left = 62, right = 450, top = 12, bottom = 236;
   double at_x(double x) const { return left + (x - x0_) / (x1_ - x0_) * (right - left); }
   double at_y(double y) const { return bottom - (y - y0_) / (y1_ - y0_) * (bottom - top); }
   std::string x_label_, y_label_, body_;
@@ -158,7 +160,13 @@ class Page {
         directory_(directory),
         file_(io::Hdf5File::open(directory / "ensemble.h5")),
         summary_(io::read_json(directory / "summary.json", "run talus ensemble again")),
-        details_(io::read_json(directory / "details.json", "run talus ensemble again")) {}
+        details_(io::read_json(directory / "details.json", "run talus ensemble again")) {
+    const auto index = file_.read<std::int64_t>("/members/index").values;
+    const std::vector<std::string> status = file_.read_texts("/members/status");
+    for (std::size_t k = 0; k < index.size(); ++k)
+      if (status[k] != status_text(Status::failed) && status[k] != status_text(Status::over_limit))
+        finished_.insert(index[k]);
+  }
 
   std::string text() {
     std::string body = head();
@@ -171,7 +179,9 @@ class Page {
     body += fragility();
     body += notes();
     return "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
-           "content=\"width=device-width\"><title>Ensemble</title><style>"
+           "content=\"width=device-width\"><title>" +
+           title() +
+           "</title><style>"
            ":root{color-scheme:light "
            "dark;--ink:#1d2733;--soft:#5b6672;--line:#d9dee4;--faint:#e4e8ec;--ground:#fff;--curve:#0b5fa5}"
            "@media(prefers-color-scheme:dark){:root{--ink:#e7ebf0;--soft:#a8b3bf;--line:#3a4552;--faint:#"
@@ -191,11 +201,15 @@ class Page {
            ".g{stroke:var(--faint)}.t{font-size:11px;fill:var(--soft)}.l{font-size:12px;fill:var(--ink)}.map{"
            "width:100%;height:auto;border:1px solid var(--line)}.key "
            "span{display:inline-block;width:1.6em;height:.8em;margin:0 .3em 0 .9em}"
-           "@media(max-width:600px){body{padding:.8em}td,th{padding:.3em .45em}}</style></head><body>" +
-           body + "</body></html>\n";
+           "@media(max-width:600px){body{padding:.8em}td,th{padding:.3em .45em}}</style></head><body><main>" +
+           body + "</main></body></html>\n";
   }
 
  private:
+  std::string title() const {
+    return io::xml_text(ensemble_.title().empty() ? "Ensemble" : ensemble_.title());
+  }
+
   static std::string card(const std::string& name, const std::string& value) {
     return "<div class=\"card\"><b>" + value + "</b>" + name + "</div>";
   }
@@ -214,16 +228,16 @@ class Page {
     };
     std::string text = of(f.value("structure", ""), f.value("per_event", Json::array()));
     for (const Json& m : f.value("members", Json::array()))
-      if (const Json& p = m["per_event"];
-          p.size() > severe && p[severe]["value"].is_number() && p[severe]["value"].get<double>() > 0)
+      if (const Json& p = m["per_event"]; m.value("name", "") != f.value("structure", "") &&
+                                          p.size() > severe && p[severe]["value"].is_number() &&
+                                          p[severe]["value"].get<double>() > 0)
         text += of(m.value("name", ""), p);
     return text;
   }
 
   std::string head() const {
     const Json& m = summary_["members"];
-    std::string text = "<h1>" + io::xml_text(ensemble_.title().empty() ? "Ensemble" : ensemble_.title()) +
-                       "</h1><div class=\"cards\">" + damage_cards();
+    std::string text = "<h1>" + title() + "</h1><div class=\"cards\">" + damage_cards();
     for (const auto& [key, name] :
          {std::pair{"asked", "members"}, std::pair{"done", "done"}, std::pair{"suspect", "suspect"},
           std::pair{"over_limit", "over the limit"}, std::pair{"failed", "failed"}})
@@ -349,7 +363,9 @@ class Page {
                        "A member crosses with probability " + number(s["probability"]["value"]) + " (" +
                        number(s["probability"]["low"]) + " to " + number(s["probability"]["high"]) + ").</p>";
     if (s.value("crossings", 0L) == 0) return text;
-    text += "<table><tr><th></th><th>p50</th><th>p90</th><th>p95</th><th>p99</th></tr>";
+    text +=
+        "<table><tr><th scope=\"col\"></th><th scope=\"col\">p50</th><th scope=\"col\">p90</th><th "
+        "scope=\"col\">p95</th><th scope=\"col\">p99</th></tr>";
     const std::array<std::pair<const char*, double>, 3> units{std::pair{"kinetic energy, kJ", 1e-3},
                                                               std::pair{"speed, m/s", 1.0},
                                                               std::pair{"height of the centroid, m", 1.0}};
@@ -367,6 +383,7 @@ class Page {
                height = file_.read<double>(at + "height").values;
     std::map<std::int64_t, std::pair<double, double>> largest;
     for (std::size_t k = 0; k < member.size(); ++k) {
+      if (!finished_.contains(member[k])) continue;
       auto [m, first] = largest.try_emplace(member[k], 0.0, -std::numeric_limits<double>::infinity());
       m->second.first = std::max(m->second.first, translational[k] + rotational[k]);
       if (std::isfinite(height[k])) m->second.second = std::max(m->second.second, height[k]);
@@ -376,15 +393,16 @@ class Page {
       energies.push_back(v.first);
       if (std::isfinite(v.second)) heights.push_back(v.second);
     }
-    const double members = static_cast<double>(file_.dims("/members/index")[0]);
+    const double members = static_cast<double>(finished_.size());
     text += "<div class=\"row\">" + exceedance("kinetic energy, kJ", energies, members, s["energy"], 1e-3);
     if (!heights.empty()) text += exceedance("height of the centroid, m", heights, members, s["height"], 1);
     text += "</div>";
     for (const Json& b : details_.value("barriers", Json::array())) {
       if (b.value("line", "") != name) continue;
       text +=
-          "<h3>Barrier</h3><table><tr><th>rule</th><th>energy, kJ</th><th>height, "
-          "m</th><th>factors</th></tr>";
+          "<h3>Barrier</h3><table><tr><th scope=\"col\">rule</th><th scope=\"col\">energy, kJ</th><th "
+          "scope=\"col\">height, "
+          "m</th><th scope=\"col\">factors</th></tr>";
       for (const Json& v : b["values"]) {
         std::string factors;
         for (const auto& [key, value] : v["factors"].items())
@@ -414,8 +432,10 @@ class Page {
     std::sort(distinct.begin(), distinct.end());
     distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
     text += fmt::format(
-        "<p>{} hits by {} of {} members. The strongest:</p><table><tr><th>member</th><th>time, "
-        "s</th><th>mass, t</th><th>speed, m/s</th><th>energy, kJ</th><th>at, m</th></tr>",
+        "<p>{} hits by {} of {} members. The strongest:</p><table><tr><th scope=\"col\">member</th><th "
+        "scope=\"col\">time, "
+        "s</th><th scope=\"col\">mass, t</th><th scope=\"col\">speed, m/s</th><th scope=\"col\">energy of "
+        "translation, kJ</th><th scope=\"col\">at, m</th></tr>",
         member.size(), distinct.size(), file_.dims("/members/index")[0]);
     for (std::size_t q = 0; q < std::min<std::size_t>(12, order.size()); ++q) {
       const std::size_t k = order[q].second;
@@ -428,13 +448,30 @@ class Page {
     return text + "</table>";
   }
 
+  /// P(class or worse) of each member, where the structure has several.
+  static std::string members_of(const Json& f) {
+    const Json members = f.value("members", Json::array());
+    if (members.size() < 2) return "";
+    std::string text =
+        "<table><tr><th scope=\"col\">member, P per event</th><th scope=\"col\">slight or worse</th><th "
+        "scope=\"col\">moderate or worse</th><th scope=\"col\">severe "
+        "or worse</th><th scope=\"col\">lost</th></tr>";
+    for (const Json& m : members) {
+      text += "<tr><td>" + io::xml_text(m.value("name", "")) + "</td>";
+      for (const Json& p : m["per_event"]) text += "<td>" + estimate(p) + "</td>";
+      text += "</tr>";
+    }
+    return text + "</table>";
+  }
+
   std::string fragility() const {
     if (!fs::exists(directory_ / "fragility.json")) return "";
     const Json f = io::read_json(directory_ / "fragility.json", "run talus fragility again");
-    std::string text = "<h2>Damage of " + io::xml_text(f.value("structure", "")) + "</h2><p>" +
-                       fmt::format("{} coupled runs. ", f["runs"].value("done", 0)) +
-                       "</p><table><tr><th>class of the worst member</th><th>P per event</th>" +
-                       (f.contains("per_year") ? "<th>P per year</th>" : "") + "</tr>";
+    std::string text =
+        "<h2>Damage of " + io::xml_text(f.value("structure", "")) + "</h2><p>" +
+        fmt::format("{} coupled runs. ", f["runs"].value("done", 0)) +
+        "</p><table><tr><th scope=\"col\">class of the worst member</th><th scope=\"col\">P per event</th>" +
+        (f.contains("per_year") ? "<th scope=\"col\">P per year</th>" : "") + "</tr>";
     constexpr std::array names{"none", "slight", "moderate", "severe", "lost"};
     for (std::size_t k = 0; k < f["per_event"].size(); ++k) {
       text += fmt::format("<tr><td>{} or worse</td><td>{}</td>", names[std::min<std::size_t>(4, k + 1)],
@@ -443,8 +480,13 @@ class Page {
         text += "<td>" + estimate(f["per_year"][k]) + "</td>";
       text += "</tr>";
     }
-    text += "</table><div class=\"row\">";
-    constexpr std::array colours{"#f2b134", "#ee7b30", "#c8323c", "#5a1846"};
+    text += "</table>" + members_of(f);
+    constexpr std::array colours{"#d99a1c", "#ee7b30", "#c8323c", "#8a3d78"};
+    std::string legend;
+    for (std::size_t k = 0; k < colours.size(); ++k)
+      legend += fmt::format("<span style=\"background:{}\"></span>{} or worse", colours[k], names[k + 1]);
+    text += "<p class=\"key\">Curves over the energy of the hit, with their 95 % bands:" + legend +
+            "</p><div class=\"row\">";
     for (const Json& m : f.value("members", Json::array())) {
       double low = std::numeric_limits<double>::infinity(), high = 0;
       for (const Json& c : m["curves"])
@@ -488,6 +530,7 @@ class Page {
   fs::path directory_;
   io::Hdf5File file_;
   Json summary_, details_;
+  std::set<std::int64_t> finished_;  // members that the figures are of
 };
 
 }  // namespace

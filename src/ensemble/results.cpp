@@ -286,7 +286,9 @@ std::string details_text(const Ensemble& ensemble, const std::vector<Member>& me
   for (std::size_t l = 0; l < s.lines.size(); ++l) {
     if (s.lines[l].crossings == 0) continue;
     Json line{{"line", s.lines[l].name},
-              {"note", "partial factors as commonly cited, unverified"},
+              {"note",
+               "from 95th percentiles, partial factors as commonly cited, unverified; heights are of the "
+               "centroid: half of the block and a free border come on top"},
               {"values", Json::array()}};
     const auto p95 = [&](std::size_t quantity) { return s.lines[l].percentiles[quantity][2].value; };
     for (const BarrierValue& v :

@@ -71,9 +71,18 @@ void add(const json& node, Lines& out) {
   }
 }
 
+/// A message of the library without its own number, "[json.exception.parse_error.101] ".
+std::string plain(std::string message) {
+  if (message.starts_with('[')) message.erase(0, message.find("] ") + 2);
+  return message;
+}
+
 template <class Found>
 Found read_geojson(const std::string& path, const std::string& expected) {
   const std::string text = read_text(path);
+  if (text.find_first_not_of(" \t\r\n") == std::string::npos)
+    throw InputError(
+        Problem{.file = path, .key = "geojson", .rule = "is empty: a file without text", .remedy = expected});
   Found found;
   try {
     const json root = json::parse(text);
@@ -82,7 +91,7 @@ Found read_geojson(const std::string& path, const std::string& expected) {
   } catch (const json::exception& e) {
     throw InputError(Problem{.file = path,
                              .key = "geojson",
-                             .value = e.what(),
+                             .value = plain(e.what()),
                              .rule = "is not GeoJSON as needed here",
                              .remedy = expected});
   }
@@ -90,6 +99,17 @@ Found read_geojson(const std::string& path, const std::string& expected) {
 }
 
 }  // namespace
+
+std::string remedy_for_degrees(const Eigen::AlignedBox2d& limits) {
+  if (limits.isEmpty() || limits.min().x() < -180 || limits.max().x() > 180 || limits.min().y() < -90 ||
+      limits.max().y() > 90)
+    return {};
+  return "these look like degrees of longitude and latitude, which GIS programs write into GeoJSON unless "
+         "told "
+         "otherwise: export it again in the terrain's coordinate system, or ogr2ogr -t_srs EPSG:... "
+         "out.geojson "
+         "in.geojson";
+}
 
 bool Area::contains(double x, double y) const {
   bool inside = false;

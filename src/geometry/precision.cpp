@@ -6,10 +6,24 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <fstream>
 #include <limits>
+#include <tuple>
 
 namespace talus::geometry {
 namespace {
+
+/// More than a twentieth of the vertices share their place in plan with another of another height.
+bool some_above_others(const std::vector<Vec3>& vertices) {
+  std::vector<Vec3> sorted = vertices;
+  std::sort(sorted.begin(), sorted.end(), [](const Vec3& a, const Vec3& b) {
+    return std::tuple(a.x(), a.y(), a.z()) < std::tuple(b.x(), b.y(), b.z());
+  });
+  std::size_t above = 0;
+  for (std::size_t i = 1; i < sorted.size(); ++i)
+    above += sorted[i].head<2>() == sorted[i - 1].head<2>() && sorted[i].z() != sorted[i - 1].z();
+  return 20 * above > vertices.size();
+}
 
 /// Largest power of ten, from 100 down to 0.01, that all values are multiples of; 0: none.
 double decimal_step(const std::vector<double>& values) {
@@ -43,6 +57,23 @@ bool is_stl_file(const std::string& path) {
   return end == ".stl";
 }
 
+namespace {
+
+/// An STL file, or a PLY file whose header says that its coordinates are of 32 bits.
+bool holds_single_precision(const std::string& path) {
+  if (is_stl_file(path)) return true;
+  std::ifstream in(path, std::ios::binary);
+  std::string word, before;
+  for (int n = 0; n < 200 && in >> word && word != "end_header"; ++n, before = word)
+    if (n == 0 && word != "ply")
+      return false;
+    else if (word == "x")
+      return before == "float" || before == "float32";
+  return false;
+}
+
+}  // namespace
+
 std::vector<Problem> rounding_warning(const std::vector<Vec3>& vertices,
                                       const std::vector<std::array<int, 3>>& triangles,
                                       const std::string& path) {
@@ -67,18 +98,22 @@ std::vector<Problem> rounding_warning(const std::vector<Vec3>& vertices,
     const bool floats = std::all_of(x.begin(), x.end(), [](double value) {
       return static_cast<double>(static_cast<float>(value)) == value;
     });
-    if (const double s = floats ? single_precision_step(most) : 0; is_stl_file(path) && s > step)
-      step = s, single = true;
+    if (const double s = floats ? single_precision_step(most) : 0; s > step) step = s, single = true;
     if (const double s = decimal_step(x); s > step) step = s, single = false;
   }
   if (step < least || step < felt * side) return {};
-  if (!single && distinct(at[0]) * distinct(at[1]) <= 4 * vertices.size()) return {};
+  // Of files that hold more digits, nodes of an even grid are where they were meant to be, unless one lies
+  // above another: then rounding has put them there.
+  if (!(single && holds_single_precision(path)) && distinct(at[0]) * distinct(at[1]) <= 4 * vertices.size() &&
+      !some_above_others(vertices))
+    return {};
   return {{.severity = Problem::Severity::warning,
            .file = path,
            .key = "site.terrain",
            .value = fmt::format("steps of {:.2g} m, faces of {:.3g} m", step, side),
-           .rule = single ? "its coordinates are those of a map in single precision, as STL holds them, "
-                            "which rounds them"
+           .rule = single ? std::string("its coordinates are those of a map in single precision") +
+                                (holds_single_precision(path) ? ", as this file holds them," : ",") +
+                                " which rounds them"
                           : "its coordinates are written with too few digits, which rounds them",
            .remedy = "export it about a local origin (and give site.origin to match), or as OBJ or PLY with "
                      "all digits, or as a GeoTIFF"}};

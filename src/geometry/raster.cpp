@@ -9,11 +9,13 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <limits>
 #include <mutex>
 #include <optional>
+#include <sstream>
 #include <vector>
 
 #include "core/error.hpp"
@@ -63,8 +65,9 @@ struct HeaderEntry {
 /// The text of an ESRI ASCII grid where the library would not read the file as it is: in another encoding
 /// than ASCII, or with the corner given in one direction and the centre in the other. Nothing for all else.
 /// Throws InputError for what its reader lets pass: words where heights should be count as zero, values
-/// beyond the last are left unread, and what follows a decimal comma is cut off.
-std::optional<std::string> checked_ascii_grid(const std::string& path) {
+/// beyond the last are left unread, and what follows a decimal comma is cut off. `is_grid` becomes true for
+/// an ESRI ASCII grid.
+std::optional<std::string> checked_ascii_grid(const std::string& path, bool& is_grid) {
   std::string bytes;
   {
     std::ifstream in(path, std::ios::binary);
@@ -79,8 +82,12 @@ std::optional<std::string> checked_ascii_grid(const std::string& path) {
     const auto opens = [&](const char* key) {
       return first != std::string::npos && strncasecmp(head.c_str() + first, key, std::strlen(key)) == 0;
     };
-    if (std::none_of(std::begin(keys), std::end(keys), opens)) return {};
+    if (std::none_of(std::begin(keys), std::end(keys), opens)) {
+      if (bytes.starts_with(head)) return {};
+      return as_utf8(read_bytes(path), path);  // points in rows, which the library reads in ASCII alone
+    }
   }
+  is_grid = true;
   bytes = read_bytes(path);
   std::string text = as_utf8(bytes, path);
   bool as_it_is = text == bytes && strncasecmp(text.c_str(), "ncols", 5) == 0;
@@ -166,6 +173,25 @@ std::optional<std::string> checked_ascii_grid(const std::string& path) {
   return out.append(heights, static_cast<const char*>(text.data() + text.size()));
 }
 
+/// What the .prj beside a grid of text holds, as UTF-8; empty where there is none.
+std::string projection_beside(const std::string& path) {
+  const auto dot = path.find_last_of('.');
+  if (dot == std::string::npos || path.find('/', dot) != std::string::npos) return {};
+  for (const char* end : {".prj", ".PRJ"})
+    if (const std::string prj = path.substr(0, dot) + end; access(prj.c_str(), R_OK) == 0)
+      return read_text(prj);
+  return {};
+}
+
+/// The unit of heights by a projection of Arc/Info, "Zunits FEET", of which the library takes no notice.
+std::string heights_by(const std::string& projection) {
+  std::istringstream words(projection);
+  for (std::string key, value; words >> key;)
+    if (strcasecmp(key.c_str(), "zunits") == 0 && words >> value)
+      return strcasecmp(value.c_str(), "no") == 0 ? std::string() : value;
+  return {};
+}
+
 /// Heights are in metres: over longitude and latitude every slope would be a hundred thousand times too
 /// steep. Without a CRS a grid is taken for one in degrees where its coordinates are such, its cells are
 /// below a centimetre, and it is higher than wide.
@@ -203,8 +229,15 @@ Raster read_raster(const std::string& path) {
                              .key = "file",
                              .rule = "cannot be read",
                              .remedy = "check the path, which is relative to the scene file"});
-  const std::optional<std::string> text = checked_ascii_grid(path);
+  if (std::error_code error; std::filesystem::file_size(path, error) == 0 && !error)
+    throw InputError(Problem{.file = path,
+                             .key = "raster",
+                             .rule = "is empty: a file of no bytes",
+                             .remedy = "export it again, as an ESRI ASCII grid or a GeoTIFF"});
   Raster r;
+  bool is_grid = false;
+  const std::optional<std::string> text = checked_ascii_grid(path, is_grid);
+  if (is_grid) r.projection = projection_beside(path);
   const bool read = module(path).read(path.c_str(), text ? &*text : nullptr, &r);
   if (!r.placed)
     throw InputError(
@@ -228,6 +261,15 @@ Raster read_raster(const std::string& path) {
                              .key = "raster",
                              .rule = "has no positive cell size",
                              .remedy = "correct its georeference"});
+  if (r.scale == 0 || !std::isfinite(r.scale) || !std::isfinite(r.offset))
+    throw InputError(
+        Problem{.file = path,
+                .key = "raster",
+                .value = fmt::format("scale {:g}, offset {:g}", r.scale, r.offset),
+                .rule = "is what its band says that values are to be multiplied by, and added to "
+                        "them: no height is left",
+                .remedy = "correct it: gdal_edit.py -scale 1 -offset 0, or what they are meant to be"});
+  if (r.vertical_unit.empty()) r.vertical_unit = heights_by(r.projection);
   refuse_degrees(r, path);
   if (r.transform[5] > 0) {  // south first: turn it over
     for (int i = 0; i < r.rows / 2; ++i)
@@ -307,16 +349,30 @@ void refuse_plan_units(const Raster& r, const std::string& path) {
                         "-r bilinear in.tif out.tif; then give site.origin and positions in that system"});
 }
 
+/// Depths below a datum become heights.
+void turn_depths(Raster& r, const std::string& path, std::vector<Problem>& warnings) {
+  if (!r.depths) return;
+  for (double& z : r.values) z = -z;
+  warnings.push_back(
+      raster_warning(path, "depths",
+                     "its values grow downwards by its coordinate system: they were turned into "
+                     "heights, times -1",
+                     "give heights, if that is not what they are"));
+}
+
 /// Heights to metres by what the band says, or else the coordinate system.
 void convert_heights(Raster& r, const std::string& path, std::vector<Problem>& warnings) {
   const std::string by = r.band_unit.empty() ? "its coordinate system" : "its band";
   const std::string unit = r.band_unit.empty() ? r.vertical_unit : r.band_unit;
-  double metres = r.band_unit.empty() ? r.vertical_metres : metres_of(r.band_unit);
-  if (r.band_unit.empty() && !(metres > 0)) return;
+  double metres = !r.band_unit.empty()    ? metres_of(r.band_unit)
+                  : r.vertical_metres > 0 ? r.vertical_metres
+                                          : metres_of(r.vertical_unit);
+  if (unit.empty() && !(metres > 0)) return;
   if (!(metres > 0)) {
     warnings.push_back(raster_warning(path, unit,
-                                      "is the unit of its values by the band, and no length that is known: "
-                                      "they are taken as heights in metres",
+                                      "is the unit of its values by " + by.substr(4) +
+                                          ", and no length that is known: they are taken as "
+                                          "heights in metres",
                                       "give heights in metres, and say so: gdal_edit.py -units m"));
     return;
   }
@@ -336,6 +392,50 @@ void convert_heights(Raster& r, const std::string& path, std::vector<Problem>& w
 }
 
 }  // namespace
+
+/// Values of which programs make nodes without data.
+bool stands_for_none(double stored) {
+  constexpr double usual[] = {-9999, -99999, -999999, -999,  -32768, -32767, -9999.9,
+                              9999,  99999,  999999,  32767, 65535,  -10000, -1e6};
+  return std::any_of(std::begin(usual), std::end(usual),
+                     [&](double x) { return std::abs(stored - x) <= 1e-9 * std::abs(x); });
+}
+
+void tell_of_missing_data(const Raster& r, const std::string& path, std::vector<Problem>& warnings) {
+  for (const double sign : {1.0, -1.0}) {  // at the lower end, at the upper end
+    const double infinity = std::numeric_limits<double>::infinity();
+    double end = infinity, next = infinity, other = -infinity;
+    std::size_t count = 0;
+    for (const double value : r.values) {
+      if (!std::isfinite(value)) continue;
+      const double z = sign * value;
+      if (z < end)
+        next = end, end = z, count = 0;
+      else if (z > end)
+        next = std::min(next, z);
+      if (z == end) ++count;
+      other = std::max(other, z);
+    }
+    const double gap = next - end, range = other - next;
+    const bool usual = stands_for_none((sign * end - r.offset) / r.scale);
+    constexpr std::size_t least_zeros = 4;  // fewer are spikes
+    if (!(gap > range) || !(range > 0) || !(usual || (end == 0 && count >= least_zeros))) continue;
+    const std::string value = fmt::format("{} node{} of {:g}", count, count == 1 ? "" : "s", sign * end),
+                      rule = fmt::format(
+                          "{} {:.4g} m {} all others, of {:.6g} to {:.6g}: such a value stands "
+                          "for nodes without data, and the file does not say so",
+                          count == 1 ? "lies" : "lie", gap, sign > 0 ? "below" : "above",
+                          std::min(sign * next, sign * other), std::max(sign * next, sign * other)),
+                      remedy = fmt::format(
+                          "name it: NODATA_value {0:g} in the header of an ASCII grid, "
+                          "gdal_edit.py -a_nodata {0:g} for a GeoTIFF; or correct the heights",
+                          (sign * end - r.offset) / r.scale);
+    if (usual)
+      throw InputError(
+          Problem{.file = path, .key = "site.terrain", .value = value, .rule = rule, .remedy = remedy});
+    warnings.push_back(raster_warning(path, value, rule, remedy));
+  }
+}
 
 void warn_of_size(const Raster& r, const std::string& path, std::vector<Problem>& warnings) {
   constexpr double highest = 8849,
@@ -380,6 +480,7 @@ Raster read_heights(const std::string& path, std::vector<Problem>& warnings) {
   refuse_pictures(r, path);
   refuse_plan_units(r, path);
   convert_heights(r, path, warnings);
+  turn_depths(r, path, warnings);
   if (r.bands > 1)
     warnings.push_back(
         raster_warning(path, fmt::format("{} bands", r.bands), "the first is taken as the heights",

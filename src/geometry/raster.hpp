@@ -20,6 +20,11 @@ Raster read_raster(const std::string& path);
 /// what is hardly heights: bytes, several bands.
 Raster read_heights(const std::string& path, std::vector<Problem>& warnings);
 
+/// Refuses nodes of a value that programs write where there are no data (-9999, 32767, ...) if it lies
+/// farther from all others than these span and the file does not name it NODATA; warns of zeros by the same
+/// measure.
+void tell_of_missing_data(const Raster& heights, const std::string& path, std::vector<Problem>& warnings);
+
 /// Warns of heights and slopes that no terrain has in metres: above Mount Everest, half of the cells steeper
 /// than 60 degrees.
 void warn_of_size(const Raster& heights, const std::string& path, std::vector<Problem>& warnings);

@@ -499,6 +499,7 @@ Terrain load_terrain(const std::string& path, const TerrainOptions& options) {
   Raster raster = read_heights(path, grid.warnings);
   expect_same_crs(options.crs, raster.crs, path, "site.crs");
   const std::pair<int, int> first = crop(raster, options, path);
+  tell_of_missing_data(raster, path, grid.warnings);
   warn_of_size(raster, path, grid.warnings);
   std::vector<Vec3> vertices;
   std::vector<std::array<int, 3>> triangles;

@@ -81,6 +81,10 @@ struct SlopeFace {
 TriangleSurface slope_from_faces(const Vec3& crest, double dip_direction, const std::vector<SlopeFace>& faces,
                                  double width);
 
+/// What to do about map coordinates that can be degrees of longitude and latitude, as those of a polygon that
+/// lies nowhere on the terrain; empty if they cannot.
+std::string remedy_for_degrees(const Eigen::AlignedBox2d& limits);
+
 /// Areas of a GeoJSON file: polygons and multipolygons, rings of [x, y] in map coordinates; holes by the
 /// even-odd rule.
 struct Area {

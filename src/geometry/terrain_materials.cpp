@@ -88,13 +88,15 @@ void assign_materials(TriangleSurface& s, const TerrainOptions& options, std::ve
     const std::string key = is_polygon ? "site.area.polygon" : "site.area.raster";
     const Cover cover =
         is_polygon ? polygon_cover(file, options.crs) : raster_cover(file, area.value, options.crs);
+    const std::string degrees = remedy_for_degrees(cover.limits);
     if (!cover.limits.intersects(terrain))
-      throw InputError(
-          Problem{.file = file,
-                  .key = key,
-                  .value = text(cover.limits),
-                  .rule = fmt::format("lies off the terrain, which spans {} on the map", text(terrain)),
-                  .remedy = "give both in one coordinate system, and site.origin in it as well"});
+      throw InputError(Problem{
+          .file = file,
+          .key = key,
+          .value = text(cover.limits),
+          .rule = fmt::format("lies off the terrain, which spans {} on the map", text(terrain)),
+          .remedy = degrees.empty() ? "give both in one coordinate system, and site.origin in it as well"
+                                    : degrees});
     std::size_t covered = 0;
     for (std::size_t t = 0; t < middle.size(); ++t)
       if (cover.holds(middle[t].x(), middle[t].y())) s.material[t] = area.material, ++covered;

@@ -91,7 +91,17 @@ void warn_of_unusual_bars(const View& rule, const StructureSpec& spec) {
                                side),
                    "check the unit: stirrups stand some 0.1 to 0.4 m apart", warning);
   }
-  if (const auto cover = rule.maybe("cover"); cover && *cover > 0.25 * side && *cover < 0.5 * side)
+  constexpr double least_cover = 0.005;  // [m]
+  const auto cover = rule.maybe("cover");
+  if (cover && 2 * *cover >= side)
+    rule.problem("cover", fmt::format("leaves no room for bars in the section, of {:.4g} m", side),
+                 rule.get("cover")->is_number()
+                     ? fmt::format("a bare number is in m: did you mean \"{:g} mm\"?", *cover)
+                     : std::string("check the unit: concrete outside of bars is some 30 to 100 mm"));
+  else if (cover && *cover < least_cover)
+    rule.problem("cover", fmt::format("{:.3g} mm is next to no concrete outside of the bars", 1e3 * *cover),
+                 "check the unit: it is some 30 to 100 mm", warning);
+  else if (cover && *cover > 0.25 * side)
     rule.problem(
         "cover",
         fmt::format("puts the bars deep within the section, of {:.4g} m: in bending they do little", side),
@@ -313,7 +323,7 @@ void warn_of_the_implausible(const Reading& in, const View& root) {
           "write 0.02 for 2 %; concrete has some 1 to 5 %", warning);
     for (const View& rule : structures[i].tables("rebar")) warn_of_unusual_bars(rule, in.scene.structures[i]);
   }
-  for (const char* kind : {"material", "block", "structure"}) warn_of_like_names(root, kind);
+  for (const char* kind : {"material", "block", "structure", "line"}) warn_of_like_names(root, kind);
   if (!root.has("resolved")) warn_of_bare_angles(root.node(), "", in);  // the program writes radians
   if (const auto simulation = root.table("simulation"))
     warn_of_unusual_simulation(*simulation, in.scene.simulation);

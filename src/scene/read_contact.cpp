@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "core/suggest.hpp"
+#include "core/table.hpp"
 #include "core/text_file.hpp"
 #include "core/units.hpp"
 #include "scene/reading.hpp"
@@ -135,6 +136,27 @@ void read_law_form(Reading& in, const View& view, ContactLaw& law) {
   stray("points", "table");
 }
 
+/// Friction beyond any of rock, soil or concrete: an angle without its unit, or a slip of the number.
+void warn_of_steep_friction(const View& view, const Node& given, double coefficient) {
+  constexpr double steepest = 70;  // [deg]
+  const double degrees = std::atan(coefficient) * 180 / M_PI;
+  if (degrees <= steepest) return;
+  std::string error;
+  const auto quantity = given.is_number() ? std::nullopt : parse_quantity(given.text, error);
+  if (quantity && quantity->dimension == dimension::angle) {
+    view.problem("friction", fmt::format("{:.4g} deg is beyond the friction of any rock or soil", degrees),
+                 "check the number and its unit", Problem::Severity::warning);
+    return;
+  }
+  view.problem("friction",
+               fmt::format("a number without a unit is the coefficient, and this one is unusually large: an "
+                           "angle of {:.3g} deg",
+                           degrees),
+               coefficient < 90 ? fmt::format("if it is an angle, write \"{:g} deg\"", coefficient)
+                                : std::string("write an angle with its unit, \"28 deg\", or the coefficient"),
+               Problem::Severity::warning);
+}
+
 /// A ground by name: what it fills in, and the ranges of its values (docs/theory/ground.md has their
 /// sources).
 struct Preset {
@@ -224,14 +246,7 @@ std::vector<Entry> read_entries(Reading& in, const View& root) {
     ContactLaw& law = entry.law;
     if (const Node* friction = view.get("friction")) {
       law.friction = friction_coefficient(*friction);
-      if (friction->is_number() && law.friction >= 15 && law.friction < 90)
-        view.problem(
-            "friction",
-            fmt::format(
-                "a bare number is the coefficient, and this one is unusually large: an angle of {:.3g} deg",
-                std::atan(friction->as_number()) * 180 / M_PI),
-            fmt::format("if it is an angle, write \"{} deg\"", value_text(*friction)),
-            Problem::Severity::warning);
+      warn_of_steep_friction(view, *friction, law.friction);
     }
     read_ground(in, view, law);
     law.cohesion = view.number("cohesion");
@@ -424,41 +439,9 @@ double friction_coefficient(const Node& node) {
 
 namespace {
 
-/// How the cells of a table are kept apart: by semicolons or tabs where it has any, and then a comma in a
-/// number is a decimal comma; else by commas.
-char separator_of(const std::string& text) {
-  std::istringstream in(text);
-  bool tab = false;
-  for (std::string line; std::getline(in, line);) {
-    const auto first = line.find_first_not_of(" \t\r");
-    if (first == std::string::npos || line[first] == '#') continue;
-    if (line.find(';') != std::string::npos) return ';';
-    tab = tab || line.find('\t', first) != std::string::npos;
-  }
-  return tab ? '\t' : ',';
-}
-
-std::vector<std::string> cells_of(const std::string& line, char separator) {
-  std::vector<std::string> cells;
-  std::size_t at = 0;
-  while (at <= line.size()) {
-    const std::size_t end = std::min(line.find(separator, at), line.size());
-    std::string cell = line.substr(at, end - at);
-    cell.erase(0, cell.find_first_not_of(" \t\""));
-    cell.erase(cell.find_last_not_of(" \t\"") + 1);
-    cells.push_back(std::move(cell));
-    at = end + 1;
-  }
-  if (cells.back().empty()) cells.pop_back();  // a separator that ends the line
-  return cells;
-}
-
-std::optional<double> number_of(std::string cell, char separator) {
-  if (separator != ',' && std::count(cell.begin(), cell.end(), ',') == 1 &&
-      cell.find('.') == std::string::npos)
-    std::replace(cell.begin(), cell.end(), ',', '.');
+std::optional<double> number_of(const TableCell& cell, char separator) {
   std::string error;
-  const auto value = parse_quantity(cell, error);
+  const auto value = parse_quantity(with_decimal_point(cell, separator), error);
   if (!value || !value->dimension.none()) return {};
   return value->value;
 }
@@ -475,7 +458,7 @@ std::vector<std::vector<double>> read_numbers(const View& view, const std::strin
     view.problem(key, e.problems()[0].rule, e.problems()[0].remedy);
     return {};
   }
-  const char separator = separator_of(text);
+  const char separator = table_separator(text);
   const char* const remedy =
       "numbers in SI with decimal points, separated by commas; or with decimal commas, separated by "
       "semicolons";
@@ -484,24 +467,24 @@ std::vector<std::vector<double>> read_numbers(const View& view, const std::strin
   std::size_t expected = columns;
   std::string line;
   for (int number = 1; std::getline(in, line); ++number) {
-    if (!line.empty() && line.back() == '\r') line.pop_back();
-    if (line.find_first_not_of(" \t,;") == std::string::npos || line[line.find_first_not_of(" \t")] == '#')
-      continue;
-    const std::vector<std::string> cells = cells_of(line, separator);
+    if (is_blank_row(line)) continue;
+    const std::vector<TableCell> cells = table_cells(line, separator);
     std::vector<double> row;
-    for (const std::string& cell : cells) {
+    for (const TableCell& cell : cells) {
       const auto value = number_of(cell, separator);
       if (!value) break;
       row.push_back(*value);
     }
-    const bool begins_a_number = cells[0].find_first_of("0123456789") <= 1;  // after a sign or a point
-    if (row.empty() && rows.empty() && !begins_a_number) {                   // header
-      if (header && header->empty()) *header = cells;
+    const bool begins_a_number = cells[0].text.find_first_of("0123456789") <= 1;  // after a sign or a point
+    if (row.empty() && rows.empty() && !begins_a_number) {                        // header
+      if (header && header->empty())
+        for (const TableCell& cell : cells) header->push_back(cell.text);
       if (expected == 0) expected = cells.size();
       continue;
     }
     if (row.size() < cells.size()) {
-      view.problem(key, fmt::format("line {} of the file: \"{}\" is not a number", number, cells[row.size()]),
+      view.problem(key,
+                   fmt::format("line {} of the file: \"{}\" is not a number", number, cells[row.size()].text),
                    remedy);
       return {};
     }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 
 #include "core/units.hpp"
 #include "scene/reading.hpp"
@@ -139,8 +140,6 @@ class VaryReader {
         const std::string path = in_.file(view_, "table");
         if (path.empty()) return;
         for (const auto& row : read_numbers(view_, "table", path, 1)) vary_.table.push_back(row.front());
-        if (vary_.table.empty() && view_.get("table"))
-          view_.problem("table", "holds no number", "give one number a line");
         std::sort(vary_.table.begin(), vary_.table.end());
         return;
       }
@@ -183,6 +182,16 @@ void read_ensemble(Reading& in, const View& root) {
   }
   int place = 0;
   for (const View& vary : view->tables("vary")) VaryReader(in, vary, e.vary.emplace_back()).read(place++);
+  for (std::size_t i = 0; i < e.vary.size(); ++i) {
+    // What is the same for all members, or says nothing of their motion.
+    const std::string& key = e.vary[i].key;
+    constexpr std::string_view common[] = {
+        "ensemble", "line", "output", "title", "schema", "resolved", "simulation.threads"};
+    for (const std::string_view top : common)
+      if (key == top || (key.starts_with(top) && key[top.size()] == '.'))
+        view->tables("vary")[i].problem("key", "is the same for all members: drawing it changes nothing",
+                                        "draw a key of the scene: of a block, an interface, a plane, ...");
+  }
   for (std::size_t i = 0; i < e.vary.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)
       if (e.vary[i].key == e.vary[j].key)

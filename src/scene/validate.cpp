@@ -34,14 +34,16 @@ class Validator {
   void one(Node& node, const Key& key) { value(node, key); }
 
   void table(Node& node, const std::string& path) {
+    std::vector<Node::Entry> meant;  // keys that misspelt ones stand for: given, and reported as unreadable
     for (Node::Entry& entry : node.entries) {
       const std::string below = path.empty() ? entry.key : path + "." + entry.key;
       entry.value.label = node.label.empty() ? entry.key : node.label + "." + entry.key;
       if (const Key* key = find_key(below))
         value(entry.value, *key);
       else
-        unknown(entry, node, path);
+        unknown(entry, node, path, meant);
     }
+    for (Node::Entry& entry : meant) node.entries.push_back(std::move(entry));
     for (const std::string& name : keys_below(path)) {
       const Key* key = find_key(path.empty() ? name : path + "." + name);
       if (key->required.compare(0, 6, "always") != 0 || node.find(name)) continue;
@@ -70,7 +72,8 @@ class Validator {
     problems_.push_back(at(node, std::move(rule), std::move(remedy)));
   }
 
-  void unknown(Node::Entry& entry, const Node& table, const std::string& path) {
+  void unknown(Node::Entry& entry, const Node& table, const std::string& path,
+               std::vector<Node::Entry>& meant) {
     entry.value.bad = true;
     Problem problem = at(entry.value, "unknown key", "");
     problem.line = entry.where.line;
@@ -79,6 +82,8 @@ class Validator {
     const std::string near = nearest_name(entry.key, here);
     if (!near.empty() && !table.find(near)) {
       problem.remedy = fmt::format("did you mean \"{}\"?", near);
+      meant.push_back(entry);
+      meant.back().key = near;
     } else if (const std::string other = elsewhere(entry.key, path); !other.empty()) {
       problem.remedy = fmt::format("\"{}\" belongs in [{}]", entry.key, other);
     } else if (!near.empty()) {
@@ -124,8 +129,9 @@ class Validator {
     if (low && key.dimension == dimension::pressure && owner.is_number() && value > 0 &&
         1e6 * value >= key.min && 1e6 * value <= key.max)
       remedy = fmt::format("a bare number is in Pa: did you mean \"{:g} MPa\"?", value);
-    if (high && key.dimension == dimension::length && owner.is_number() && 1e-3 * value >= key.min &&
-        1e-3 * value <= key.max)
+    constexpr double least_in_mm = 4;  // what is less is hardly given in millimetres
+    if (high && key.dimension == dimension::length && owner.is_number() && value >= least_in_mm &&
+        1e-3 * value >= key.min && 1e-3 * value <= key.max)
       remedy = fmt::format("a bare number is in m: did you mean \"{:g} mm\"?", value);
     if (high && (key.dimension == dimension::angle) && owner.is_number())
       remedy = "a bare number is in radians: write it with its unit, e.g. \"29 deg\"";

@@ -69,6 +69,30 @@ void Builder::index_terrain() {
                            geometry::with_border_walls(terrain_->surface, world_->scene.planes, bottom));
 }
 
+/// Terrain of a mesh that spans farther than rocks fall, with faces of hundreds of metres, is one in
+/// millimetres or centimetres.
+void Builder::check_span() {
+  constexpr double farthest = 20e3, coarsest = 200;  // [m]
+  if (!terrain_ || terrain_->grid.columns > 0) return;
+  const Vec3 span = env_.terrain->bounds().sizes();
+  double sum = 0;
+  for (const auto& t : terrain_->surface.triangles)
+    sum += (terrain_->surface.vertices[static_cast<std::size_t>(t[1])] -
+            terrain_->surface.vertices[static_cast<std::size_t>(t[0])])
+               .norm();
+  const double side = sum / static_cast<double>(std::max<std::size_t>(1, terrain_->surface.triangles.size()));
+  if (std::max(span.x(), span.y()) < farthest || side < coarsest) return;
+  add_warnings(
+      {{.severity = Problem::Severity::warning,
+        .file = world_->scene.site ? world_->scene.site->terrain : "",
+        .key = "site.terrain",
+        .value = fmt::format("{:.4g} x {:.4g} m, faces of {:.4g} m", span.x(), span.y(), side),
+        .rule = "spans farther than rocks fall, in faces larger than they are",
+        .remedy = fmt::format("lengths of mesh files are metres: in millimetres it would be {:.4g} x "
+                              "{:.4g} m; scale it in the program that made it",
+                              1e-3 * span.x(), 1e-3 * span.y())}});
+}
+
 /// A rock larger than any, or than the ground that it is to roll on, is one in millimetres or centimetres.
 void Builder::check_size(std::size_t i) {
   constexpr double largest = 100;  // [m]
@@ -117,6 +141,7 @@ void Builder::check_buried(std::size_t i) {
 
 void Builder::check_ground() {
   for (std::size_t i = 0; i < single_blocks_; ++i) check_size(i);
+  check_span();
   if (!terrain_) return;
   const Box3 box = env_.terrain->bounds();
   const Eigen::AlignedBox2d limits(Eigen::Vector2d(box.min().head<2>()),

@@ -39,6 +39,7 @@ class Builder {
   void add_terrain();
   /// What blocks touch of the terrain: the surface, and the walls in which the ground ends.
   void index_terrain();
+  void check_span();
   void check_size(std::size_t i);
   /// A block that moves starts outside of the solid, which is all that lies below the terrain.
   void check_buried(std::size_t i);

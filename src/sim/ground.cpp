@@ -78,6 +78,8 @@ std::vector<std::pair<Vec3, Mat3>> release_places(const scene::Release& release,
   geometry::Random random(release.seed * 2654435761ull + 1);
   std::vector<std::pair<Vec3, Mat3>> places;
   bool over_ground = false;
+  const std::string degrees = geometry::remedy_for_degrees(
+      {Eigen::Vector2d(limits.min() + origin.head<2>()), Eigen::Vector2d(limits.max() + origin.head<2>())});
   for (int tries = 0; static_cast<int>(places.size()) < release.count; ++tries) {
     if (tries == most_tries)
       throw InputError(Problem{
@@ -89,9 +91,10 @@ std::vector<std::pair<Vec3, Mat3>> release_places(const scene::Release& release,
                                      limits.min().x(), limits.max().x(), limits.min().y(), limits.max().y()),
           .rule = over_ground ? fmt::format("only {} blocks find room in the area", places.size())
                               : "no place of the area lies over the terrain",
-          .remedy = over_ground
-                        ? "enlarge the area, or release fewer or smaller blocks"
-                        : "give the polygon in the terrain's coordinate system, and site.origin as well"});
+          .remedy = over_ground ? "enlarge the area, or release fewer or smaller blocks"
+                    : degrees.empty()
+                        ? "give the polygon in the terrain's coordinate system, and site.origin as well"
+                        : degrees});
     const double x = limits.min().x() + random.uniform() * limits.sizes().x(),
                  y = limits.min().y() + random.uniform() * limits.sizes().y();
     const Mat3 rotation = release.turn ? random_rotation(random) : Mat3::Identity();

@@ -239,7 +239,7 @@ std::vector<std::string> standing_lines(const StructureSpec& spec, const Structu
   if (weight.norm() > 0)
     lines.push_back(fmt::format("  Permanent load on its supports: {:.4g} kN.", weight.norm() / 1e3));
   if (spec.kind != "viaduct") return lines;
-  const Vec3 axis = spec.rotation.col(0);
+  const Vec3 axis = spec.rotation.col(0).unaryExpr([](double x) { return std::abs(x) < 1e-9 ? 0.0 : x; });
   lines.push_back(fmt::format(
       "  Axis along [{:.3g}, {:.3g}, {:.3g}] from the first pier. Heights up to the top of the cap beam:",
       axis.x(), axis.y(), axis.z()));

@@ -4,12 +4,13 @@
 
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <map>
 #include <set>
 #include <sstream>
 
 #include "core/error.hpp"
+#include "core/table.hpp"
+#include "core/text_file.hpp"
 
 namespace talus::rebar {
 namespace {
@@ -27,25 +28,6 @@ Problem problem(const std::string& file, int line, int column, const std::string
   return p;
 }
 
-struct Cell {
-  std::string text;
-  int column = 1;
-};
-
-std::vector<Cell> split(const std::string& line) {
-  std::vector<Cell> cells;
-  std::size_t at = 0;
-  while (true) {
-    const std::size_t end = std::min(line.find(',', at), line.size());
-    std::size_t first = at, last = end;
-    while (first < last && (line[first] == ' ' || line[first] == '\t')) ++first;
-    while (last > first && (line[last - 1] == ' ' || line[last - 1] == '\t')) --last;
-    cells.push_back({line.substr(first, last - first), static_cast<int>(first) + 1});
-    if (end == line.size()) return cells;
-    at = end + 1;
-  }
-}
-
 constexpr const char* header_remedy =
     "the header is bar,diameter,x,y,z,grade and optionally prestress, in any order";
 
@@ -57,15 +39,7 @@ double Bar::length() const {
   return sum;
 }
 
-std::vector<Bar> read_bars(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in)
-    throw InputError(problem(path, 0, 0, "rebar", path, "the file cannot be read",
-                             "check the path; it is relative to the scene file"));
-  std::ostringstream text;
-  text << in.rdbuf();
-  return parse_bars(text.str(), path);
-}
+std::vector<Bar> read_bars(const std::string& path) { return parse_bars(read_text(path), path); }
 
 std::vector<Bar> parse_bars(const std::string& text, const std::string& name) {
   std::vector<Problem> problems;
@@ -73,6 +47,7 @@ std::vector<Bar> parse_bars(const std::string& text, const std::string& name) {
   std::map<std::string, int> column;  // name -> position
   std::set<std::string> finished;
   std::istringstream in(text);
+  const char separator = table_separator(text);
   std::string line;
   int number = 0;
   bool header = false;
@@ -80,25 +55,31 @@ std::vector<Bar> parse_bars(const std::string& text, const std::string& name) {
   constexpr std::size_t enough = 50;  // problems; a file of another kind would give one per line
   while (std::getline(in, line) && problems.size() < enough) {
     ++number;
-    if (number == 1 && line.compare(0, 3, "\xEF\xBB\xBF") == 0) line.erase(0, 3);
-    if (!line.empty() && line.back() == '\r') line.pop_back();
-    const auto first = line.find_first_not_of(" \t");
-    if (first == std::string::npos || line[first] == '#') continue;
-    const std::vector<Cell> cells = split(line);
+    if (is_blank_row(line)) continue;
+    const std::vector<TableCell> cells = table_cells(line, separator);
     if (!header) {
-      for (const Cell& c : cells) {
+      std::string strangers, lacking;
+      int place = 0;
+      for (const TableCell& c : cells) {
+        const std::string title = column_name(c);
         static const std::set<std::string> allowed{"bar", "diameter", "x", "y", "z", "grade", "prestress"};
-        if (!allowed.count(c.text))
-          problems.push_back(
-              problem(name, number, c.column, "rebar column", c.text, "unknown column", header_remedy));
-        if (column.count(c.text))
+        if (!allowed.count(title)) {
+          strangers += (strangers.empty() ? "" : ", ") + c.text;
+          if (place == 0) place = c.column;
+        } else if (!column.emplace(title, static_cast<int>(&c - cells.data())).second) {
           problems.push_back(
               problem(name, number, c.column, "rebar column", c.text, "given twice", header_remedy));
-        column[c.text] = static_cast<int>(&c - cells.data());
+        }
       }
       for (const char* needed : {"bar", "diameter", "x", "y", "z", "grade"})
-        if (!column.count(needed))
-          problems.push_back(problem(name, number, 0, "rebar column", needed, "missing", header_remedy));
+        if (!column.count(needed)) lacking += (lacking.empty() ? "" : ", ") + std::string(needed);
+      if (!lacking.empty())
+        problems.push_back(problem(
+            name, number, place, "rebar columns", lacking,
+            strangers.empty() ? "missing" : fmt::format("missing; there is {}", strangers), header_remedy));
+      else if (!strangers.empty())
+        problems.push_back(
+            problem(name, number, place, "rebar column", strangers, "unknown column", header_remedy));
       if (!problems.empty()) throw InputError(problems);
       header = true;
       header_size = cells.size();
@@ -107,15 +88,19 @@ std::vector<Bar> parse_bars(const std::string& text, const std::string& name) {
     if (cells.size() != header_size) {
       problems.push_back(problem(name, number, 0, "rebar row", fmt::format("{} values", cells.size()),
                                  fmt::format("expected {} values as in the header", header_size),
-                                 "separate them by commas"));
+                                 separator == ',' && cells.size() > header_size
+                                     ? "are the commas decimal ones? Write decimal points, or separate the "
+                                       "columns by semicolons"
+                                     : "give each bar's point in a row of its own, all columns filled"));
       continue;
     }
     bool good = true;
     const auto value = [&](const char* key) {
-      const Cell& c = cells[column[key]];
+      const TableCell& c = cells[column[key]];
+      const std::string digits = with_decimal_point(c, separator);
       double x = 0;
-      const auto [end, error] = std::from_chars(c.text.data(), c.text.data() + c.text.size(), x);
-      if (error != std::errc{} || end != c.text.data() + c.text.size() || !std::isfinite(x)) {
+      const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), x);
+      if (error != std::errc{} || end != digits.data() + digits.size() || !std::isfinite(x)) {
         problems.push_back(problem(name, number, c.column, key, c.text, "not a finite number",
                                    "SI units without a unit: metres, pascals"));
         good = false;

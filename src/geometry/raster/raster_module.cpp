@@ -6,7 +6,9 @@
 #include <cpl_string.h>
 #include <cpl_vsi.h>
 #include <gdal.h>
+#include <geo_normalize.h>
 #include <ogr_srs_api.h>
+#include <xtiffio.h>
 
 #include <cmath>
 #include <cstring>
@@ -53,14 +55,10 @@ std::string name_of(OGRSpatialReferenceH srs) {
   return text;
 }
 
-/// The system of a grid of text: the .prj beside it.
-OGRSpatialReferenceH system_beside(const char* path) {
-  std::string prj = path;
-  const auto dot = prj.find_last_of('.');
-  if (dot == std::string::npos || prj.find('/', dot) != std::string::npos) return nullptr;
-  prj.replace(dot, std::string::npos, ".prj");
-  char** lines = CSLLoad2(prj.c_str(), 10000, 10000, nullptr);
-  if (!lines) return nullptr;
+/// The system of a grid of text, from what the .prj beside it holds; null where that is none.
+OGRSpatialReferenceH system_of(const std::string& projection) {
+  if (projection.empty()) return nullptr;
+  char** lines = CSLTokenizeString2(projection.c_str(), "\r\n", 0);
   OGRSpatialReferenceH srs = OSRNewSpatialReference(nullptr);
   const bool good = OSRImportFromESRI(srs, lines) == OGRERR_NONE;
   CSLDestroy(lines);
@@ -92,7 +90,32 @@ void tell_units(OGRSpatialReferenceH srs, Raster* out) {
     name = nullptr;
     out->vertical_metres = OSRGetTargetLinearUnits(srs, "VERT_CS", &name);
     if (name) out->vertical_unit = name;
+    OGRAxisOrientation way = OAO_Other;
+    OSRGetAxis(srs, "VERT_CS", 0, &way);
+    out->depths = way == OAO_Down;
   }
+}
+
+/// Where a file names a unit in plan and no more of its system than that, the library takes metres.
+void tell_unit_alone(const char* path, OGRSpatialReferenceH srs, Raster* out) {
+  if (srs && (OSRIsProjected(srs) || OSRIsGeographic(srs))) return;
+  const TIFFErrorHandler errors = TIFFSetErrorHandler(nullptr), warnings = TIFFSetWarningHandler(nullptr);
+  TIFF* file = XTIFFOpen(path, "r");
+  TIFFSetErrorHandler(errors), TIFFSetWarningHandler(warnings);
+  if (!file) return;
+  if (GTIF* keys = GTIFNew(file)) {
+    unsigned short code = 0;
+    double metres = 0;
+    char* name = nullptr;
+    if (GTIFKeyGetSHORT(keys, ProjLinearUnitsGeoKey, &code, 0, 1) == 1 &&
+        GTIFGetUOMLengthInfo(code, &name, &metres) && metres > 0) {
+      out->metres = metres;
+      if (name) out->unit = name;
+    }
+    GTIFFreeMemory(name);
+    GTIFFree(keys);
+  }
+  XTIFFClose(file);
 }
 
 /// Where an alpha band is zero there are no data. The library takes alpha for a mask where it is of 8 or 16
@@ -166,7 +189,7 @@ extern "C" __attribute__((visibility("default"))) bool talus_raster_read(const c
   InMemory copy;
   std::string bytes;
   if (text) {
-    copy.name = "/vsimem/talus_grid.asc";
+    copy.name = "/vsimem/talus_grid.txt";
     bytes = *text;
     VSILFILE* file =
         VSIFileFromMemBuffer(copy.name.c_str(), reinterpret_cast<GByte*>(bytes.data()), bytes.size(), FALSE);
@@ -208,17 +231,21 @@ extern "C" __attribute__((visibility("default"))) bool talus_raster_read(const c
       if (z == nodata) z = std::numeric_limits<double>::quiet_NaN();  // where a mask goes before it
   int has_scale = 0, has_offset = 0;
   const double scale = GDALGetRasterScale(band, &has_scale), offset = GDALGetRasterOffset(band, &has_offset);
-  out->bytes = GDALGetRasterDataType(band) == GDT_Byte && !(has_scale && scale != 1);
-  if ((has_scale && scale != 1) || (has_offset && offset != 0))
-    for (double& z : out->values) z = z * (has_scale ? scale : 1) + (has_offset ? offset : 0);
+  if (has_scale) out->scale = scale;
+  if (has_offset) out->offset = offset;
+  out->bytes = GDALGetRasterDataType(band) == GDT_Byte && out->scale == 1;
+  if (out->scale != 1 || out->offset != 0)
+    for (double& z : out->values) z = z * out->scale + out->offset;
   if (const char* unit = GDALGetRasterUnitType(band)) out->band_unit = unit;
   tell_kind(data, band, out);
-  if (text) {
-    OGRSpatialReferenceH srs = system_beside(path);
+  if (!out->projection.empty()) {
+    OGRSpatialReferenceH srs = system_of(out->projection);
     tell_units(srs, out);
     if (srs) OSRDestroySpatialReference(srs);
   } else {
     tell_units(GDALGetSpatialRef(data), out);
+    if (std::strcmp(GDALGetDriverShortName(GDALGetDatasetDriver(data)), "GTiff") == 0)
+      tell_unit_alone(path, GDALGetSpatialRef(data), out);
   }
   return true;
 }

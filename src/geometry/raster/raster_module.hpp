@@ -19,7 +19,10 @@ struct Raster {
   std::string unit;            // its name
   double vertical_metres = 0;  // length of the unit of heights by the CRS [m]; 0: it does not say
   std::string vertical_unit;
-  std::string band_unit;  // of the values by the band; empty: it does not say
+  std::string band_unit;         // of the values by the band; empty: it does not say
+  bool depths = false;           // by the CRS its values grow downwards
+  double scale = 1, offset = 0;  // of the band, applied: value = scale stored + offset
+  std::string projection;        // given: text of the .prj beside the file; empty: the library looks for it
   bool palette = false,
        colours =
            false;  // the values are numbers of a table of colours; the first band is a colour of a picture

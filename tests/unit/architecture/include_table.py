@@ -31,6 +31,7 @@ CONFINED = [
     (re.compile(r"^deal\.II/"), ["fem"], "deal.II"),
     (re.compile(r"^CGAL/"), ["geometry"], "CGAL"),
     (re.compile(r"^(gdal|ogr|cpl_)"), ["geometry"], "GDAL"),
+    (re.compile(r"^(geo_normalize|xtiffio|geotiff)"), ["geometry"], "GeoTIFF"),
     (re.compile(r"^(mpi\.h|petsc|Epetra|Teuchos|Tpetra|ml_|Amesos)"), ["fem"], "MPI, PETSc or Trilinos"),
     (re.compile(r"^gmsh"), ["fem"], "Gmsh"),
     (re.compile(r"^toml\+\+/"), ["scene"], "toml++"),

@@ -15,6 +15,7 @@
 #include "core/sha256.hpp"
 #include "core/solid_mesh_parts.hpp"
 #include "core/suggest.hpp"
+#include "core/table.hpp"
 #include "core/text_file.hpp"
 
 namespace talus {
@@ -82,6 +83,40 @@ TEST(SolidMesh, NodesThatLieOnEachOtherUnmergedAreFound) {
   for (int k = 8; k < 16; ++k) mesh.nodes[static_cast<std::size_t>(k)].z() += 0.01;  // apart
   EXPECT_EQ(unmerged_nodes(mesh).parts, 2);
   EXPECT_EQ(unmerged_nodes(mesh).count, 0u);
+  for (int k = 8; k < 16; ++k)
+    mesh.nodes[static_cast<std::size_t>(k)].z() -= 0.009;  // beside, a joint of 1 mm
+  EXPECT_EQ(unmerged_nodes(mesh).count, 4u);
+}
+
+TEST(Table, ColumnsAreSeparatedByWhatTheTableHas) {
+  EXPECT_EQ(table_separator("a,b\n1,2\n"), ',');
+  EXPECT_EQ(table_separator("# x; y\na,b\n1,2\n"), ',');
+  EXPECT_EQ(table_separator("a;b\n1,5;2\n"), ';');
+  EXPECT_EQ(table_separator("a\tb\n1,5\t2\n"), '\t');
+  EXPECT_EQ(table_separator("\"a;b\",c\n"), ',');
+  const auto texts = [](const char* line, char separator) {
+    std::vector<std::string> all;
+    for (const TableCell& c : table_cells(line, separator)) all.push_back(c.text);
+    return all;
+  };
+  using Texts = std::vector<std::string>;
+  EXPECT_EQ(texts(" a , \"b, \"\"c\"\"\" ,d,", ','), (Texts{"a", "b, \"c\"", "d"}));
+  EXPECT_EQ(texts("1,5;2;", ';'), (Texts{"1,5", "2"}));
+  EXPECT_EQ(texts("a\t\tb\r", '\t'), (Texts{"a", "", "b"}));
+  EXPECT_EQ(texts("", ','), (Texts{""}));
+  EXPECT_EQ(table_cells("ab, cd", ',')[1].column, 5);
+  EXPECT_TRUE(is_blank_row(" ;;") && is_blank_row("  # a") && is_blank_row("\r") && !is_blank_row(" 1"));
+}
+
+TEST(Table, DecimalCommas) {
+  const auto read = [](const char* line, char separator, std::size_t k) {
+    return with_decimal_point(table_cells(line, separator)[k], separator);
+  };
+  EXPECT_EQ(read("1,5;2", ';', 0), "1.5");
+  EXPECT_EQ(read("\"1,5\",2", ',', 0), "1.5");
+  EXPECT_EQ(read("1.234,5;2", ';', 0), "1.234,5");  // thousands: no number
+  EXPECT_EQ(read("1,234,5;2", ';', 0), "1,234,5");
+  EXPECT_EQ(read("1,5", ',', 0), "1");
 }
 
 TEST(Csv, NamesAreNoFormulas) {

@@ -330,6 +330,26 @@ TEST(Calibrate, FindsTheFrictionFromPassagesAndFromEndPoints) {
   EXPECT_THROW(calibrate(request), InputError);
   request.measured = place.put("few.csv", "x,y\n1,2\n");
   EXPECT_THROW(calibrate(request), InputError);
+  const auto refusal = [&](const std::string& text) -> std::string {
+    request.measured = place.put("dialect.csv", text);
+    try {
+      calibrate(request);
+    } catch (const InputError& e) { return e.what(); }
+    return {};
+  };
+  // The same rows as spreadsheets of other countries write them; and commas that would be cut.
+  const auto best = [&](const std::string& text) {
+    request.candidates = 4;
+    request.measured = place.put("dialect.csv", text);
+    calibrate(request);
+    return json_of(request.directory / "calibration.json")["best"].dump();
+  };
+  std::string semicolons = "\xEF\xBB\xBFX;Y\r\n";
+  for (const char c : ends.substr(4)) semicolons += c == ',' ? ';' : c == '.' ? ',' : c;
+  EXPECT_EQ(best(semicolons), best(ends));
+  EXPECT_NE(refusal("x,y\n10,5,20,3\n11,5,20,3\n12,5,20,3\n13,5,20,3\n").find("are the commas decimal ones?"),
+            std::string::npos);
+  EXPECT_NE(refusal("x,y\n1 kg,2\n1,2\n1,2\n1,2\n").find("is no"), std::string::npos);
 }
 
 TEST(Calibrate, ParametersAreRead) {

@@ -265,6 +265,12 @@ TEST(Members, MistakesAreNamedBeforeTheFirstMember) {
       std::string::npos);
   EXPECT_NE(with("members = 24", "").find("members"), std::string::npos);
   EXPECT_NE(with("uniform = [0.1, 0.5]", "").find("has no distribution"), std::string::npos);
+  for (const char* same : {"line.road.points", "ensemble.members", "title", "output.interval"})
+    EXPECT_NE(with("key = \"interface.rock/ground.friction\"", std::string("key = \"") + same + "\"")
+                  .find("is the same for all members"),
+              std::string::npos)
+        << same;
+  EXPECT_NE(with("members = 24", "members = 24\nmap_cell = \"1 um\"").find("map_cell"), std::string::npos);
   EXPECT_NE(with("duration = \"1.6 s\"", "duration = \"-1 s\"").find("duration"), std::string::npos);
   EXPECT_EQ(message(place.put("good.toml", tilted())), "");
 }

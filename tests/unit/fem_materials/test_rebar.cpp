@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <set>
+#include <sstream>
 
 #include "core/error.hpp"
 #include "fem/rebar/rebar_embed.hpp"
@@ -36,6 +37,40 @@ TEST(RebarFile, ReadsPolylines) {
   EXPECT_EQ(bars[1].steel.prestress, 1e9);
   EXPECT_EQ(bars[1].line, 6);
   EXPECT_NEAR(bars[0].area(), 4.9087e-4, 1e-8);
+}
+
+TEST(RebarFile, DialectsOfTablesAreOne) {
+  const auto expected = parse_bars(good, "bars.csv");
+  const auto same = [&](const std::string& text) {
+    const auto bars = parse_bars(text, "bars.csv");
+    ASSERT_EQ(bars.size(), expected.size());
+    for (std::size_t i = 0; i < bars.size(); ++i) {
+      EXPECT_EQ(bars[i].points, expected[i].points);
+      EXPECT_EQ(bars[i].diameter, expected[i].diameter);
+      EXPECT_EQ(bars[i].steel.prestress, expected[i].steel.prestress);
+    }
+  };
+  std::string semicolons, quoted, capitals = good;
+  for (const char c : std::string(good)) {
+    semicolons += c == ',' ? ';' : c == '.' ? ',' : c;
+    quoted += c == ',' ? std::string("\",\"") : c == '.' ? std::string(",") : std::string(1, c);
+  }
+  std::string in_quotes;
+  std::istringstream lines(quoted);
+  for (std::string line; std::getline(lines, line);)
+    in_quotes += line.empty() || line[0] == '#' ? line + "\n" : "\"" + line + "\"\n";
+  capitals.replace(capitals.find("bar,diameter,x"), 14, "Bar,Diameter,X");
+  same(semicolons);
+  same(in_quotes);
+  same(capitals);
+  // Commas both between numbers and within them: as many as a reader would cut.
+  const auto p = problems_of("bar,diameter,x,y,z,grade\nA,0,025,0,1,0,1,0,05,B500\n");
+  ASSERT_EQ(p.size(), 1u);
+  EXPECT_NE(p[0].remedy.find("are the commas decimal ones?"), std::string::npos);
+  // A table of something else is one mistake.
+  const auto other = problems_of("these are\nno bars\n");
+  ASSERT_EQ(other.size(), 1u);
+  EXPECT_NE(other[0].value.find("bar, diameter, x, y, z, grade"), std::string::npos);
 }
 
 TEST(RebarFile, EveryBadLineIsNamed) {

@@ -233,3 +233,107 @@ TEST(RasterSays, NothingIsSaidOfWhatTheCropLeavesOut) {
   o.crop = Box3(Vec3(2, 0, 0), Vec3(9, 5, 0));
   EXPECT_TRUE(load_terrain(file.path, o).warnings.empty());
 }
+
+namespace {
+
+std::string text_grid(int n, const std::string& hole) {
+  std::string text = "ncols " + std::to_string(n) + "\nnrows " + std::to_string(n) +
+                     "\nxllcorner 0\nyllcorner 0\ncellsize 5\n";
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j)
+      text += (i > 3 && i < 7 && j > 3 && j < 7 ? hole : std::to_string(500 + i + 2 * j)) +
+              std::string(j == n - 1 ? "\n" : " ");
+  return text;
+}
+
+std::string rule_of(const std::string& text) {
+  const File file("g.asc", text);
+  try {
+    load_terrain(file.path);
+  } catch (const InputError& e) { return e.problems()[0].str(); }
+  return {};
+}
+
+}  // namespace
+
+TEST(RasterSays, NodesWithoutDataThatTheFileDoesNotNameAreRefused) {
+  for (const char* hole : {"-9999", "-99999", "-32768", "9999", "65535"})
+    EXPECT_NE(rule_of(text_grid(12, hole)).find("stands for nodes without data"), std::string::npos) << hole;
+  const File zeros("z.asc", text_grid(12, "0"));
+  EXPECT_TRUE(warned(load_terrain(zeros.path), "stands for nodes without data"));
+  // Low ground is ground, whatever its number; named, a hole is a hole.
+  const File sea("sea.asc", text_grid(12, "460"));
+  EXPECT_FALSE(warned(load_terrain(sea.path), "without data"));
+  const File named("n.asc", "NODATA_value -9999\n" + text_grid(12, "-9999"));
+  EXPECT_EQ(load_terrain(named.path).surface.vertices.size(), 144u - 9u);
+  // A scaled band stores another number than it means.
+  TinyTiff t = tiff({10, 20, 30, 40, 50, 60, 70, -32768, 90});
+  t.metadata = "<GDALMetadata>" + item("scale", "0.1") + item("offset", "500") + "</GDALMetadata>";
+  EXPECT_NE(refusal(t).find("stands for nodes without data"), std::string::npos) << refusal(t);
+}
+
+TEST(RasterSays, AScaleThatLeavesNoHeightIsRefused) {
+  for (const char* scale : {"0", "nan"}) {
+    TinyTiff t = tiff(heights);
+    t.metadata = "<GDALMetadata>" + item("scale", scale) + "</GDALMetadata>";
+    EXPECT_NE(refusal(t).find("no height is left"), std::string::npos) << scale << ": " << refusal(t);
+  }
+}
+
+TEST(RasterSays, DepthsBecomeHeights) {
+  TinyTiff t = tiff(heights);
+  t.crs = 25832;
+  t.vertical = 5715;  // depth below mean sea level
+  const Terrain terrain = terrain_of(t);
+  EXPECT_TRUE(warned(terrain, "grow downwards"));
+  EXPECT_NEAR(north_west(terrain), -501, 1e-9);
+}
+
+TEST(RasterSays, AUnitInPlanCountsWithoutTheRestOfTheSystem) {
+  TinyTiff t = tiff(heights);
+  t.crs = 32767;  // a system of the user's own, which the file does not describe
+  t.linear_unit = 9003;
+  EXPECT_NE(refusal(t).find("unit of its coordinates in plan"), std::string::npos) << refusal(t);
+  t.linear_unit = 9001;
+  EXPECT_EQ(refusal(t), "");
+}
+
+TEST(RasterSays, AProjectionBesideATextGridIsReadInAnyEncoding) {
+  const std::string feet =
+      "PROJCS[\"own\",GEOGCS[\"GCS\",DATUM[\"D_North_American_1983\",SPHEROID[\"GRS_1980\",6378137.0,298.257]"
+      "],"
+      "PRIMEM[\"Greenwich\",0.0],UNIT[\"Degree\",0.0174532925199433]],PROJECTION[\"Transverse_Mercator\"],"
+      "PARAMETER[\"Central_Meridian\",9],UNIT[\"Foot_US\",0.3048006096012192]]";
+  const File grid("p.asc", text_grid(5, "500"));
+  const std::string beside = grid.path.substr(0, grid.path.size() - 4) + ".prj";
+  const auto put = [&](const std::string& text) { std::ofstream(beside, std::ios::binary) << text; };
+  const auto said = [&]() -> std::string {
+    try {
+      for (const Problem& p : load_terrain(grid.path).warnings) return p.str();
+    } catch (const InputError& e) { return e.problems()[0].str(); }
+    return {};
+  };
+  EXPECT_EQ(said(), "");
+  std::string wide = "\xFF\xFE";
+  for (const char c : feet) wide += std::string({c, '\0'});
+  for (const std::string& text : {feet, "\xEF\xBB\xBF" + feet, wide}) {
+    put(text);
+    EXPECT_NE(said().find("unit of its coordinates in plan"), std::string::npos) << said();
+  }
+  put("Projection UTM\nZone 12\nDatum NAD27\nZunits FEET\nUnits METERS\nSpheroid CLARKE1866\nParameters\n");
+  EXPECT_NE(said().find("converted to metres, times 0.3048"), std::string::npos) << said();
+  put("Projection UTM\nZone 12\nDatum NAD27\nZunits NO\nUnits METERS\nSpheroid CLARKE1866\nParameters\n");
+  EXPECT_EQ(said(), "");
+  std::filesystem::remove(beside);
+}
+
+TEST(RasterSays, PointsInRowsMayHaveAByteOrderMark) {
+  std::string text;
+  for (int i = 0; i < 4; ++i)
+    for (int j = 0; j < 4; ++j)
+      text += std::to_string(5 * j) + " " + std::to_string(15 - 5 * i) + " " + std::to_string(i + j) + "\n";
+  const File plain("p.xyz", text), marked("m.xyz", "\xEF\xBB\xBF" + text);
+  EXPECT_EQ(load_terrain(marked.path).surface.vertices, load_terrain(plain.path).surface.vertices);
+}
+
+TEST(RasterSays, AnEmptyFileIsCalledEmpty) { EXPECT_NE(rule_of("").find("is empty"), std::string::npos); }

@@ -254,6 +254,11 @@ TEST(TerrainSheets, SinglePrecisionInMapCoordinatesIsNamed) {
   EXPECT_NE(found[0].value.find("steps of 0.5 m"), std::string::npos) << found[0].value;
   const auto exact = sheet(600000, 5, false);
   EXPECT_TRUE(rounding_warning(exact.first, exact.second, "map.obj").empty());
+  EXPECT_EQ(rounding_warning(v, t, "map.ply").size(), 1u);  // of numbers that a PLY file holds as float
+  auto cut = exact.first;  // six digits: nodes that come to lie on each other
+  for (Vec3& x : cut)
+    x.z() += 0.1 * (x.y() - 5200000), x.y() = 10 * std::round(x.y() / 10), x.x() = std::round(x.x());
+  EXPECT_EQ(rounding_warning(cut, exact.second, "map.obj").size(), 1u);
   const auto wide = sheet(600000, 500, true);  // half a metre is nothing to faces of 500 m
   EXPECT_TRUE(rounding_warning(wide.first, wide.second, "map.stl").empty());
 }

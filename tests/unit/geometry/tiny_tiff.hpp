@@ -18,6 +18,7 @@ struct TinyTiff {
   std::string nodata, metadata;     // tags 42113, 42112
   int crs = 0;                      // EPSG code of a projected system
   int vertical = 0;                 // EPSG code of a system of heights
+  int linear_unit = 0;              // EPSG code of the unit in plan
   std::vector<unsigned char> mask;  // a second image, 0: no data
   double west = 1000, north = 2030, cell = 10;
 
@@ -103,6 +104,7 @@ struct TinyTiff {
     std::vector<int> keys{1, 1, 0, crs ? 3 : 2, 1024, 0, 1, crs ? 1 : 32767, 1025,
                           0, 1, 1};  // four numbers each
     if (crs) keys.insert(keys.end(), {3072, 0, 1, crs});
+    if (linear_unit) keys[3] += 1, keys.insert(keys.end(), {3076, 0, 1, linear_unit});
     if (vertical) keys[3] += 1, keys.insert(keys.end(), {4096, 0, 1, vertical});
     tags[34735] = shorts(keys);
     directory(tags);

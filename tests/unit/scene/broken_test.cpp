@@ -360,6 +360,8 @@ TEST(BrokenScenes, AllProblemsAtOnceInTheOrderOfTheFile) {
 TEST(BrokenScenes, OneMistakeIsToldOnce) {
   const Place place;
   const Broken mistakes[] = {
+      {"density = \"2.5 t/m^3\"", "denstiy = \"2.5 t/m^3\"", "material.rock.denstiy", "unknown key"},
+      {"size = [", "Size = [", "block.B1.Size", "unknown key"},
       {"density = \"2.5 t/m^3\"", "density = \"2.5 kg\"", "material.rock.density", "this one is in kg"},
       {"f_cm = \"48 MPa\"", "f_cm = \"48 MN\"", "material.C40.f_cm", "this one is in N"},
       {"f_cm = \"48 MPa\"",

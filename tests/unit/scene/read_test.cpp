@@ -187,6 +187,11 @@ TEST(ReadScene, SlipsOfUnitsAreWarnedOf) {
   EXPECT_EQ(warnings(changed(full, bars, both("40 mm"))).find("stirrups"), std::string::npos);
   expect("cell_size = \"0.25 m\"", "cell_size = 250",
          "is larger than the structure, of 2 x 2 x 12 m; a bare number is in m: did you mean \"250 mm\"?");
+  expect(bars, changed(rule, "40 mm", "0.5 mm"), "is next to no concrete outside of the bars");
+  expect("friction = \"28 deg\"", "friction = \"35\"", "if it is an angle, write \"35 deg\"");
+  expect("friction = \"28 deg\"", "friction = 400", "write an angle with its unit");
+  expect("friction = \"28 deg\"", "friction = \"89 deg\"",
+         "89 deg is beyond the friction of any rock or soil");
   const Scene s = read_scene_text(changed(full, "dip = \"29 deg\" }", "dip = 0.6 }"), place.scene());
   EXPECT_TRUE(std::any_of(s.notes.begin(), s.notes.end(), [](const std::string& n) {
     return n.find("block.B1.orientation.dip = 0.6, a bare number in radians: 34.38 deg.") == 0;

@@ -1,0 +1,83 @@
+#include "core/table.hpp"
+
+#include <algorithm>
+#include <cctype>
+
+namespace talus {
+namespace {
+
+/// Position of the first separator at or after `at` that does not stand in quotes; the size if there is none.
+std::size_t end_of_cell(std::string_view line, std::size_t at, char separator) {
+  bool quoted = false;
+  for (; at < line.size(); ++at) {
+    if (line[at] == '"') quoted = !quoted;
+    if (line[at] == separator && !quoted) return at;
+  }
+  return line.size();
+}
+
+}  // namespace
+
+char table_separator(std::string_view text) {
+  bool tab = false;
+  while (!text.empty()) {
+    const std::string_view line = text.substr(0, text.find('\n'));
+    text.remove_prefix(std::min(text.size(), line.size() + 1));
+    const auto first = line.find_first_not_of(" \t\r");
+    if (first == std::string_view::npos || line[first] == '#') continue;
+    if (end_of_cell(line, first, ';') < line.size()) return ';';
+    tab = tab || end_of_cell(line, first, '\t') < line.size();
+  }
+  return tab ? '\t' : ',';
+}
+
+std::vector<TableCell> table_cells(std::string_view line, char separator) {
+  if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+  std::vector<TableCell> cells;
+  for (std::size_t at = 0; at <= line.size();) {
+    const std::size_t end = end_of_cell(line, at, separator);
+    std::size_t first = at, last = end;
+    const auto blank = [&](std::size_t i) {
+      return line[i] == ' ' || (line[i] == '\t' && separator != '\t');
+    };
+    const auto trim = [&] {
+      while (first < last && blank(first)) ++first;
+      while (last > first && blank(last - 1)) --last;
+    };
+    trim();
+    TableCell cell;
+    cell.column = static_cast<int>(first) + 1;
+    cell.quoted = last - first >= 2 && line[first] == '"' && line[last - 1] == '"';
+    if (cell.quoted) ++first, --last, trim();
+    for (std::size_t i = first; i < last; ++i) {
+      cell.text += line[i];
+      if (cell.quoted && line[i] == '"' && i + 1 < last && line[i + 1] == '"') ++i;  // "" stands for a quote
+    }
+    cells.push_back(std::move(cell));
+    at = end + 1;
+  }
+  if (cells.size() > 1 && cells.back().text.empty()) cells.pop_back();
+  return cells;
+}
+
+bool is_blank_row(std::string_view line) {
+  const auto first = line.find_first_not_of(" \t\r,;");
+  return first == std::string_view::npos || line[line.find_first_not_of(" \t")] == '#';
+}
+
+std::string with_decimal_point(const TableCell& cell, char separator) {
+  std::string text = cell.text;
+  if ((separator != ',' || cell.quoted) && std::count(text.begin(), text.end(), ',') == 1 &&
+      text.find('.') == std::string::npos)
+    std::replace(text.begin(), text.end(), ',', '.');
+  return text;
+}
+
+std::string column_name(const TableCell& cell) {
+  std::string name = cell.text;
+  std::transform(name.begin(), name.end(), name.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return name;
+}
+
+}  // namespace talus
