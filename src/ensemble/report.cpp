@@ -474,8 +474,8 @@ class Page {
         (f.contains("per_year") ? "<th scope=\"col\">P per year</th>" : "") + "</tr>";
     constexpr std::array names{"none", "slight", "moderate", "severe", "lost"};
     for (std::size_t k = 0; k < f["per_event"].size(); ++k) {
-      text += fmt::format("<tr><td>{} or worse</td><td>{}</td>", names[std::min<std::size_t>(4, k + 1)],
-                          estimate(f["per_event"][k]));
+      text += fmt::format("<tr><td>{}{}</td><td>{}</td>", names[std::min<std::size_t>(4, k + 1)],
+                          k + 2 < names.size() ? " or worse" : "", estimate(f["per_event"][k]));
       if (f.contains("per_year") && k < f["per_year"].size())
         text += "<td>" + estimate(f["per_year"][k]) + "</td>";
       text += "</tr>";
@@ -484,7 +484,8 @@ class Page {
     constexpr std::array colours{"#d99a1c", "#ee7b30", "#c8323c", "#8a3d78"};
     std::string legend;
     for (std::size_t k = 0; k < colours.size(); ++k)
-      legend += fmt::format("<span style=\"background:{}\"></span>{} or worse", colours[k], names[k + 1]);
+      legend += fmt::format("<span style=\"background:{}\"></span>{}{}", colours[k], names[k + 1],
+                            k + 1 < colours.size() ? " or worse" : "");
     text += "<p class=\"key\">Curves over the energy of the hit, with their 95 % bands:" + legend +
             "</p><div class=\"row\">";
     for (const Json& m : f.value("members", Json::array())) {

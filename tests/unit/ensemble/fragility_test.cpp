@@ -9,6 +9,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -229,7 +230,10 @@ TEST(Fragility, ClustersRunsAndProbabilities) {
         "pier: capacity over that as built, least member, mean over hits", "pier: P(class >= 3) per event",
         "pier: P(class >= 3) per year", "pier: expected closure per event, days"})
     EXPECT_TRUE(names.contains(name)) << name;
-  EXPECT_TRUE(fs::exists(place.path() / "options" / "compare.html"));
+  std::ifstream page(place.path() / "options" / "compare.html");
+  const std::string html((std::istreambuf_iterator<char>(page)), std::istreambuf_iterator<char>());
+  EXPECT_NE(html.find("<main>"), std::string::npos);
+  EXPECT_NE(html.find("<th scope=\"col\">difference"), std::string::npos);
 }
 
 TEST(Fragility, WhatCannotBeIsSaid) {
