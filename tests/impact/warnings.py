@@ -131,9 +131,9 @@ expect("cells of 1 m without damage", check(base + column % ("6", "1 m")), 0, "N
 expect("fragments off", check(base + column % ("6", "0.33 m") + 'damage = "concrete"\n[coupling]\nfragments = false\n'), 0, "No problems found", "Fragments: off; parts that lose their support stay in the mesh")
 
 # Problems that show when the world is built: all of them at once, each with its place in the file.
-text = base.replace("position = [80, 80, 40]", "position = [80, 80, 21.3]") + column % ("6", "0.5 m") + 'damage = "concrete"\n[[structure.rebar]]\nkind = "longitudinal"\nbars = 8\ndiameter = "28 mm"\ncover = "1.1 m"\n[[structure.probe]]\nname = "far"\nat = [500, 50, 12]\n'
+text = base.replace("position = [80, 80, 40]", "position = [80, 80, 21.3]") + column % ("6", "0.5 m") + 'damage = "concrete"\n[[structure.rebar]]\nkind = "longitudinal"\nbars = 8\ndiameter = "28 mm"\ncover = "0.99 m"\n[[structure.probe]]\nname = "far"\nat = [500, 50, 12]\n'
 text += column.replace('"P"', '"Q"') % ("6", "1 mm")
-at = {key: 1 + text[:text.rfind(key)].count("\n") for key in ('cover = "1.1 m"', 'cell_size = "1 mm"', "position = [80, 80, 21.3]")}
+at = {key: 1 + text[:text.rfind(key)].count("\n") for key in ('cover = "0.99 m"', 'cell_size = "1 mm"', "position = [80, 80, 21.3]")}
 expect("several at once", check(text), 2, f"scene.toml:{at['cell_size = ' + chr(34) + '1 mm' + chr(34)]}:", "structure.Q.cell_size", "structure.P.rebar", "leaves no room for the bars")
 text = base.replace("position = [80, 80, 40]", "position = [80, 80, 21.3]") + column % ("6", "1 m") + '[[structure.probe]]\nname = "far"\nat = [500, 50, 12]\n'
 expect("overlap and probe", check(text), 2, f"scene.toml:{at['position = [80, 80, 21.3]']}:12: error: block.B.position", "raise it by 0.201 m", f"scene.toml:{1 + text[:text.index('at = [500')].count(chr(10))}:", "structure.P.probe.far.at")
