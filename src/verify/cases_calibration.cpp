@@ -317,9 +317,9 @@ void vary_tolerances(CaseRun& c) {
   const double accuracy = 1e-3;
   const Method m = Method::by_accuracy(accuracy);
   const std::vector<Copied> scenes = calibrated_scenes();
-  c.method(m);
   for (const contact::ToleranceInfo& tolerance : contact::list_of_tolerances())
     for (const double factor : {0.1, 10.0}) {
+      c.method(m);
       contact::Tolerances others = contact::tolerances();
       others.*tolerance.value *= factor;
       const contact::OtherTolerances varied(others);
