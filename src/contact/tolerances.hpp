@@ -1,13 +1,13 @@
-/// Tolerances of contact search and of a step: every length, speed, angle and fraction that decides and that
-/// no law of the scene gives, in one place. They are relative, so that none depends on the units or on the
-/// size of a scene; `simulation.accuracy` is not one of them: what a step may be off by is its part of that.
+/// Tolerances of contact among blocks and of their steps that no law of the scene gives. All are relative, to
+/// a size, a speed or `simulation.accuracy`. Not here: those of structures' skins (skin_*.cpp, touch_*.cpp),
+/// of the solver (solver_*.cpp) and of how closely it solves (coupling/closeness.cpp), which stand there.
 ///
 /// L  size of the smallest block of an island [m]     V  speed of an island, at least (g L)^(1/2) [m/s]
 /// r  radius of a block [m]                           d  inradius of the thinner of two blocks [m]
 ///
-/// A result may depend on one of them by no more than the accuracy allows: the suite `tolerances` runs closed
-/// forms with each of them a tenth and ten times as large (docs/theory/tolerances.md has this list as a
-/// table).
+/// `talus verify invariants/G13-tolerances` meets closed forms of blocks on planes to the accuracy with each
+/// of them a tenth and ten times as large; piles, terrain and structures are not among these
+/// (docs/theory/tolerances.md has this list as a table).
 #pragma once
 #include <span>
 #include <string>
