@@ -14,8 +14,8 @@ struct Proximal {
 
 inline Proximal proximal(const Touch& t, double epsilon) {
   Proximal q;
-  q.rn = std::max(t.compliance.x(), epsilon * t.w);
-  q.rt = std::max({t.compliance.y(), t.compliance.z(), epsilon * t.wt});
+  q.rn = std::max(t.compliance.x(), epsilon * t.load * t.w);
+  q.rt = std::max({t.compliance.y(), t.compliance.z(), epsilon * t.load * t.wt});
   q.rho = Vec3(q.rn - t.compliance.x(), q.rt - t.compliance.y(), q.rt - t.compliance.z());
   return q;
 }
@@ -132,7 +132,6 @@ NewtonOutcome Newton::run(const System& system, std::vector<Vec3>& p, std::vecto
   double epsilon = options.epsilon;
   multiplier_ = p;
   best_p_ = p;
-  system.velocities(p, v);
   double best = INFINITY, last_outer = INFINITY, last_inner = INFINITY;
   here_.v = v;
   bool factored = false;
@@ -141,8 +140,8 @@ NewtonOutcome Newton::run(const System& system, std::vector<Vec3>& p, std::vecto
   int failures = 0, halved = 0;
   bool moved = false;  // the multipliers, and no step since
   while (true) {
-    // Two candidates: the impulses p(v) with the velocities that follow from them, and, where the balance of
-    // momentum is met to round-off, with v itself.
+    // Two candidates: the impulses p(v) with the velocities that follow from them, and with v itself, off by
+    // what the momentum is.
     candidate_.resize(system.n);
     for (int k = 0; k < system.n; ++k) candidate_[k] = here_.v[k] - here_.difference[k];
     double inner = 0, outer = 0, law_off = 0, residual = 0;
@@ -160,7 +159,7 @@ NewtonOutcome Newton::run(const System& system, std::vector<Vec3>& p, std::vecto
         const double along = length(off.y(), off.z());
         of_contact_[i] = {
             std::max(0.0, (u - here_.u[i]).norm() - system.round_off(t, reach_)), off.cwiseAbs().maxCoeff(),
-            length(std::abs(off.x()) + law.mu * along, along),
+            length(std::abs(off.x()) + (law.exact ? law.mu * along : 0.0), along),
             natural_residual(law, u + t.compliance.cwiseProduct(here_.p[i]), here_.p[i], t.scale(),
                              system.excuse(t, reach_), options.convex ? t.shift : 0.0)};
       }
@@ -171,15 +170,15 @@ NewtonOutcome Newton::run(const System& system, std::vector<Vec3>& p, std::vecto
       law_off = std::max(law_off, of.law);
       residual = larger(residual, of.residual);
     }
-    const bool balanced = inner == 0 && !options.convex;
-    if (std::min(residual, balanced ? law_off : residual) < 0.5 * best) halved = outcome.newton;
+    const double apart = std::max(law_off, inner);
+    if (std::min(residual, apart) < 0.5 * best) halved = outcome.newton;
     if (residual < best) {
       best = residual;
       best_p_ = here_.p;
       best_v_ = candidate_;
     }
-    if (balanced && law_off < best) {
-      best = law_off;
+    if (apart < best) {
+      best = apart;
       best_p_ = here_.p;
       best_v_ = here_.v;
     }
@@ -193,7 +192,6 @@ NewtonOutcome Newton::run(const System& system, std::vector<Vec3>& p, std::vecto
       last_outer = outer;
       last_inner = INFINITY;
       multiplier_ = here_.p;
-      if (inner > 0) here_.v = candidate_;
       moved = true;
       evaluate(system, multiplier_, epsilon, options.convex, here_, true);
       continue;
@@ -233,10 +231,7 @@ NewtonOutcome Newton::run(const System& system, std::vector<Vec3>& p, std::vecto
   }
   outcome.residual = best;
   p = best_p_;
-  if (std::isfinite(best))
-    v = best_v_;
-  else
-    system.velocities(p, v);
+  if (std::isfinite(best)) v = best_v_;
   return outcome;
 }
 

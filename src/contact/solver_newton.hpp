@@ -1,6 +1,6 @@
 /// Proximal outer iteration with a semismooth Newton method inside.
 ///
-///   inner, for fixed multipliers p^k and proximal compliance rho_i = max(0, eps w_i - R_i):
+///   inner, for fixed multipliers p^k and proximal compliance rho_i = max(0, eps l_i w_i - R_i):
 ///     F(v) = v - v_hat - sum J_i^T p_i(v) = 0,   p_i(v) = P_i((rho_i p^k_i - J_i v - b_i) / (R_i + rho_i))
 ///     (1 + sum J_i^T D_i J_i) dv = -F,   D_i = -dp_i/du_i
 ///   outer:  p^{k+1} = p(v),  which removes the proximal compliance as it converges   [rockafellar1976]
@@ -27,7 +27,7 @@ struct NewtonOptions {
                           // `tolerance` alone
   int max_newton = 60;
   int max_outer = 60;
-  double epsilon = 1e-4;  // proximal compliance over w
+  double epsilon = 1e-4;  // proximal compliance over l w, l the contact's load (solver_system.hpp)
   bool convex = false;    // use the associated law with Touch::shift everywhere
 };
 
@@ -39,9 +39,12 @@ struct NewtonOutcome {
 class Newton {
  public:
   explicit Newton(Hessian& hessian) : hessian_(&hessian) {}
-  /// p: in the first multipliers, out the best impulses found; v their velocities.
+  /// p, v: in the first multipliers and the start, out the best found.
   NewtonOutcome run(const System& system, std::vector<Vec3>& p, std::vector<double>& v,
                     const NewtonOptions& options);
+
+  /// Where it ended, which may be nearer in all but one contact than the best.
+  const std::vector<Vec3>& last_impulses() const { return here_.p; }
 
  private:
   struct Point {                        // everything that is known at a trial v

@@ -63,6 +63,17 @@ double System::residual(const std::vector<double>& v, const std::vector<Vec3>& p
   return worst;
 }
 
+double System::residual_apart(const std::vector<double>& v, const std::vector<double>& off,
+                              const std::vector<Vec3>& p) const {
+  double worst = residual(v, p);  // fills reach_
+  in_ranges(contacts(), contacts_at_once, [&](int from, int to) {
+    for (int i = from; i < to; ++i)
+      of_contact_[i] = std::max(0.0, relative(touch[i], off.data()).norm() - round_off(touch[i], reach_));
+  });
+  for (const double r : of_contact_) worst = larger(worst, r);
+  return worst;
+}
+
 void System::list() {
   first_of_body.assign(body.size() + 2, 0);
   for (const Touch& t : touch)
@@ -74,6 +85,10 @@ void System::list() {
       of_body[first_of_body[terms[k].body + 1]++] = {i, static_cast<std::uint32_t>(terms[k].at)};
   first_of_body.pop_back();
   order.find(*this);
+  double least = INFINITY;
+  for (const Touch& t : touch)
+    if (t.w > 0) least = std::min(least, t.w);
+  for (Touch& t : touch) t.load = t.w > 0 ? std::sqrt(least / t.w) : 1;
 }
 
 Eliminated eliminate_normal(const Mat3& W) {

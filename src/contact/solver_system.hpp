@@ -47,6 +47,9 @@ struct Touch {
   Law law;
   double w = 0, wt = 0;  // velocity change per impulse: that along the face is another one only where the two
                          // are far apart
+  /// Of impulses to each other, where light bodies bear what heavy ones press: (least w of all / w)^(1/2). A
+  /// contact of w may bear as much as that of the least or next to nothing.
+  double load = 1;
   Scale scale() const { return {w, wt}; }
   double shift = 0;  // added to the normal velocity: De Saxce, when it is held fixed
   Vec3 bias, compliance;
@@ -88,7 +91,7 @@ struct System {
   VisitingOrder order;
 
   void assemble(const ContactProblem& problem, bool exact_coulomb);
-  /// Lists of what bodies touch and the order of visits; again after `touch` was changed.
+  /// Lists of what bodies touch, the order of visits and the loads; again after `touch` was changed.
   void list();
   int contacts() const { return static_cast<int>(touch.size()); }
 
@@ -130,6 +133,10 @@ struct System {
   }
   /// Largest natural-map residual over the contacts, exact Coulomb where the law says so [m/s].
   double residual(const std::vector<double>& v, const std::vector<Vec3>& p) const;
+  /// The same of velocities that do not follow from the impulses, v - v(p) = `off`: at least |J_i off| beyond
+  /// round-off.
+  double residual_apart(const std::vector<double>& v, const std::vector<double>& off,
+                        const std::vector<Vec3>& p) const;
 
  private:
   template <int Rows>
