@@ -95,7 +95,7 @@ double Search::visited(int count) {
 bool Search::alternated(const std::vector<Vec3>& start, int rounds) {
   constexpr double enough = 0.25;  // of what is taken where no more is to be had: less is not worth a round
   p = start;
-  for (int round = 0; round < rounds && !spent(); ++round) {
+  for (int round = 0; round < rounds && !hopeless(150); ++round) {
     visited(30);
     if (best <= sufficient_ || newton(0.1, 30)) return true;
     if (best <= enough * stalled_) return true;
@@ -199,6 +199,12 @@ bool Search::raised(double step) {
   return false;
 }
 
+bool Search::hopeless(int factorisations, bool tried) const {
+  if (spent()) return true;
+  return settings_->sufficient > settings_->tolerance && best <= 100 * sufficient_ &&
+         (tried || report_->newton > factorisations);
+}
+
 bool Search::spent() const {
   return settings_->most_factorisations > 0 && report_->newton >= settings_->most_factorisations;
 }
@@ -259,20 +265,14 @@ bool Search::run(const SolveSettings& settings, SolveReport& report) {
     if (!small && best > 1e-3 * settings.velocity_scale) return false;
     return newton(1e-4, 20) || polish() || (small && newton(1e-3, 20));
   };
-  // Near to what suffices and still not there: the rows contradict each other by that much. Better rows are
-  // the caller's, and cheaper. Or enough was spent.
-  const auto given_up = [&] {
-    if (spent()) return true;
-    const bool tried = report.newton > 300 || fruitless >= 2;
-    return settings.sufficient > settings.tolerance && best <= 100 * sufficient_ && tried;
-  };
+  const auto given_up = [&] { return hopeless(many ? 150 : 300, !many && fruitless >= 2); };
   p = best_p;
   if (interior(0.5 * best)) return true;
   if (many) {  // a path from a poor start may be blocked before it gets anywhere
     if (interior_.work_left() < 1e-2 && alternated(interior_.last_impulses(), 2)) return true;
     if (finish() || best <= stalled_) return true;
     report.tier = 'E';
-    if (spent()) return false;
+    if (given_up()) return false;
     start_from_nothing();
     if (!interior(system.residual(v, p)) && !alternated(interior_.last_impulses(), 4) && !finish())
       return false;

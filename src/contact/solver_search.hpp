@@ -56,6 +56,10 @@ class Search {
   bool swept_while_it_pays();
 
   bool spent() const;  // all factorisations that the search may have
+  /// Near to what suffices and still not there after so many factorisations, or all that was to be `tried`:
+  /// the rows contradict each other by that much. Better rows are the caller's, and cheaper. Or enough was
+  /// spent.
+  bool hopeless(int factorisations, bool tried = false) const;
   void begin(const SolveSettings& settings, SolveReport& report);
 
   const SolveSettings* settings_ = nullptr;
