@@ -108,8 +108,8 @@ double Interior::measure() {
   return work_after(0);
 }
 
-/// Of the impulses with the velocities that follow from them, or with the path's own, which are off by what
-/// their momentum is, whichever is less; of the former alone where it meets the tolerance [m/s].
+/// Of the impulses with the velocities that follow from them, or with the path's own where these have their
+/// momentum, whichever is less; of the former alone where it meets the tolerance [m/s].
 double Interior::residual(double tolerance) {
   const System& system = *system_;
   const double by_impulses = system.residual(vp_, p_);

@@ -140,8 +140,8 @@ NewtonOutcome Newton::run(const System& system, std::vector<Vec3>& p, std::vecto
   int failures = 0, halved = 0;
   bool moved = false;  // the multipliers, and no step since
   while (true) {
-    // Two candidates: the impulses p(v) with the velocities that follow from them, and with v itself, off by
-    // what the momentum is.
+    // Two candidates: the impulses p(v) with the velocities that follow from them, and, where the balance of
+    // momentum is met to round-off, with v itself.
     candidate_.resize(system.n);
     for (int k = 0; k < system.n; ++k) candidate_[k] = here_.v[k] - here_.difference[k];
     double inner = 0, outer = 0, law_off = 0, residual = 0;
@@ -170,7 +170,7 @@ NewtonOutcome Newton::run(const System& system, std::vector<Vec3>& p, std::vecto
       law_off = std::max(law_off, of.law);
       residual = larger(residual, of.residual);
     }
-    const double apart = std::max(law_off, inner);
+    const double apart = inner == 0 ? law_off : INFINITY;
     if (std::min(residual, apart) < 0.5 * best) halved = outcome.newton;
     if (residual < best) {
       best = residual;

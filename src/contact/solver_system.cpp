@@ -65,12 +65,13 @@ double System::residual(const std::vector<double>& v, const std::vector<Vec3>& p
 
 double System::residual_apart(const std::vector<double>& v, const std::vector<double>& off,
                               const std::vector<Vec3>& p) const {
-  double worst = residual(v, p);  // fills reach_
+  const double worst = residual(v, p);  // fills reach_
   in_ranges(contacts(), contacts_at_once, [&](int from, int to) {
     for (int i = from; i < to; ++i)
-      of_contact_[i] = std::max(0.0, relative(touch[i], off.data()).norm() - round_off(touch[i], reach_));
+      of_contact_[i] = relative(touch[i], off.data()).norm() - round_off(touch[i], reach_);
   });
-  for (const double r : of_contact_) worst = larger(worst, r);
+  for (const double beyond : of_contact_)
+    if (!(beyond <= 0)) return INFINITY;
   return worst;
 }
 

@@ -133,8 +133,8 @@ struct System {
   }
   /// Largest natural-map residual over the contacts, exact Coulomb where the law says so [m/s].
   double residual(const std::vector<double>& v, const std::vector<Vec3>& p) const;
-  /// The same of velocities that do not follow from the impulses, v - v(p) = `off`: at least |J_i off| beyond
-  /// round-off.
+  /// The same of velocities that do not follow from the impulses, v - v(p) = `off`: without bound where an
+  /// off beyond round-off is momentum.
   double residual_apart(const std::vector<double>& v, const std::vector<double>& off,
                         const std::vector<Vec3>& p) const;
 
