@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace talus::contact::detail {
 
@@ -155,11 +156,15 @@ NewtonOutcome Newton::run(const System& system, std::vector<Vec3>& p, std::vecto
         const Vec3 u = system.relative(t, candidate_.data()) + t.bias;
         Law law = t.law;
         if (options.convex) law.exact = false;
-        const Vec3 off = proximal(t, epsilon).rho.cwiseProduct(here_.p[i] - multiplier_[i]);
+        const Vec3 rho = proximal(t, epsilon).rho,
+                   off = rho.cwiseProduct(here_.p[i] - multiplier_[i]).cwiseAbs();
+        // Where the multipliers swallow u in the projection, the law is met as far as their last digits tell.
+        const double swallowed =
+            std::numeric_limits<double>::epsilon() * rho.cwiseProduct(multiplier_[i]).norm();
         const double along = length(off.y(), off.z());
         of_contact_[i] = {
-            std::max(0.0, (u - here_.u[i]).norm() - system.round_off(t, reach_)), off.cwiseAbs().maxCoeff(),
-            length(std::abs(off.x()) + (law.exact ? law.mu * along : 0.0), along),
+            std::max(0.0, (u - here_.u[i]).norm() - system.round_off(t, reach_)), off.maxCoeff(),
+            length(off.x() + (law.exact ? law.mu * along : 0.0), along) + swallowed,
             natural_residual(law, u + t.compliance.cwiseProduct(here_.p[i]), here_.p[i], t.scale(),
                              system.excuse(t, reach_), options.convex ? t.shift : 0.0)};
       }

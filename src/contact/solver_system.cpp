@@ -37,9 +37,11 @@ void System::impulse_reach(const std::vector<Vec3>& p, std::vector<double>& reac
   in_ranges(static_cast<int>(body.size()), bodies_at_once, [&](int from, int to) {
     for (int b = from; b < to; ++b) {
       reach[b] = 0;
-      for (int e = first_of_body[b]; e < first_of_body[b + 1]; ++e)
-        reach[b] = std::max(
-            reach[b], (touch[of_body[e].contact].scale() * p[of_body[e].contact]).cwiseAbs().maxCoeff());
+      for (int e = first_of_body[b]; e < first_of_body[b + 1]; ++e) {
+        const Touch& t = touch[of_body[e].contact];
+        const Vec3 pressed = p[of_body[e].contact].cwiseAbs().cwiseMin(most_pressed);
+        reach[b] = std::max(reach[b], (t.scale() * pressed).maxCoeff());
+      }
     }
   });
 }
@@ -314,6 +316,25 @@ void System::fill(const ContactProblem& problem, int contact) {
             t.law.mu * length(t.slip.c1, t.slip.c2) < 1;
 }
 
+void System::find_most_pressed() {
+  double fastest = 0;
+  for (const Touch& t : touch)
+    fastest = std::max({fastest, -t.bias.x(), std::abs(t.bias.y()), std::abs(t.bias.z())});
+  thread_local std::vector<double> least;  // of |J|^2 / 3 over a body's terms: the inverse of its mass
+  least.assign(body.size(), INFINITY);
+  for (const TouchTerm& term : terms) {
+    const double* row = J.data() + term.at;
+    double square = 0;
+    for (int k = 0; k < 3 * term.n; ++k) square += row[k] * row[k];
+    if (square > 0) least[term.body] = std::min(least[term.body], square / 3);
+  }
+  most_pressed = 0;
+  for (std::size_t b = 0; b < body.size(); ++b) {
+    const Eigen::Map<const VecX> free(v_hat.data() + offset[b], ndof[b]);
+    most_pressed += free.norm() / std::sqrt(least[b]) + fastest / least[b];
+  }
+}
+
 void System::assemble(const ContactProblem& problem, bool exact_coulomb) {
   number(problem, exact_coulomb);
   in_ranges(static_cast<int>(body.size()), bodies_at_once, [&](int from, int to) {
@@ -322,6 +343,7 @@ void System::assemble(const ContactProblem& problem, bool exact_coulomb) {
   in_ranges(contacts(), contacts_at_once, [&](int from, int to) {
     for (int i = from; i < to; ++i) fill(problem, i);
   });
+  find_most_pressed();
   list();
 }
 

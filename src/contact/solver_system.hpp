@@ -82,6 +82,10 @@ struct System {
   std::vector<double> held;  // what M v leaves of the velocities: those of held directions
   int n = 0;                 // active degrees of freedom
   double most_excused = 0;   // of the round-off of velocities that follow from impulses: the tolerance [m/s]
+  /// What the bodies' momenta can press at most, an estimate [N s]: sum over the bodies of |v_hat| / |J| +
+  /// |b| / |J|^2, b the rows' fastest approach. Impulses far beyond it do not bear a load: they grow between
+  /// rows that contradict each other, and their last digits are no excuse.
+  double most_pressed = 0;
   // contacts
   std::vector<Touch> touch;
   std::vector<TouchTerm> terms;
@@ -117,8 +121,8 @@ struct System {
   /// The velocities of the bodies that are touched, into problem.v: those of problem.v_hat to the last bit
   /// where no impulse acts, whatever open contacts are listed.
   void write(const std::vector<double>& v, ContactProblem& problem) const;
-  /// Largest velocity w |p| that a contact's impulse makes, per body: its last digits are round-off. Into
-  /// `reach`.
+  /// Largest velocity w |p| that a contact's impulse makes, up to what the bodies can press, per body: its
+  /// last digits are round-off. Into `reach`.
   void impulse_reach(const std::vector<Vec3>& p, std::vector<double>& reach) const;
   /// Round-off of the contact velocity that follows from impulses, 16 machine epsilons of the reach of the
   /// bodies it touches [m/s].
@@ -147,6 +151,7 @@ struct System {
     return u;
   }
   void number(const ContactProblem& problem, bool exact_coulomb);
+  void find_most_pressed();
   void take_body(const ContactProblem& problem, int active);
   void fill(const ContactProblem& problem, int contact);
 
