@@ -12,8 +12,9 @@ namespace {
 
 using Vec4 = Eigen::Vector4d;
 
-constexpr double long_step = 0.8;    // from it on another corrector is not worth its cost
-constexpr double short_step = 0.15;  // a contact that admits less takes the monotone direction next
+constexpr double long_step = 0.8;     // from it on another corrector is not worth its cost
+constexpr double settled_from = 0.5;  // part of the contacts that are off, below which visits pay
+constexpr double short_step = 0.15;   // a contact that admits less takes the monotone direction next
 
 /// x_0^2 - |x_t|^2.
 double determinant(const Vec3& x) {
@@ -377,7 +378,8 @@ InteriorOutcome Interior::run(const System& system, std::vector<Vec3>& p, std::v
     if (progress.least <= options.tolerance || it >= options.max_iterations || !std::isfinite(work) ||
         !(work > 0))
       break;
-    if (options.sweeps > 0 && it >= progress.next_settling && residual_here < 80 * options.tolerance) {
+    if (options.sweeps > 0 && it >= progress.next_settling &&
+        system.count_off(options.tolerance) < settled_from * system.contacts()) {
       if (settle(options, progress)) break;
       progress.next_settling = it + 3;
     }

@@ -126,6 +126,32 @@ double Newton::exact_step(const System& system, const std::vector<Vec3>& multipl
   return lo > 0 ? lo : 0.5 * (lo + hi);
 }
 
+double Newton::contradiction(const System& system) {
+  balance_.assign(static_cast<std::size_t>(system.n), 0.0);
+  constexpr double among = 0.1;  // of the most that one grows: others find their load still
+  const auto growth = [&](int i) {
+    const Touch& t = system.touch[i];
+    return t.w > 0 && !(t.compliance.x() > 0) ? here_.p[i].x() - multiplier_[i].x() : 0.0;
+  };
+  double pressed = 0, work = 0, least = 0;
+  for (int i = 0; i < system.contacts(); ++i) least = std::max(least, among * growth(i));
+  for (int i = 0; i < system.contacts(); ++i) {
+    const Touch& t = system.touch[i];
+    const double grown = growth(i);
+    if (!(grown > least)) continue;
+    system.push(t, Vec3(grown, 0, 0), balance_.data());
+    pressed += grown;
+    work += grown * here_.u[i].x();
+  }
+  double square = 0, speed = 0;
+  for (int k = 0; k < system.n; ++k) {
+    square += balance_[k] * balance_[k];
+    speed += here_.v[k] * here_.v[k];
+  }
+  const double most = work + 2 * std::sqrt(speed * square);
+  return most < 0 ? -most / pressed : 0;
+}
+
 NewtonOutcome Newton::run(const System& system, std::vector<Vec3>& p, std::vector<double>& v,
                           const NewtonOptions& options) {
   NewtonOutcome outcome;
@@ -138,8 +164,8 @@ NewtonOutcome Newton::run(const System& system, std::vector<Vec3>& p, std::vecto
   bool factored = false;
   double factored_epsilon = 0;
   evaluate(system, multiplier_, epsilon, options.convex, here_, true);
-  int failures = 0, halved = 0;
-  bool moved = false;  // the multipliers, and no step since
+  int failures = 0, halved = 0, told = 0;  // told: factorisations at the last look for a contradiction
+  bool moved = false;                      // the multipliers, and no step since
   while (true) {
     // Two candidates: the impulses p(v) with the velocities that follow from them, and, where the balance of
     // momentum is met to round-off, with v itself.
@@ -189,6 +215,11 @@ NewtonOutcome Newton::run(const System& system, std::vector<Vec3>& p, std::vecto
     }
     if (best <= options.sufficient && outcome.newton >= halved + 3) break;  // at round-off
     if (best <= options.tolerance || !std::isfinite(here_.merit)) break;
+    if (outcome.newton > 0 && outcome.newton != told) {
+      told = outcome.newton;
+      outcome.least = std::max(outcome.least, contradiction(system));
+      if (options.most > 0 && outcome.least > options.most) break;
+    }
     if (!(moved && inner == 0) && (inner <= 0.1 * outer || inner <= 0.01 * options.tolerance)) {
       // Inner problem solved: move the multipliers. Slow outer progress asks for a smaller proximal term.
       if (++outcome.outer > options.max_outer) break;

@@ -30,11 +30,13 @@ bool Search::newton(double epsilon, int max_newton) {
   options.max_outer = settings_->max_outer;
   options.epsilon = epsilon;
   options.max_newton = max_newton;
+  options.most = stalled_;
   trial_p_ = p;
   trial_v_ = v;
   const NewtonOutcome outcome = newton_.run(system, trial_p_, trial_v_, options);
   report_->newton += outcome.newton;
   report_->outer += outcome.outer;
+  least_ = std::max(least_, outcome.least);
   consider(trial_p_, trial_v_, outcome.residual);
   return best <= sufficient_;
 }
@@ -96,7 +98,7 @@ bool Search::alternated(const std::vector<Vec3>& start, int rounds) {
   constexpr double enough = 0.25;  // of what is taken where no more is to be had: less is not worth a round
   p = start;
   for (int round = 0; round < rounds && !hopeless(150); ++round) {
-    visited(30);
+    visited(10);
     if (best <= sufficient_ || newton(0.1, 30)) return true;
     if (best <= enough * stalled_) return true;
     p = newton_.last_impulses();
@@ -206,7 +208,8 @@ bool Search::hopeless(int factorisations, bool tried) const {
 }
 
 bool Search::spent() const {
-  return settings_->most_factorisations > 0 && report_->newton >= settings_->most_factorisations;
+  return least_ > stalled_ ||
+         (settings_->most_factorisations > 0 && report_->newton >= settings_->most_factorisations);
 }
 
 void Search::begin(const SolveSettings& settings, SolveReport& report) {
@@ -215,6 +218,7 @@ void Search::begin(const SolveSettings& settings, SolveReport& report) {
   polished_ = INFINITY;
   polished_for_ = 0;
   round_off_ = 0;
+  least_ = 0;
   tolerance_ = settings.tolerance * settings.velocity_scale;
   sufficient_ = std::max(settings.tolerance, settings.sufficient) * settings.velocity_scale;
   stalled_ = std::max(settings.stalled * settings.velocity_scale, sufficient_);

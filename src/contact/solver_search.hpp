@@ -55,7 +55,8 @@ class Search {
   double visited(int count);  // residual after sweeps from p
   bool swept_while_it_pays();
 
-  bool spent() const;  // all factorisations that the search may have
+  bool spent()
+      const;  // all factorisations that the search may have, or nothing that would be taken is to be had
   /// Near to what suffices and still not there after so many factorisations, or all that was to be `tried`:
   /// the rows contradict each other by that much. Better rows are the caller's, and cheaper. Or enough was
   /// spent.
@@ -65,6 +66,7 @@ class Search {
   const SolveSettings* settings_ = nullptr;
   SolveReport* report_ = nullptr;
   double tolerance_ = 0, sufficient_ = 0, stalled_ = 0;  // [m/s]
+  double least_ = 0;      // that is known to be left by whatever solves the problem [m/s]
   double round_off_ = 0;  // below which three iterations that do not halve the residual end a Newton method
                           // that may not stop at what suffices [m/s]
   double polished_ = 0;   // residual from which the last polish started [m/s], and its iterations

@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <utility>
 
@@ -67,14 +68,13 @@ double System::residual(const std::vector<double>& v, const std::vector<Vec3>& p
 
 double System::residual_apart(const std::vector<double>& v, const std::vector<double>& off,
                               const std::vector<Vec3>& p) const {
-  const double worst = residual(v, p);  // fills reach_
+  impulse_reach(p, reach_);
+  std::atomic<bool> beyond = false;
   in_ranges(contacts(), contacts_at_once, [&](int from, int to) {
-    for (int i = from; i < to; ++i)
-      of_contact_[i] = relative(touch[i], off.data()).norm() - round_off(touch[i], reach_);
+    for (int i = from; i < to && !beyond.load(std::memory_order_relaxed); ++i)
+      if (!(relative(touch[i], off.data()).norm() <= round_off(touch[i], reach_))) beyond = true;
   });
-  for (const double beyond : of_contact_)
-    if (!(beyond <= 0)) return INFINITY;
-  return worst;
+  return beyond ? INFINITY : residual(v, p);
 }
 
 void System::list() {

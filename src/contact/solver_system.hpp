@@ -137,6 +137,11 @@ struct System {
   }
   /// Largest natural-map residual over the contacts, exact Coulomb where the law says so [m/s].
   double residual(const std::vector<double>& v, const std::vector<Vec3>& p) const;
+  /// How many contacts were off by more at the last of them.
+  int count_off(double residual) const {
+    return static_cast<int>(
+        std::count_if(of_contact_.begin(), of_contact_.end(), [=](double r) { return r > residual; }));
+  }
   /// The same of velocities that do not follow from the impulses, v - v(p) = `off`: without bound where an
   /// off beyond round-off is momentum.
   double residual_apart(const std::vector<double>& v, const std::vector<double>& off,

@@ -188,7 +188,6 @@ bool IslandStepper::solve(double h, Effort effort) {
   const bool last_resort = effort == Effort::last_resort,
              no_better = last_resort || (effort == Effort::repeated && r.residual > 0.5 * residual_);
   residual_ = r.residual;
-  if (getenv("TALUS_DBG")) fprintf(stderr,"DBG h %.3g n %zu tol %.2g suf %.2g st %.2g scale %.3g -> %d tier %c res %.3g newton %d sweeps %d outer %d stalled %d\n",h,problem_.contacts.size(),settings.tolerance,settings.sufficient,settings.stalled,settings.velocity_scale,(int)r.converged,r.tier,r.residual,r.newton,r.sweeps,r.outer,(int)r.stalled);
   unsolved_speed_ = r.residual * settings.velocity_scale;
   stalled_ = r.stalled ? h : 0;
   certified_ = judge(step, settings, {.no_better = no_better, .last_resort = last_resort}, r);

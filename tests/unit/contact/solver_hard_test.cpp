@@ -102,6 +102,28 @@ TEST(ContactSolverHard, BouldersOnChips) {
   }
 }
 
+TEST(ContactSolverHard, RowsThatContradictEachOtherAreToldByTheirImpulses) {
+  // A cube between two walls that each push it off at 1 mm/s: no velocities leave less than that. Beside it
+  // others that slide.
+  for (const double mu : {0.0, 0.3, 2.0}) {
+    Builder b;
+    for (int i = 0; i < 6; ++i) {
+      const Vec3 at(2 * i, 0, 0);
+      const int cube = b.box(at, Vec3::Ones(), 2500, Vec3(1, 0, -0.1));
+      b.patch(-1, cube, at - 0.5 * Z, 0.5 * X, 0.5 * Y, Z, mu);
+    }
+    for (const double side : {-1.0, 1.0})
+      b.touch(-1, 3, b.centre[3] + 0.5 * side * Y, -side * Y, mu).bias = Vec3(-1e-3, 0, 0);
+    ContactSolver solver;
+    SolveSettings settings;
+    settings.tolerance = 1e-10;
+    const SolveReport report = solver.solve(b.problem, settings);
+    EXPECT_FALSE(report.converged);
+    EXPECT_GT(report.residual, 0.9e-3);
+    EXPECT_LT(report.newton, 40) << mu;
+  }
+}
+
 TEST(ContactSolverHard, WhatSufficesIsNoLastResort) {
   // A search that may not spend more gives up; what it has may be close enough, and counts as solved then.
   int enough = 0;
