@@ -98,7 +98,7 @@ bool Search::alternated(const std::vector<Vec3>& start, int rounds) {
   constexpr double enough = 0.25;  // of what is taken where no more is to be had: less is not worth a round
   p = start;
   for (int round = 0; round < rounds && !hopeless(150); ++round) {
-    visited(10);
+    visited(15);
     if (best <= sufficient_ || newton(0.1, 30)) return true;
     if (best <= enough * stalled_) return true;
     p = newton_.last_impulses();
