@@ -35,7 +35,7 @@ test: setup
 	@ctest --test-dir $(BUILD) --output-on-failure -j $(JOBS)
 
 demo: setup build
-	@$(BUILD)/talus run cases/tirol-pier/scene.toml -o results/tirol-pier
+	@$(BUILD)/talus run cases/tirol-pier/reinforced.toml -o results/tirol-pier
 	@echo "Open results/tirol-pier/report.html in a browser."
 
 cases: build
