@@ -3,7 +3,7 @@ JOBS ?= $(shell nproc)
 PRESET ?= release
 BUILD := build/$(PRESET)
 
-.PHONY: help setup build test demo cases bench docs fuzz deb format format-check lint lint-changed clean
+.PHONY: help setup build test demo cases bench reference docs fuzz deb format format-check lint lint-changed clean
 
 help:
 	@echo "make demo    install what is missing, build, run the demo case, name the report to open"
@@ -11,7 +11,8 @@ help:
 	@echo "make build   build alone: the program is build/release/talus"
 	@echo "make cases   run every case in full (long)"
 	@echo "make bench   benchmark of the contact solver, kernels, and the scenes beside Bullet and ODE (docs/results/peers.md)"
-	@echo "make docs    regenerate docs/scene.md, docs/talus.1, and the tables and plots of docs/results/ from the program (long)"
+	@echo "make reference  regenerate docs/scene.md, docs/theory/tolerances.md and docs/talus.1 from the program (seconds)"
+	@echo "make docs    the same, and the tables and plots of docs/results/ (long)"
 	@echo "make fuzz    fuzz the readers, ten minutes of CPU time each (needs clang and libclang-rt-14-dev)"
 	@echo "make deb     the Debian package: build/deb/talus_*.deb"
 	@echo "make format  clang-format of all C++ files; make format-check looks alone"
@@ -34,7 +35,7 @@ test: setup
 	@ctest --test-dir $(BUILD) --output-on-failure -j $(JOBS)
 
 demo: setup build
-	@$(BUILD)/talus run cases/tirol-pier/scene.toml -o results/tirol-pier
+	@$(BUILD)/talus run cases/tirol-pier/reinforced.toml -o results/tirol-pier
 	@echo "Open results/tirol-pier/report.html in a browser."
 
 cases: build
@@ -46,10 +47,12 @@ bench: build
 	@$$(find $(BUILD) -name talus_kernel_bench -type f)
 	@python3 bench/run.py --peers bullet64,ode s1 s2 s4 s3-100
 
-docs: build
+reference: build
 	@$(BUILD)/talus explain --all --markdown > docs/scene.md
 	@$(BUILD)/talus explain --tolerances > docs/theory/tolerances.md
 	@$(BUILD)/talus --man > docs/talus.1
+
+docs: reference
 	@scripts/results.sh $(BUILD)
 
 deb: setup build

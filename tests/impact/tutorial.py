@@ -38,6 +38,14 @@ for command in runs:
     assert done.returncode == 0, (command, done.stderr)
     assert "error" not in done.stderr, (command, done.stderr)
 
+# The demo's pier is the tutorial's.
+demo = re.search(r"run (cases/\S+\.toml)", (repository / "Makefile").read_text()).group(1)
+done = subprocess.run([talus, "check", repository / demo], cwd=out, capture_output=True, text=True, timeout=60)
+assert done.returncode == 0 and "No problems found" in done.stdout, done.stderr
+section = re.search(r"(\[\[structure\]\].*?)\[\[structure.probe", blocks[1], re.S).group(1)
+for key, value in re.findall(r"^(\w+) = (\[.*?\]|\"[^\"]*\"|\S+)", section, re.M):
+    assert f"{key} = {value}" in (repository / demo).read_text(), (key, value)
+
 readme = (repository / "README.md").read_text()
 blocks = re.findall(r"```toml\n(.*?)```", readme, re.S)
 assert len(blocks) == 2, "a slope, and what is appended for the pier"

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Checks the pages: links lead somewhere, nothing outside docs/decisions names a decision by number or a build by its commit, and the
-decisions are few and indexed.
+"""Checks the pages: links lead somewhere, nothing outside docs/decisions names a decision by number or a build by its commit, the
+decisions are few and indexed, CONTRIBUTING.md names files that exist, and what pages and comments cite stands in docs/references.bib.
 
     pages.py REPOSITORY    checks a source tree
     pages.py --self-test   plants faults and checks that each is seen
@@ -15,6 +15,9 @@ NUMBERED = re.compile(r"\bdecisions?[ /]+0?\d{3,4}\b", re.IGNORECASE)
 COMMIT = re.compile(r"(?<![.\w-])(?=[0-9]*[a-f])(?=[a-f]*[0-9])(?![0-9]+e[0-9]+)[0-9a-f]{7,8}(?![\w.+-])")
 BUILD = re.compile(r"\b(builds? (of|by) [0-9a-f]{6,}|by (an?|the) (earlier|former|later) build|the build before|by earlier builds)\b")
 MOST_DECISIONS = 35
+FILE = re.compile(r"`([\w./*-]+\.(?:cpp|hpp|py|supp)|(?:src|tests|docs|report|scripts|python)/[\w./*-]*)`")
+GROUP = re.compile(r"\[([^\[\]]*)\]")
+CITATION = re.compile(r"[a-z]+(?:-[a-z]+)*(?:18|19|20)\d\d[a-z]?")
 
 
 def texts(root):
@@ -29,8 +32,27 @@ def texts(root):
             yield path, False
 
 
+def missing_files(root, text):
+    """Names in backticks that no file of the tree has; a name alone may be anywhere in it."""
+    for name in FILE.findall(text):
+        anywhere = () if "/" in name else (path for folder in ("src", "tests", "python") for path in (root / folder).rglob(name))
+        if not any(root.glob(name.rstrip("/"))) and not any(True for _ in anywhere):
+            yield name
+
+
+def cited(line):
+    """Keys of references in square brackets: [leine2014], [fib2013, 5.1; mander1988]."""
+    for group in GROUP.findall(line):
+        yield from (part for part in re.split(r"[,;]\s*", group) if CITATION.fullmatch(part))
+
+
 def problems(root):
     found = []
+    bibliography = root / "docs/references.bib"
+    known = set(re.findall(r"@\w+\{([\w-]+),", bibliography.read_text(encoding="utf-8"))) if bibliography.exists() else set()
+    contributing = root / "CONTRIBUTING.md"
+    if contributing.exists():
+        found += [f"CONTRIBUTING.md: no file {name}" for name in missing_files(root, contributing.read_text(encoding="utf-8"))]
     decisions = root / "docs/decisions"
     for path, page in texts(root):
         if path.name == "pages.py":
@@ -46,6 +68,8 @@ def problems(root):
                 found.append(f"{place}: names a decision by its number")
             if page and (BUILD.search(line) or COMMIT.search(re.sub(r"\([^)]*\)|`[^`]*`", "", line))):
                 found.append(f"{place}: names a build")
+            if page or line.lstrip().startswith("//"):
+                found += [f"{place}: docs/references.bib has no {key}" for key in cited(line) if key not in known]
             if not page:
                 continue
             for target in LINK.findall(re.sub(r"`[^`]*`", "", line)):
@@ -67,6 +91,8 @@ def self_test():
         "docs/d.md": "Measured by ca10d80, 3 s.",
         "docs/e.md": "The build before took 3 s; by the build of 3.",
         "src/f.cpp": "// decision 0007",
+        "src/h.hpp": "/// After [nobody1999, 3.2].",
+        "CONTRIBUTING.md": "Start at `gone.hpp`.",
         "docs/decisions/g.md": "# Not in the index",
     }
     with tempfile.TemporaryDirectory() as folder:

@@ -14,7 +14,7 @@ TEST(Tolerances, ThePageListsThem) {
   std::stringstream text;
   text << file.rdbuf();
   EXPECT_TRUE(text.str() == tolerances_markdown())
-      << "docs/theory/tolerances.md is out of date: run make docs";
+      << "docs/theory/tolerances.md is out of date: run make reference";
 }
 
 TEST(Tolerances, AreNamedOnceAndPositive) {

@@ -103,12 +103,12 @@ TEST(Keys, ExplainTellsTypeUnitDefaultRangeSource) {
   }
 }
 
-// docs/scene.md is generated; `make docs` writes it again.
+// docs/scene.md is generated; `make reference` writes it again.
 TEST(Keys, TheReferenceIsUpToDate) {
   std::ifstream file(std::string(TALUS_SOURCE_DIR) + "/docs/scene.md");
   std::ostringstream text;
   text << file.rdbuf();
-  EXPECT_TRUE(text.str() == scene_markdown()) << "docs/scene.md is out of date: run make docs";
+  EXPECT_TRUE(text.str() == scene_markdown()) << "docs/scene.md is out of date: run make reference";
 }
 
 }  // namespace
