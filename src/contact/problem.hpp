@@ -69,12 +69,8 @@ struct SolveSettings {
   double tolerance = 1e-10;  // on the exact-Coulomb residual, relative to `velocity_scale`
   double sufficient =
       0;  // what ends the search where an attempt at `tolerance` stops at round-off; 0: `tolerance`
-  double stalled = 0;  // what is taken of a large problem whose search gets no farther, relative to
-                       // `velocity_scale`; 0: what is sufficient
-  bool sweeps_alone =
-      false;  // of a frictionless problem, where they come within `stalled`: the caller goes on from there
-  bool steps_first = false;  // of a large problem that hardly moves, or is nearly solved: a path from there
-                             // ends nowhere nearer
+  double stalled = 0;           // what is taken of a large problem whose search gets no farther, relative to
+                                // `velocity_scale`; 0: what is sufficient
   double velocity_scale = 1.0;  // [m/s]
   bool exact_coulomb = true;    // De Saxce correction
   int max_newton = 60;

@@ -180,16 +180,13 @@ SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& s
   } else if (search.best > tolerance && nc <= few && search.unstressed(settings, report)) {
     // as near to no load as the problem allows
   } else if (search.best > tolerance && nc > few && frictionless) {
-    work_->normal.run(system, search.p, search.v, tolerance, 300,
-                      settings.sweeps_alone ? settings.stalled * settings.velocity_scale : 0);
+    work_->normal.run(system, search.p, search.v, tolerance, 300);
     system.velocities(search.p, search.v);
     search.consider(search.p, search.v, system.residual(search.v, search.p));
   } else if (search.best > tolerance && (nc <= few || search.best > Search::near * settings.velocity_scale)) {
     sweeps(search, tolerance, report);
   }
-  const bool enough =
-      settings.sweeps_alone && frictionless && search.best <= settings.stalled * settings.velocity_scale;
-  if (solvable && search.best > tolerance && !enough) {
+  if (solvable && search.best > tolerance) {
     if (nc <= few)
       search.run(settings, report);
     else

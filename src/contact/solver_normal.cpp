@@ -142,7 +142,7 @@ std::pair<double, double> NormalSweeps::gain() {
 }
 
 void NormalSweeps::run(const System& system, std::vector<Vec3>& p, std::vector<double>& v, double tolerance,
-                       int budget, double enough) {
+                       int budget) {
   gather(system, p);
   direction_.assign(rows_.size(), 0.0);
   change_.assign(rows_.size(), 0.0);
@@ -161,9 +161,7 @@ void NormalSweeps::run(const System& system, std::vector<Vec3>& p, std::vector<d
       // nearly get there, others are faster.
       const double rounds_left = static_cast<double>(budget - sweeps) / pace;
       const double in_the_end = largest * std::pow(std::min(1.0, largest / checked), rounds_left);
-      if (sweeps >= 2 * pace && in_the_end > 10 * tolerance &&
-          (in_the_end > enough || residual(v.data()) <= enough))
-        break;
+      if (sweeps >= 2 * pace && in_the_end > 10 * tolerance) break;
       checked = largest;
     }
   }

@@ -19,10 +19,8 @@ namespace talus::contact::detail {
 class NormalSweeps {
  public:
   /// From the normal impulses of p; v is their velocity field, and is kept up. Ends when the residual is
-  /// below the tolerance [m/s], after `budget` sweeps, or once these seem not to get there but have come to
-  /// what is `enough` [m/s; 0: nothing else is], or will not either.
-  void run(const System& system, std::vector<Vec3>& p, std::vector<double>& v, double tolerance, int budget,
-           double enough = 0);
+  /// below the tolerance [m/s], after `budget` sweeps, or once these seem not to get there.
+  void run(const System& system, std::vector<Vec3>& p, std::vector<double>& v, double tolerance, int budget);
 
  private:
   /// Terms; as of a Touch. Rigid blocks, whose velocities `v` are found without their terms: one or two of

@@ -254,8 +254,6 @@ bool Search::run(const SolveSettings& settings, SolveReport& report) {
   if (!small && sufficient_ > 10 * tolerance_ && swept_while_it_pays()) return true;
 
   report.tier = 'B';
-  const bool may_stall = !small && stalled_ > sufficient_;
-  if (may_stall && settings.steps_first && alternated(best_p, 2)) return true;
 
   // Cold: the interior point from the warm start, at half the distance its residual tells (fewest iterations
   // over problems of moving heaps). The Newton method finishes, since the regions are known by then.

@@ -56,20 +56,13 @@ contact::SolveSettings how_closely(const StepToSolve& s) {
     settings.sufficient = (2 / part) * settings.tolerance;
   // Blows that run through a large heap, and loads that shift in one that comes to rest, are solved over the
   // next steps: where hundreds of factorisations get no farther a fiftieth of what moves is taken, of creep
-  // up to 1e-3 of the island's speed, but never a third of what moves, unless all of that is less than 1e-3
-  // of the island's speed: then 3e-4 of the latter.
+  // up to 1e-3 of the island's speed, but never a third of what moves.
   if (s.large && !s.small && s.h > 0) {
-    settings.steps_first =
-        s.again || (s.fastest < 0.5 * s.speed && s.mean < 0.05 * s.speed);  // not where all moves as one
     if (s.still)
       settings.most_factorisations = 200;
     else
       settings.stalled =
           std::max({settings.sufficient, 0.02, std::min(0.3, 1e-3 * s.speed / settings.velocity_scale)});
-    if (!s.still && s.fastest <= 1e-3 * s.speed) {
-      settings.stalled = std::max(settings.stalled, 3e-4 * s.speed / settings.velocity_scale);
-      settings.most_factorisations = 80;
-    }
   }
   // A loaded spring's row holds its elongation over h: of short steps that leaves no more than round-off of
   // it.

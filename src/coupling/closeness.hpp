@@ -21,13 +21,11 @@ struct StepToSolve {
   bool provisional = false;  // its rows are made again about its solution
   bool heap = false;         // many blocks, no structure
   bool large = false;        // of so many blocks that a path from where they nearly rest ends nowhere nearer
-  bool again = false;        // with more rows than before, when its search stalled
   bool sub_step = false;     // explicit, at a structure
   bool blocks = false;       // some take part
   bool sprung =
       false;  // contacts on springs among blocks, which make steps far shorter than the accuracy asks for
   double speed = 0, fastest = 0;  // that the island can have, of its blocks at the start [m/s]
-  double mean = 0;                // of all blocks' speeds at the start, root of the mean square [m/s]
   double at_rest = 0;             // what a block at rest may move by in the step [m/s]
   double length = 0;              // of its smallest block [m]
   double gravity = 0;             // [m/s^2]

@@ -87,13 +87,7 @@ double IslandStepper::speed_of(int block) const {
 
 void IslandStepper::begin_step(double h, bool frozen_strain) {
   fastest_ = 0;
-  double squares = 0;
-  for (const Body& b : bodies_) {
-    const double speed = speed_of(b.block);
-    fastest_ = std::max(fastest_, speed);
-    squares += speed * speed;
-  }
-  mean_speed_ = std::sqrt(squares / std::max<double>(1, static_cast<double>(bodies_.size())));
+  for (const Body& b : bodies_) fastest_ = std::max(fastest_, speed_of(b.block));
   each_body([&](Body& b) {
     const auto k = static_cast<std::size_t>(b.block);
     b.start = dda::pose(state_, b.block);

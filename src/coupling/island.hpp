@@ -519,11 +519,10 @@ class IslandStepper {
   Ledger pending_;
   double length_ = 1, speed_ = 1;  // block size and velocity scale of the island
   double fastest_ = 0;             // of the points of its blocks at the start of the step [m/s]
-  double mean_speed_ = 0;          // of the same, root of the mean square over the blocks [m/s]
   bool certified_ = true;          // the last contact problem was solved as closely as a proof of rest asks
   double unsolved_speed_ = 0;      // what the last contact problem's solution leaves [m/s]
   double residual_ = 0;            // of the last contact problem, relative to its velocity scale
-  double stalled_ = 0;             // length of the last try of this step if its search stalled [s]
+  bool stalled_ = false;           // the search for the last solution got no farther than what is taken
   double suggested_ = 0;           // step that error control would take next [s]
   double step_length_ = 0;         // of the step being computed [s]
   double last_length_ = 0;         // of the explicit one before it in this stretch, 0: none [s]

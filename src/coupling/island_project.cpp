@@ -92,12 +92,8 @@ double IslandStepper::project(double h) {
                                                             settings_.accuracy * 0.5 * thinnest)
                                   : tolerance;
   if (deepest <= shows && drifted <= shows) return deepest;
-  // What one pass leaves of a large heap is led back with the next step's: each pass searches all of its
-  // contacts.
-  const bool vast =
-      in_vast_heap() && fastest_ > 1e-4 * speed_;  // and moving: what stands is to stand exactly
   const double left = leapfrog()        ? std::max(tolerance, 0.1 * shows)
-                      : in_large_heap() ? std::max(tolerance, (vast ? 1e-7 : 1e-8) * thinnest)
+                      : in_large_heap() ? std::max(tolerance, 1e-8 * thinnest)
                                         : tolerance;
   // What is led back by d turns rows by d / L: they are no closer than that to the blocks' own gaps. Of a
   // heap a pass that comes as close saves one, and its search of rows; and only what is as near as a column
@@ -165,11 +161,6 @@ double IslandStepper::project(double h) {
     settings.velocity_scale = std::max(deepest, drifted);
     settings.tolerance = closeness();
     settings.sufficient = 0.3;  // of blocks jammed in each other: the next pass goes on from there
-    if (vast) {
-      settings.stalled = settings.sufficient;
-      settings.sweeps_alone = true;
-      settings.tolerance = std::max(settings.tolerance, 0.3 * left / settings.velocity_scale);
-    }
     settings.exact_coulomb = false;
     const contact::SolveReport r = solver_.solve(problem_, settings);
     report_.counters.newton += r.newton;

@@ -114,7 +114,6 @@ contact::SolveReport solve_soundly(contact::ContactSolver& solver, contact::Cont
   problem.contacts.swap(asked);
   contact::SolveSettings whole = settings;
   whole.stalled = 0;
-  whole.steps_first = false;
   contact::SolveReport searched = solver.solve(problem, whole);
   searched.newton += r.newton;
   searched.sweeps += r.sweeps;
@@ -141,7 +140,6 @@ bool IslandStepper::solve(double h, Effort effort) {
                    .provisional = effort == Effort::provisional,
                    .heap = in_heap(),
                    .large = in_vast_heap() && !bonded,
-                   .again = stalled_ == h,
                    // Explicit sub-steps at structures lie far below what the accuracy asks, and nothing is
                    // located within them: no round-off either.
                    .sub_step = h > 0 && !condensed_ && !island_->structures.empty(),
@@ -149,7 +147,6 @@ bool IslandStepper::solve(double h, Effort effort) {
                    .sprung = sprung_,
                    .speed = speed_,
                    .fastest = fastest_,
-                   .mean = mean_speed_,
                    .at_rest = still_speed(model_, h),
                    .length = length_,
                    .gravity = model_.gravity.norm(),
@@ -189,7 +186,7 @@ bool IslandStepper::solve(double h, Effort effort) {
              no_better = last_resort || (effort == Effort::repeated && r.residual > 0.5 * residual_);
   residual_ = r.residual;
   unsolved_speed_ = r.residual * settings.velocity_scale;
-  stalled_ = r.stalled ? h : 0;
+  stalled_ = r.stalled;
   certified_ = judge(step, settings, {.no_better = no_better, .last_resort = last_resort}, r);
   if (!r.converged && last_resort && h > 0) {  // impulses of no duration are left to the step
     // The convex problem alone: it has a solution always, which takes energy as it must but lifts what

@@ -22,7 +22,7 @@ bool IslandStepper::take(Trial& trial) {
   trial.asked = trial.h;
   save();
   settling_ = false;
-  stalled_ = 0;
+  stalled_ = false;
   ahead_.assign(island_->pairs.size(), 0.0);
   const bool ahead = trial.adaptive && trial.closed && looks_ahead();
   if (ahead && !allowed_) allowed_ = allowed_accelerations();
@@ -172,8 +172,8 @@ bool IslandStepper::breaks(const Touch& t) const {
   const bool torn = c.impulse[0] <= -least + nearly * least,
              slid = c.cohesion > 0 && c.impulse.tail<2>().norm() >= (1 - nearly) * most;
   if (!torn && !slid) return false;
-  const double shows = stalled_ > 0 ? settings_.accuracy * length_ / step_length_
-                                    : 0.0;  // where the search has stalled, what the accuracy asked for tells
+  const double shows = stalled_ ? settings_.accuracy * length_ / step_length_
+                                : 0.0;  // where the search has stalled, what the accuracy asked for tells
   const Vec3 moves = parting(t);
   return std::max(moves[0], moves.tail<2>().norm()) >
          std::max({contact::tolerances().still * speed_, times_unsolved * unsolved_speed_, shows});

@@ -141,7 +141,7 @@ TEST(ContactSolverHard, WhatSufficesIsNoLastResort) {
   EXPECT_GT(enough, 5);  // tier E of five by a solver that forgot what suffices
 }
 
-TEST(ContactSolverHard, AHeapThatNearlyRestsIsSolvedStepByStep) {
+TEST(ContactSolverHard, AHeapThatNearlyRestsIsTakenWhereItsSearchStalls) {
   for (unsigned seed = 0; seed < 5; ++seed) {
     Builder b = pile(5, 5, 6, 0.5, 0.015, 0.02, seed);
     ContactSolver solver;
@@ -150,7 +150,6 @@ TEST(ContactSolverHard, AHeapThatNearlyRestsIsSolvedStepByStep) {
     settings.velocity_scale = 0.1;
     settings.sufficient = 2e-6;
     settings.stalled = 1e-2;
-    settings.steps_first = true;
     const SolveReport report = solver.solve(b.problem, settings);
     const double residual = coulomb_residual(b.problem, true) / settings.velocity_scale;
     EXPECT_TRUE(report.converged) << seed;

@@ -151,13 +151,7 @@ TEST(Closeness, OfALargeHeapThatCreepsNearlyAThirdIsTakenWhereTheSearchStalls) {
     step.fastest = fastest;
     const contact::SolveSettings settings = how_closely(step);
     EXPECT_GE(settings.stalled, std::max(0.02, last)) << fastest;
-    EXPECT_LE(settings.stalled * std::max(fastest, 1e-4 * step.speed),
-              std::max(0.3 * fastest, 3.001e-4 * step.speed))
-        << fastest;  // less than what moves, so that creep dies out, or next to nothing
-    EXPECT_EQ(settings.steps_first, fastest < 0.5 * step.speed) << fastest;  // all but a few at rest
-    step.mean = fastest;                                                     // all as one
-    EXPECT_EQ(how_closely(step).steps_first, fastest < 0.05 * step.speed) << fastest;
-    step.mean = 0;
+    EXPECT_LE(settings.stalled, 0.3) << fastest;  // less than what moves, so that creep dies out
     last = settings.stalled;
   }
   step.still = true;  // a certificate of rest is none where the search stalls
@@ -165,6 +159,21 @@ TEST(Closeness, OfALargeHeapThatCreepsNearlyAThirdIsTakenWhereTheSearchStalls) {
   step.fastest = 0;
   EXPECT_GE(how_closely(step).most_factorisations,
             200);  // and it may take many: a stack of 1000 has none after 40
+}
+
+/// What moves by next to nothing is solved as closely as what moves: it would be driven by what is left.
+TEST(Closeness, OfWhatCreepsNoMoreIsLeftThanOfWhatMoves) {
+  for (const bool large : {false, true}) {
+    StepToSolve step = standing();
+    step.still = false;
+    step.large = large;
+    for (const double fastest : {1.0, 1e-2, 1e-4}) {
+      step.fastest = fastest;
+      const contact::SolveSettings settings = how_closely(step);
+      EXPECT_LE(settings.sufficient, 2 * settings.tolerance) << fastest;
+      EXPECT_LE(settings.tolerance, 2e-3) << fastest;
+    }
+  }
 }
 
 TEST(Closeness, WhatIsSolvedToRoundOffProvesRest) {
