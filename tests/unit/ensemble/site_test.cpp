@@ -234,9 +234,11 @@ TEST(Hits, RunsGoRoundTheKindsOfHit) {
   std::vector<Task> tasks;
   for (int cluster = 0; cluster < 3; ++cluster)
     for (int turn = 0; turn < 3 - cluster; ++turn) tasks.push_back({.cluster = cluster, .turn = turn});
+  std::vector<Cluster> kinds(3);
+  for (std::size_t k = 0; k < 3; ++k) kinds[k].events.resize(std::array<std::size_t, 3>{4, 9, 4}[k]);
   std::vector<int> clusters;
-  for (const std::size_t k : order_of_runs(tasks)) clusters.push_back(tasks[k].cluster);
-  EXPECT_EQ(clusters, (std::vector<int>{0, 1, 2, 0, 1, 0}));
+  for (const std::size_t k : order_of_runs(tasks, kinds)) clusters.push_back(tasks[k].cluster);
+  EXPECT_EQ(clusters, (std::vector<int>{1, 0, 2, 1, 0, 0}));
 }
 
 }  // namespace
