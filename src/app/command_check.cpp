@@ -35,34 +35,42 @@ Held held_so_far() {
 int command_check(const Options& options) {
   scene::Scene scene = scene::read_scene(options.input, options.overrides());
   const bool drawn = scene.ensemble.has_value();
-  BuildProgress progress;
-  sim::Simulation simulation(std::move(scene), [&](const std::string& line) { progress.show(line); });
-  if (const std::string& previous = simulation.scene().simulation.initial_state; !previous.empty())
-    simulation.start_from(io::read_final_state(previous), previous);
-  std::vector<Problem> problems = simulation.warnings();
-  std::vector<std::string> ensemble_plan;
+  scene.ensemble.reset();  // of which the plan of the ensemble tells, not a warning
+  std::vector<Problem> problems;
+  std::vector<std::string> plan;
+  std::string title;
+  double most = 0, now = 0;  // [MB]
+  {
+    BuildProgress progress;
+    sim::Simulation simulation(std::move(scene), [&](const std::string& line) { progress.show(line); });
+    if (const std::string& previous = simulation.scene().simulation.initial_state; !previous.empty())
+      simulation.start_from(io::read_final_state(previous), previous);
+    problems = simulation.warnings();
+    title = simulation.header().title;
+    plan = simulation.plan();
+    const double added = simulation.memory_of_run();
+    const Held held = held_so_far();
+    now = held.now;
+    most = 1.05 * std::max(held.most, held.now + added);
+  }
+  std::vector<std::string> lines;
   if (drawn) {
     const ensemble::Ensemble ensemble(options.input, options.scene_overrides());
-    ensemble_plan = ensemble.plan();
-    // What a plain run takes of the scene's own values is told by the plan; what both find is told once.
-    std::erase_if(problems, [](const Problem& p) { return p.key == "ensemble"; });
     for (const Problem& p : ensemble.warnings()) {
       const bool known = std::any_of(problems.begin(), problems.end(),
                                      [&](const Problem& q) { return q.key == p.key && q.rule == p.rule; });
-      if (!known && p.key != "coupling.scheme") problems.push_back(p);
+      if (!known) problems.push_back(p);
     }
+    lines = ensemble.plan();
+    lines.emplace_back("One member by the scene's own values, as talus run takes them:");
   }
   for (const Problem& warning : problems) tell("{}\n", warning.str());
   const std::size_t warnings = problems.size();
-  const std::string title = simulation.header().title;
   fmt::print("{}{}\n", title.empty() ? "" : title + "\n\n", "Plan");
-  for (const std::string& line : ensemble_plan) fmt::print("  {}\n", line);
-  if (drawn) fmt::print("  One member by the scene's own values, as talus run takes them:\n");
-  for (const std::string& line : simulation.plan()) fmt::print("  {}\n", line);
-  const double added = simulation.memory_of_run();
-  const Held held = held_so_far();
-  fmt::print("  Memory: at most about {:.0f} MB, of which {:.0f} MB stand once the scene is built.\n",
-             1.05 * std::max(held.most, held.now + added), held.now);
+  lines.insert(lines.end(), plan.begin(), plan.end());
+  for (const std::string& line : lines) fmt::print("  {}\n", line);
+  fmt::print("  Memory: at most about {:.0f} MB, of which {:.0f} MB stand once the scene is built.\n", most,
+             now);
   fmt::print("\n{}\n", warnings == 0
                            ? "No problems found."
                            : fmt::format("No errors; {} warning{}.", warnings, warnings == 1 ? "" : "s"));

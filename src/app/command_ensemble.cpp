@@ -34,7 +34,7 @@ void print_summary(const ensemble::Summary& s, const fs::path& directory) {
              s.suspect, s.over_limit, s.failed, s.cpu);
   for (const ensemble::LineSummary& line : s.lines) {
     if (s.done + s.suspect == 0) continue;  // nothing is known of it
-    fmt::print("line {}: crossed by {} of {} members, probability {:.3g} ({:.3g} to {:.3g}) per release\n",
+    fmt::print("line {}: crossed by {} of {} members, probability {:.3g} ({:.3g} to {:.3g}) per event\n",
                line.name, line.members, s.done + s.suspect, line.probability.value, line.probability.low,
                line.probability.high);
     if (line.crossings == 0) continue;
@@ -49,7 +49,7 @@ void print_summary(const ensemble::Summary& s, const fs::path& directory) {
   }
   for (const ensemble::StructureSummary& hit : s.structures) {
     if (s.done + s.suspect == 0) continue;
-    fmt::print("structure {}: hit by {} of {} members, probability {:.3g} ({:.3g} to {:.3g}) per release\n",
+    fmt::print("structure {}: hit by {} of {} members, probability {:.3g} ({:.3g} to {:.3g}) per event\n",
                hit.name, hit.members, s.done + s.suspect, hit.probability.value, hit.probability.low,
                hit.probability.high);
     if (hit.members > 0)

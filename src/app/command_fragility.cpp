@@ -58,7 +58,9 @@ int command_fragility(const Options& options) {
                        "name the output directory of talus ensemble");
   if (!fs::exists(directory / "summary.json") || !fs::exists(directory / "ensemble.h5"))
     throw io::bad_file(directory, "DIR", "holds no finished ensemble",
-                       "name the output directory of talus ensemble");
+                       fs::exists(directory / "journal")
+                           ? "finish it by talus ensemble SCENE -o " + directory.string() + " --resume"
+                           : "name the output directory of talus ensemble");
   const io::DirectoryLock lock(directory);
   EnsembleProgress progress("run");
   ensemble::FragilityRequest request;

@@ -258,13 +258,20 @@ std::vector<std::string> Design::plan() const {
         values.push_back(draw.numbers[column][0]);
       }
       std::sort(values.begin(), values.end());
-      const std::string unit = columns_[column].unit == "1" ? "" : " " + columns_[column].unit;
-      lines.push_back(fmt::format(
-          "{}: 5 % below {:.4g}{}, half below {:.4g}{}, 5 % above {:.4g}{}{}", v.vary.key,
-          percentile(values, 5), unit, percentile(values, 50), unit, percentile(values, 95), unit,
-          v.vary.like >= 0
-              ? fmt::format("; goes with {}", ensemble_.vary[static_cast<std::size_t>(v.vary.like)].key)
-              : ""));
+      const bool angle = columns_[column].unit == "rad";
+      const std::string unit = angle                          ? " deg"
+                               : columns_[column].unit == "1" ? ""
+                                                              : " " + columns_[column].unit;
+      const auto at = [&](double percent) {
+        const double x = percentile(values, percent);
+        return fmt::format("{:.4g}{}", angle ? x * 180 / std::numbers::pi : x, unit);
+      };
+      lines.push_back(v.whole ? fmt::format("{}: whole numbers, {:.0f} to {:.0f} among the first members",
+                                            v.vary.key, values.front(), values.back())
+                              : fmt::format("{}: 5 % below {}, half below {}, 5 % above {}", v.vary.key,
+                                            at(5), at(50), at(95)));
+      if (v.vary.like >= 0)
+        lines.back() += "; goes with " + ensemble_.vary[static_cast<std::size_t>(v.vary.like)].key;
     }
   }
   return lines;

@@ -91,15 +91,6 @@ Ensemble::Ensemble(const std::string& file, const scene::Overrides& overrides)
   scene::Scene provisional = read();
   if (!provisional.structures.empty()) {
     was_rigid_ = provisional.coupling.scheme == scene::Coupling::Scheme::rigid;
-    if (!was_rigid_)
-      warnings_.push_back({.severity = Problem::Severity::warning,
-                           .file = file_,
-                           .line = 0,
-                           .column = 0,
-                           .key = "coupling.scheme",
-                           .value = {},
-                           .rule = "members strike structures as rigid surfaces",
-                           .remedy = "talus fragility computes what their hits do"});
     forced_.emplace_back("coupling.scheme", "\"rigid\"");
     forced_.emplace_back("coupling.audit", "\"report\"");
     provisional = read();

@@ -54,8 +54,8 @@ class RunSink : public sim::Sink {
 int Outcome::worst() const { return grade.empty() ? -1 : *std::max_element(grade.begin(), grade.end()); }
 
 CoupledRuns::CoupledRuns(const FragilityRequest& request, Ensemble& ensemble, int structure,
-                         const std::vector<Task>& tasks)
-    : request_(request), ensemble_(ensemble), structure_(structure), tasks_(tasks) {}
+                         const std::vector<Cluster>& clusters, const std::vector<Task>& tasks)
+    : request_(request), ensemble_(ensemble), structure_(structure), clusters_(clusters), tasks_(tasks) {}
 
 /// The scene of a run: the block just before its hit, on its own, a little perturbed; `back` metres behind
 /// on its way.
@@ -174,7 +174,7 @@ void CoupledRuns::run() {
   std::vector<std::string> why(tasks_.size());
   std::vector<std::size_t> todo;
   plan_file();
-  for (const std::size_t k : order_of_runs(tasks_))
+  for (const std::size_t k : order_of_runs(tasks_, clusters_))
     if (auto o = outcome_of(folder(k)))
       outcomes_[k] = std::move(*o);
     else

@@ -31,7 +31,7 @@ class CoupledRuns {
  public:
   /// `structure`: its place among the scene's.
   CoupledRuns(const FragilityRequest& request, Ensemble& ensemble, int structure,
-              const std::vector<Task>& tasks);
+              const std::vector<Cluster>& clusters, const std::vector<Task>& tasks);
   /// Runs what the directory does not hold yet, until all are done or `request.stop` is set.
   void run();
   const std::vector<Outcome>& outcomes() const { return outcomes_; }  // of the tasks
@@ -49,6 +49,7 @@ class CoupledRuns {
   const FragilityRequest& request_;
   Ensemble& ensemble_;
   int structure_;
+  const std::vector<Cluster>& clusters_;
   const std::vector<Task>& tasks_;
   std::vector<Outcome> outcomes_;
   std::vector<std::string> faults_;

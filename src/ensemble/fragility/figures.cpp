@@ -65,6 +65,12 @@ class Figures {
                      {"failed", result_.failed},
                      {"window", runs_.request.window},
                      {"share_of_hits", all > 0 ? seen / all : 0}};
+    if (result_.failed > 0)
+      result_.lines.push_back(fmt::format(
+          "{} run{} failed and {} left out; if these are of the strongest hits the figures are too "
+          "low: {}",
+          result_.failed, result_.failed == 1 ? "" : "s", result_.failed == 1 ? "is" : "are",
+          runs_.faults.front()));
     if (result_.done > 0 && seen < all)
       result_.lines.push_back(fmt::format(
           "{:.0f} % of the hits are of kinds of which no run is done; they are taken as the others",

@@ -39,7 +39,7 @@ class Fragility {
     clusters_ = cluster_events(events_, members_, request_.runs);
     tasks_ = draw_tasks(clusters_, ensemble_.settings().seed);
     announce();
-    CoupledRuns runs(request_, ensemble_, structure_, tasks_);
+    CoupledRuns runs(request_, ensemble_, structure_, clusters_, tasks_);
     runs.run();
     FragilityFigures figures = figures_of({.request = request_,
                                            .releases_per_year = ensemble_.settings().releases_per_year,

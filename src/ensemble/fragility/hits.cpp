@@ -202,11 +202,16 @@ std::vector<Task> draw_tasks(const std::vector<Cluster>& clusters, std::uint32_t
   return tasks;
 }
 
-std::vector<std::size_t> order_of_runs(const std::vector<Task>& tasks) {
+std::vector<std::size_t> order_of_runs(const std::vector<Task>& tasks, const std::vector<Cluster>& clusters) {
   std::vector<std::size_t> order(tasks.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return tasks[a].turn < tasks[b].turn; });
+  const auto events = [&](const Task& t) {
+    return clusters[static_cast<std::size_t>(t.cluster)].events.size();
+  };
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return tasks[a].turn != tasks[b].turn ? tasks[a].turn < tasks[b].turn
+                                          : events(tasks[a]) > events(tasks[b]);
+  });
   return order;
 }
 

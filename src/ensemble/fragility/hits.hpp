@@ -45,7 +45,7 @@ std::vector<Cluster> cluster_events(const std::vector<Event>& events,
 std::vector<Task> draw_tasks(const std::vector<Cluster>& clusters, std::uint32_t seed);
 
 /// Numbers of the tasks in the order in which they are run: the first of each cluster, then the second of
-/// each, so that what is done when the runs are stopped stands for all kinds of hit.
-std::vector<std::size_t> order_of_runs(const std::vector<Task>& tasks);
+/// each, that with most events first, so that what is done when the runs are stopped stands for most hits.
+std::vector<std::size_t> order_of_runs(const std::vector<Task>& tasks, const std::vector<Cluster>& clusters);
 
 }  // namespace talus::ensemble

@@ -1,8 +1,16 @@
 #include "fem/discretisation/hanging.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <initializer_list>
 #include <map>
+#include <optional>
 #include <set>
 #include <utility>
+
+#include "core/error.hpp"
 
 namespace talus::fem {
 
@@ -44,6 +52,47 @@ std::vector<SkinQuad> cut_at_middles(const HexMesh& mesh, const std::vector<Skin
       out.push_back({{rim[0], rim[k], rim[k + 1], rim[k + 1]}, q.cell, q.face});
   }
   return out;
+}
+
+namespace {
+
+/// The mean of nodes; none if they follow too many.
+std::optional<TriangleSurface::NodeWeights> mean_of(const HexMesh& mesh, std::initializer_list<int> nodes) {
+  TriangleSurface::NodeWeights out;
+  const auto add = [&](int node, double weight) {
+    const auto end = out.node.begin() + out.count, at = std::find(out.node.begin(), end, node);
+    if (at == out.node.end()) return false;
+    const auto k = static_cast<std::size_t>(at - out.node.begin());
+    if (at == end) out.node[k] = node, out.weight[k] = 0, ++out.count;
+    out.weight[k] += weight;
+    return true;
+  };
+  const double share = 1.0 / static_cast<double>(nodes.size());
+  for (const int node : nodes) {
+    const HangingNode* h = hanging_node(mesh, node);
+    if (h == nullptr) {
+      if (!add(node, share)) return {};
+      continue;
+    }
+    for (const auto& [master, weight] : h->masters)
+      if (!add(master, share * weight)) return {};
+  }
+  return out;
+}
+
+}  // namespace
+
+TriangleSurface::NodeWeights followed_by_node(const HexMesh& mesh, int node) {
+  if (const auto w = mean_of(mesh, {node})) return *w;
+  throw NumericalFailure(fmt::format("node {} of a structure follows more than four nodes", node));
+}
+
+TriangleSurface::NodeWeights followed_by_face(const HexMesh& mesh, const std::array<int, 4>& corner) {
+  if (const auto w = mean_of(mesh, {corner[0], corner[1], corner[2], corner[3]})) return *w;
+  if (const auto w = mean_of(mesh, {corner[0], corner[2]})) return *w;
+  if (const auto w = mean_of(mesh, {corner[1], corner[3]})) return *w;
+  throw NumericalFailure(fmt::format("the face of nodes {} of a structure follows more than four nodes",
+                                     fmt::join(corner, ", ")));
 }
 
 }  // namespace talus::fem

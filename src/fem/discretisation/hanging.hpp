@@ -1,8 +1,10 @@
 /// Cells beside larger ones: what their hanging nodes mean for masses and for the surface of a piece.
 #pragma once
 #include <algorithm>
+#include <array>
 #include <vector>
 
+#include "contact/surface.hpp"
 #include "fem/discretisation/hex_mesh.hpp"
 
 namespace talus::fem {
@@ -17,6 +19,17 @@ inline const HangingNode* hanging_node(const HexMesh& mesh, int n) {
 /// Nodes that a cell moves with, ascending: its corners, and those that its hanging corners follow. None of
 /// them may go while the cell is there.
 std::vector<int> carriers(const HexMesh& mesh, int cell);
+
+/// A node of the skin in terms of the nodes that it follows; itself if it does not hang.
+TriangleSurface::NodeWeights followed_by_node(const HexMesh& mesh, int node);
+
+/// The middle of a face of the skin in terms of the nodes that its corners follow: the mean of the corners,
+/// or of two across from each other where all four follow more nodes than TriangleSurface::NodeWeights holds.
+/// Of a parallelogram both are the same. A face within a zone of smaller cells that ends at the middle of a
+/// larger one, bared when the cells before it are gone, follows six or seven; of the corners across from each
+/// other one is its own and the other in the middle of an edge: three. Throws NumericalFailure where neither
+/// pair is few enough.
+TriangleSurface::NodeWeights followed_by_face(const HexMesh& mesh, const std::array<int, 4>& corner);
 
 /// Faces that end where smaller ones begin, cut along the lines to the nodes in the middle of their edges:
 /// any two that meet share whole edges then. A triangle is a quadrilateral whose last corner is there twice.

@@ -92,6 +92,9 @@ void FemStructure::divide() {
 
 void FemStructure::watch() {
   std::vector<int> nodes = skin_node_;
+  for (const TriangleSurface::NodeWeights& w :
+       surface_.nodes)  // those that hanging ones follow may lie within
+    nodes.insert(nodes.end(), w.node.begin(), w.node.begin() + w.count);
   for (const ProbePoint& p : probes_) nodes.insert(nodes.end(), p.node.begin(), p.node.end());
   std::sort(nodes.begin(), nodes.end());
   nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());

@@ -22,28 +22,6 @@ std::vector<NodeRange> living(const std::vector<NodeRange>& nodes, const std::ve
   return ranges_of(lives);
 }
 
-/// The mean of nodes of the skin in terms of the nodes that they follow, with equal weights if none hangs.
-TriangleSurface::NodeWeights followed(const HexMesh& mesh, std::span<const int> nodes) {
-  TriangleSurface::NodeWeights out;
-  const auto add = [&](int node, double weight) {
-    int k = 0;
-    while (k < out.count && out.node[static_cast<std::size_t>(k)] != node) ++k;
-    if (k == 4) throw NumericalFailure("a face of a structure hangs on more than four nodes");
-    if (k == out.count)
-      out.node[static_cast<std::size_t>(k)] = node, out.weight[static_cast<std::size_t>(k)] = 0, ++out.count;
-    out.weight[static_cast<std::size_t>(k)] += weight;
-  };
-  for (const int node : nodes) {
-    const double share = 1.0 / static_cast<double>(nodes.size());
-    const HangingNode* h = hanging_node(mesh, node);
-    if (h == nullptr)
-      add(node, share);
-    else
-      for (const auto& [master, weight] : h->masters) add(master, share * weight);
-  }
-  return out;
-}
-
 }  // namespace
 
 /// Of several ranks each finds the faces of its own nodes; all of them hold the whole skin, in numbers of the
@@ -85,9 +63,9 @@ void FemStructure::rebuild_skin() {
   s.triangles.clear();
   s.parent_face.clear();
   s.default_material = spec_.material;
-  for (int i = 0; i < nodes; ++i) s.nodes[i] = followed(mesh_, std::span(&skin_node_[i], 1));
+  for (int i = 0; i < nodes; ++i) s.nodes[i] = followed_by_node(mesh_, skin_node_[i]);
   for (int q = 0; q < static_cast<int>(skin_.size()); ++q) {
-    s.nodes[nodes + q] = followed(mesh_, skin_[q].node);
+    s.nodes[nodes + q] = followed_by_face(mesh_, skin_[q].node);
     for (int k = 0; k < 4; ++k) {
       s.triangles.push_back({vertex[skin_[q].node[k]], vertex[skin_[q].node[(k + 1) % 4]], nodes + q});
       s.parent_face.push_back(q);
@@ -128,8 +106,18 @@ const TriangleSurface& FemStructure::surface() const {
       };
       of[nodes + q] = 0.25 * ((corner(0) + corner(1)) + (corner(2) + corner(3)));
     };
-    for (std::size_t q = 0; q < skin_.size(); ++q)
-      middle(surface_.vertices, q), middle(surface_.velocities, q);
+    for (std::size_t q = 0; q < skin_.size(); ++q) {
+      const TriangleSurface::NodeWeights& w = surface_.nodes[nodes + q];
+      if (w.count == 4 && std::all_of(w.weight.begin(), w.weight.end(), [](double x) { return x == 0.25; })) {
+        middle(surface_.vertices, q), middle(surface_.velocities, q);
+        continue;
+      }
+      // Corners hang: the middle moves as the nodes that contact presses on, or it would do other work.
+      Vec3 &x = surface_.vertices[nodes + q], &v = surface_.velocities[nodes + q];
+      x = v = Vec3::Zero();
+      for (std::size_t k = 0; k < static_cast<std::size_t>(w.count); ++k)
+        x += w.weight[k] * node_position(w.node[k]), v += w.weight[k] * node_velocity(w.node[k]);
+    }
     surface_stale_ = false;
   }
   return surface_;

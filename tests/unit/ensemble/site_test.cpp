@@ -121,6 +121,9 @@ TEST(Site, ThePlanSaysWhatIsDrawnAndCounted) {
   const Ensemble ensemble(site.scene(drawn + R"([[ensemble.vary]]
 key = "block.B.volume"
 uniform = ["1 m^3", "3 m^3"]
+[[ensemble.vary]]
+key = "interface.*/*.friction"
+uniform = ["30 deg", "36 deg"]
 [[line]]
 name = "road"
 points = [[10, 20], [110, 20]]
@@ -132,6 +135,8 @@ points = [[10, 20], [110, 20]]
   EXPECT_TRUE(any_holds(plan, "block.B.release: one place a member in 800 m^2, x 100 to 140, y 100 to 120"));
   EXPECT_TRUE(any_holds(plan, "block.B.volume: 5 % below 1."));
   EXPECT_TRUE(any_holds(plan, " m^3, half below "));
+  EXPECT_TRUE(any_holds(plan, "friction: 5 % below 30"));
+  EXPECT_TRUE(any_holds(plan, " deg, half below "));
   EXPECT_TRUE(any_holds(plan, "Line road: 100 m"));
   EXPECT_TRUE(any_holds(plan, "Releases a year: not given"));
 }
@@ -229,9 +234,11 @@ TEST(Hits, RunsGoRoundTheKindsOfHit) {
   std::vector<Task> tasks;
   for (int cluster = 0; cluster < 3; ++cluster)
     for (int turn = 0; turn < 3 - cluster; ++turn) tasks.push_back({.cluster = cluster, .turn = turn});
+  std::vector<Cluster> kinds(3);
+  for (std::size_t k = 0; k < 3; ++k) kinds[k].events.resize(std::array<std::size_t, 3>{4, 9, 4}[k]);
   std::vector<int> clusters;
-  for (const std::size_t k : order_of_runs(tasks)) clusters.push_back(tasks[k].cluster);
-  EXPECT_EQ(clusters, (std::vector<int>{0, 1, 2, 0, 1, 0}));
+  for (const std::size_t k : order_of_runs(tasks, kinds)) clusters.push_back(tasks[k].cluster);
+  EXPECT_EQ(clusters, (std::vector<int>{1, 0, 2, 1, 0, 0}));
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <map>
+#include <set>
 
 #include "fem/discretisation/discretisation.hpp"
 #include "fem/discretisation/hanging.hpp"
@@ -236,6 +237,47 @@ TEST(LocalRefinement, MotionGoesOnWhereCellsAreHalved) {
 
 /// Whatever cells are gone, what is left is bounded: the vectors of area of its faces add up to zero and
 /// their moments to its volume, and cut at the middles of their edges any two faces meet in whole edges.
+/// Whichever cell goes, the middle of every face that is bared is that of its corners, or of two across from
+/// each other where all four follow more nodes than a surface holds, as of faces within the zone that end at
+/// the middle of a larger cell.
+TEST(LocalRefinement, BaredFacesFollowNodesThatDoNotHang) {
+  const HexMesh mesh = refined_box();
+  int by_diagonal = 0;
+  for (std::size_t gone = 0; gone < mesh.hexes.size(); ++gone) {
+    std::vector<char> live(mesh.hexes.size(), 1);
+    live[gone] = 0;
+    for (const SkinQuad& quad : skin(mesh, live)) {
+      const TriangleSurface::NodeWeights w = followed_by_face(mesh, quad.node);
+      std::set<int> all;
+      std::array<Vec3, 4> x;
+      for (std::size_t k = 0; k < 4; ++k) {
+        x[k] = mesh.nodes[static_cast<std::size_t>(quad.node[k])];
+        const TriangleSurface::NodeWeights of_corner = followed_by_node(mesh, quad.node[k]);
+        all.insert(of_corner.node.begin(), of_corner.node.begin() + of_corner.count);
+      }
+      Vec3 followed = Vec3::Zero();
+      double sum = 0;
+      for (std::size_t k = 0; k < static_cast<std::size_t>(w.count); ++k) {
+        EXPECT_EQ(hanging_node(mesh, w.node[k]), nullptr);
+        EXPECT_TRUE(all.contains(w.node[k]));
+        followed += w.weight[k] * mesh.nodes[static_cast<std::size_t>(w.node[k])];
+        sum += w.weight[k];
+      }
+      EXPECT_NEAR(sum, 1, 1e-14);
+      const double one = (followed - 0.5 * (x[0] + x[2])).norm(),
+                   other = (followed - 0.5 * (x[1] + x[3])).norm(),
+                   four = (followed - 0.25 * (x[0] + x[1] + x[2] + x[3])).norm();
+      if (all.size() <= 4) {
+        EXPECT_LT(four, 1e-12);
+      } else {
+        ++by_diagonal;
+        EXPECT_LT(std::min(one, other), 1e-12);
+      }
+    }
+  }
+  EXPECT_GT(by_diagonal, 0);
+}
+
 TEST(LocalRefinement, WhatIsLeftHasAClosedSurface) {
   const HexMesh mesh = refined_box();
   const std::vector<double> volumes = cell_volumes(mesh);
