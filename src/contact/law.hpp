@@ -22,6 +22,7 @@ struct ContactLaw {
       0;  // k_n [N/m] per contact point, or [Pa/m] per area; Kind::hertz: 4/3 E* sqrt(R) [N/m^1.5] per point
   double shear_stiffness = 0;  // k_s, same meaning; 0 with springs: k_n / 2.5 is filled in by the scene
   std::optional<double> restitution;  // normal, Newton's, given by the user
+  double restitution_half_speed = 0;  // normal speed at which it has fallen to half, 0: it does not [m/s]
   std::optional<double> restitution_tangential;
   double rolling_resistance = 0;   // lever arm over the equivalent radius [1]
   double drilling_resistance = 0;  // moment about the normal over normal force and equivalent radius [1]
@@ -44,6 +45,19 @@ struct ContactLaw {
   std::vector<std::pair<double, double>> table;  // (indentation m, force N), Kind::table
   bool chosen = false;                           // stiffness was chosen by us, from the materials
 
+  bool operator==(const ContactLaw&) const = default;
+
+  /// Its force follows a curve of its own, whatever the stiffness of the interface.
+  bool curved() const { return kind == Kind::hertz || kind == Kind::table; }
+  /// It presses by a spring; else the contact is hard.
+  bool sprung() const { return stiffness != Stiffness::hard || curved(); }
+  /// Newton's restitution of a contact that comes on with a normal speed v [m/s]: restitution / (1 + (v /
+  /// half_speed)^2) [pfeiffer1989]; 0 where none is given. Of the energy of the approach, m v^2 / 2, the part
+  /// 1 - e(v)^2 is dissipated, never less than 1 - restitution^2.
+  double restitution_at(double speed) const {
+    const double ratio = restitution_half_speed > 0 ? speed / restitution_half_speed : 0.0;
+    return restitution.value_or(0) / (1 + ratio * ratio);
+  }
   /// It has a ground law of its own: one that yields, ploughs, or changes with the way slid.
   bool yields() const {
     return kind == Kind::crushing &&

@@ -224,7 +224,7 @@ Vec3 IslandStepper::add_skin_terms(int row, int structure, const SurfaceWeights&
 double IslandStepper::approach_left(const Touch& t, double h) const {
   const bool between_blocks = !deformable_structure(t);
   if (between_blocks && t.at.gap <= touch_gap() && t.approach < -gentle_speed())
-    return t.law->restitution.value_or(0) * t.approach;
+    return t.law->restitution_at(t.approach) * t.approach;
   if (between_blocks) return std::max(0.0, 2 * std::max(t.at.gap, 0.0) / h + t.approach);
   if (t.at.gap >= 0) return std::max(0.0, 2 * t.at.gap / h + t.approach);
   const double out = (left_inside(t.at.gap, h) - t.at.gap) / h;

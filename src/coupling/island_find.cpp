@@ -47,10 +47,7 @@ bool rigid_ground(const dda::Model& model, const Environment& env, const Candida
   if (pair.a.kind != Partner::Kind::plane && pair.a.kind != Partner::Kind::terrain) return false;
   const int block = model.blocks[static_cast<std::size_t>(pair.b)].material;
   for (int ground = 0; ground < env.laws.materials; ++ground) {
-    const ContactLaw& law = env.laws(ground, block);
-    if (law.stiffness != ContactLaw::Stiffness::hard || law.kind == ContactLaw::Kind::hertz ||
-        law.kind == ContactLaw::Kind::table)
-      return false;
+    if (env.laws(ground, block).sprung()) return false;
   }
   return true;
 }

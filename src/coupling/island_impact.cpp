@@ -67,9 +67,10 @@ IslandStepper::Restitution IslandStepper::impact_rows(const Restitution& part) {
     c.cohesion = c.tension = 0;
     c.impulse.setZero();
     if (t.law->restitution && t.approach < -impact_speed(t)) {
-      c.bias[0] =
-          part.normal * *t.law->restitution * (strains(model_, t) ? std::min(t.u_ref, 0.0) : t.approach);
-      asked.normal = std::max(asked.normal, *t.law->restitution);
+      const double approach = strains(model_, t) ? std::min(t.u_ref, 0.0) : t.approach,
+                   restitution = t.law->restitution_at(approach);
+      c.bias[0] = part.normal * restitution * approach;
+      asked.normal = std::max(asked.normal, restitution);
     }
     if (t.law->restitution_tangential) {
       const Vec3 slip = t.frame.transpose() *

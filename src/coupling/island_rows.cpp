@@ -397,7 +397,7 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
       if (body_a != nullptr) ahead -= beyond(*body_a);
       c.bias[0] = std::max(0.0, c.bias[0] - n_end.dot(ahead) / h);
       if (law.restitution && t.at.gap <= touch_gap() && t.approach < -contact::tolerances().slips * speed_)
-        c.bias[0] = *law.restitution * t.approach;
+        c.bias[0] = law.restitution_at(t.approach) * t.approach;
       break;
     }
     case Mode::spring_mean:

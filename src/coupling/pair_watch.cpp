@@ -55,11 +55,7 @@ bool PairWatch::serves(const dda::Model& m, const Environment& env, const Candid
       !env.bonds.empty())
     return false;  // a plane costs nothing
   const int b = m.blocks[static_cast<std::size_t>(pair.b)].material;
-  const auto hard = [&](int a) {
-    const ContactLaw& law = env.laws(a, b);
-    return law.stiffness == ContactLaw::Stiffness::hard && law.kind != ContactLaw::Kind::hertz &&
-           law.kind != ContactLaw::Kind::table;
-  };
+  const auto hard = [&](int a) { return !env.laws(a, b).sprung(); };
   switch (pair.a.kind) {
     case Partner::Kind::block: return hard(m.blocks[static_cast<std::size_t>(pair.a.index)].material);
     case Partner::Kind::structure:

@@ -150,15 +150,14 @@ void share_dashpots(const dda::Model& m, const CandidatePair& pair, bool lasts, 
 
 void set_spring(Touch& t, const dda::Model& m, double crushed, bool moving_skin) {
   const ContactLaw& law = *t.law;
-  const bool curved = law.kind == ContactLaw::Kind::hertz || law.kind == ContactLaw::Kind::table;
-  if (law.stiffness == ContactLaw::Stiffness::hard && !curved) return;
+  if (!law.sprung()) return;
   // An isolated vertex or edge has no tributary area: it takes that of a tenth of the block's inradius.
   const double inradius = m.blocks[static_cast<std::size_t>(t.b)].shape->inradius;
   const double area = t.at.area > 0 ? t.at.area : 0.01 * inradius * inradius;
   const double share = law.stiffness == ContactLaw::Stiffness::per_area ? area : 1;
   const double mass = mass_in_series(m, t);
   t.normal_law.law = &law;
-  t.normal_law.stiffness = curved ? law.normal_stiffness : law.normal_stiffness * share;
+  t.normal_law.stiffness = law.curved() ? law.normal_stiffness : law.normal_stiffness * share;
   t.normal_law.limit = law.crushing_pressure * area;
   t.normal_law.crushed = crushed;
   t.shear_stiffness = law.shear_stiffness * share;

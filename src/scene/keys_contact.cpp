@@ -184,6 +184,16 @@ std::vector<Key> contact_keys() {
               "structure springs get the dashpots that give it; hard contacts do not use it.",
        .min = 0,
        .max = 1},
+      {.path = "interface.restitution_half_speed",
+       .type = Type::quantity,
+       .dimension = velocity,
+       .doc =
+           "Normal speed v_h of the approach at which the restitution has fallen to half, e(v) = "
+           "restitution / (1 + (v / v_h)^2): ground breaks under fast blocks. 9.144 m/s (30 ft/s) is usual "
+           "in rockfall models. Omitted: the same at all speeds.",
+       .min = 0,
+       .above = true,
+       .source = "Pfeiffer and Bowen 1989"},
       {.path = "interface.restitution_tangential",
        .type = Type::quantity,
        .dimension = number,

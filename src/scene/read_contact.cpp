@@ -26,21 +26,6 @@ struct Entry {
   }
 };
 
-bool same(const ContactLaw& x, const ContactLaw& y) {
-  return x.friction == y.friction && x.cohesion == y.cohesion && x.tension == y.tension &&
-         x.stiffness == y.stiffness && x.normal_stiffness == y.normal_stiffness &&
-         x.shear_stiffness == y.shear_stiffness && x.restitution == y.restitution &&
-         x.restitution_tangential == y.restitution_tangential &&
-         x.rolling_resistance == y.rolling_resistance && x.drilling_resistance == y.drilling_resistance &&
-         x.damping_ratio == y.damping_ratio && x.kind == y.kind && x.hertz_radius == y.hertz_radius &&
-         x.crushing_pressure == y.crushing_pressure && x.yield_gradient == y.yield_gradient &&
-         x.yield_thickness == y.yield_thickness && x.ploughing_pressure == y.ploughing_pressure &&
-         x.ploughing_density == y.ploughing_density && x.friction_most == y.friction_most &&
-         x.friction_way == y.friction_way && x.friction_recovery == y.friction_recovery &&
-         x.vegetation_height == y.vegetation_height && x.vegetation_drag == y.vegetation_drag &&
-         x.table == y.table;
-}
-
 void read_stiffness(const View& view, Entry& entry) {
   ContactLaw& law = entry.law;
   const Node* normal = view.get("normal_stiffness");
@@ -259,6 +244,12 @@ std::vector<Entry> read_entries(Reading& in, const View& root) {
           fmt::format("give a cohesion of {:.4g} Pa or more", law.friction * law.tension),
           Problem::Severity::warning);
     if (const auto given = view.maybe("restitution")) law.restitution = given;
+    if (const auto half = view.maybe("restitution_half_speed")) {
+      law.restitution_half_speed = *half;
+      if (!law.restitution)
+        view.problem("restitution_half_speed", "there is no restitution that could fall with speed",
+                     "add restitution, its value at low speed, or remove it");
+    }
     law.restitution_tangential = view.maybe("restitution_tangential");
     if (const auto given = view.maybe("rolling_resistance")) law.rolling_resistance = *given;
     // A patch within which the normal force shifts by f has a radius of at least f; uniform pressure on it
@@ -276,7 +267,7 @@ std::vector<Entry> read_entries(Reading& in, const View& root) {
       if (entry.same_pair(other))
         view.problem("between",
                      "there is an entry for this pair already" +
-                         std::string(same(other.law, entry.law) ? "" : ", and it says something else"),
+                         std::string(other.law == entry.law ? "" : ", and it says something else"),
                      "keep one of the two");
     entries.push_back(std::move(entry));
   }
@@ -297,7 +288,7 @@ const Entry* match(const std::vector<Entry>& entries, const std::string& a, cons
     if (!best || entry.stars() < best->stars()) {
       best = &entry;
       contradiction = false;
-    } else if (entry.stars() == best->stars() && !entry.same_pair(*best) && !same(entry.law, best->law)) {
+    } else if (entry.stars() == best->stars() && !entry.same_pair(*best) && entry.law != best->law) {
       contradiction = true;
     }
   }

@@ -78,6 +78,7 @@ Json interface(const Scene& scene, int a, int b) {
   if (law.vegetation_drag > 0)
     out["vegetation"] = {{"height", law.vegetation_height}, {"drag", law.vegetation_drag}};
   if (law.restitution) out["restitution"] = *law.restitution;
+  if (law.restitution_half_speed > 0) out["restitution_half_speed"] = law.restitution_half_speed;
   if (law.restitution_tangential) out["restitution_tangential"] = *law.restitution_tangential;
   out["rolling_resistance"] = law.rolling_resistance;
   out["drilling_resistance"] = law.drilling_resistance;

@@ -35,6 +35,11 @@ void Builder::refuse_what_is_missing() {
       if (law.yield_gradient > 0 && deforms)
         missing(key + "contact_law.gradient", fmt::format("{:g} Pa/m", law.yield_gradient),
                 "leave it out where a block meets a deformable structure; thickness holds there");
+      if (law.restitution_half_speed > 0 && deforms && law.sprung() && law.damping_ratio == 0)
+        missing(
+            key + "restitution_half_speed", fmt::format("{:g} m/s", law.restitution_half_speed),
+            "where springs press on a deformable structure a dashpot gives one restitution for all speeds: "
+            "give this pair an [[interface]] of its own without it");
       if (law.rolling_resistance > 0 && deforms)
         missing(key + "rolling_resistance", fmt::format("{:g}", law.rolling_resistance),
                 "leave it out where a block meets a deformable structure");
@@ -61,7 +66,7 @@ void Builder::complete_laws() {
                   "give material.young (a material without it counts as rigid)");
         if (soft > 0) law.normal_stiffness = 4.0 / 3.0 / soft * std::sqrt(law.hertz_radius);
       }
-      if (law.kind == ContactLaw::Kind::hertz || law.kind == ContactLaw::Kind::table) {
+      if (law.curved()) {
         if (law.chosen)
           law.shear_stiffness = 0;  // Coulomb friction without a shear spring, unless one is given
         law.stiffness = ContactLaw::Stiffness::per_contact;

@@ -261,8 +261,7 @@ std::vector<std::string> contact_lines(const World& w, std::size_t structure) {
     const ContactLaw& law = s.laws(a, b);
     const std::string pair = fmt::format("{}/{}", s.materials[static_cast<std::size_t>(a)].name,
                                          s.materials[static_cast<std::size_t>(b)].name);
-    if (law.restitution && law.stiffness == ContactLaw::Stiffness::hard &&
-        law.kind == ContactLaw::Kind::linear)
+    if (law.restitution && !law.sprung())
       lines.push_back(
           fmt::format("  {}: restitution {:g} is not used at it: of a hard contact comes back what the "
                       "structure's own deformation gives back",
@@ -437,7 +436,7 @@ std::vector<std::string> Simulation::plan() const {
     if (std::string line = fineness_line(s.structures[i]); !line.empty()) lines.push_back(std::move(line));
   bool springs = false, restitution = false, cohesion = false;
   for (const ContactLaw& l : s.laws.law) {
-    springs = springs || l.stiffness != ContactLaw::Stiffness::hard || l.kind == ContactLaw::Kind::table;
+    springs = springs || l.sprung();
     restitution = restitution || l.restitution.has_value();
     cohesion = cohesion || l.cohesion > 0 || l.tension > 0;
   }

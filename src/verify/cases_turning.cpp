@@ -111,6 +111,42 @@ void bouncing(CaseRun& c) {
   }
 }
 
+/// A cube that falls and bounces, its restitution less the faster it comes: v_(k+1) = e_0 v_k / (1 + (v_k /
+/// v_h)^2).
+void bouncing_by_speed(CaseRun& c) {
+  const Method m = Method::by_accuracy(1e-3);
+  c.method(m);
+  const double e0 = 0.8, half = 9.144, h0 = 10, fall = std::sqrt(2 * h0 / g);
+  const auto back = [&](double v) { return e0 * v / (1 + v * v / (half * half)); };
+  const double first = back(g * fall), second = back(first), third = back(second);
+  const double end = fall + 2 * (first + second + third) / g;
+  SceneText s(m, end);
+  s.history(end / 2000)
+      .material("rock", 2600)
+      .interface(
+          "rock", "ground", 0.5,
+          fmt::format("normal_stiffness = \"hard\"\nrestitution = {}\nrestitution_half_speed = {}", e0, half))
+      .plane(Vec3::UnitZ())
+      .box("B", Vec3(1, 1, 1), Vec3(0, 0, 0.5 + h0));
+  const Outcome o = c.run(s.str());
+  double start = fall;
+  int flight = 0;
+  for (const double v : {first, second, third}) {
+    ++flight;
+    for (const sim::HistoryRow& r : o.rows) {
+      if (r.time < start + 0.3 * v / g) continue;  // a sample of the flight gives the energy of all of it
+      const double z = r.position[0].z() - 0.5, speed = r.velocity[0].z();
+      c.relative(fmt::format("height of rebound {}", flight), "v_k^2 / 2g", v * v / (2 * g),
+                 z + speed * speed / (2 * g), 1e-10);
+      if (flight == 3)
+        c.relative("dissipated by three impacts [J]", "m (g h_0 - v_3^2 / 2)", 2600 * (g * h0 - v * v / 2),
+                   r.ledger.damping_work, 1e-9);
+      break;
+    }
+    start += 2 * v / g;
+  }
+}
+
 void pendulum(CaseRun& c) {
   // A cube hung up by two corners of its upper face's middle line, let go 30 degrees from rest. I = (1/6 +
   // 1/4) m a^2 about the hinge.
@@ -205,6 +241,8 @@ std::vector<Case> turning_cases() {
       {"dda", "A33", "Pendulum on fixed points", "elliptic integral", true, pendulum},
       {"dda", "A12", "Rolling prism", "closed form", true, rolling_prism},
       {"dda", "A13", "Bouncing to rest", "closed form", true, bouncing},
+      {"dda", "A35", "Bouncing with a restitution that falls with speed", "closed form", true,
+       bouncing_by_speed},
       {"dda", "A18", "Painleve's rod", "Painleve 1895", true, painleve},
       {"dda", "A21", "Free flight", "closed form", true, free_flight},
   };

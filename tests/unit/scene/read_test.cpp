@@ -382,7 +382,8 @@ TEST(ReadScene, ResolvedReadsBackToTheSameBits) {
   std::string text = changed(full, "{ dip_direction = \"2 deg\", dip = \"29 deg\" }",
                              "{ quaternion = [0.3, 0.1, -0.7, 0.2] }");
   text = changed(text, "restitution = 0.4",
-                 "restitution = 0.1\nrestitution_tangential = 0.3\nrolling_resistance = 0.07\ncontact_law = "
+                 "restitution = 0.1\nrestitution_half_speed = \"33 km/h\"\nrestitution_tangential = "
+                 "0.3\nrolling_resistance = 0.07\ncontact_law = "
                  "{ kind = \"table\", file = \"law.csv\" }");
   text = changed(text, "normal = [0.0, 0.0, 2.0]", "normal = [0.1, 0.2, 0.7]");
   text = changed(text, "support = [\"-z\"]",
@@ -396,7 +397,7 @@ TEST(ReadScene, ResolvedReadsBackToTheSameBits) {
   EXPECT_EQ(second.blocks[0].rotation, first.blocks[0].rotation);
   EXPECT_EQ(second.planes[0].normal, first.planes[0].normal);
   EXPECT_EQ(second.laws(0, 2).friction, first.laws(0, 2).friction);
-  EXPECT_EQ(second.laws(0, 2).table, first.laws(0, 2).table);
+  EXPECT_EQ(second.laws(0, 2), first.laws(0, 2));
   EXPECT_EQ(second.laws(0, 0).chosen, true);
   EXPECT_EQ(second.laws(0, 0).shear_stiffness, first.laws(0, 0).shear_stiffness);
   ASSERT_EQ(second.structures[0].supports.size(), 3u);
