@@ -1,8 +1,8 @@
 /// Design values of a rockfall barrier at a line, by partial factors.
 ///
-///   UNI 11211-4:2018   v_d = v_95 gamma_Tr gamma_Dp,   m_d = m_95 gamma_vol gamma_dens,   E_d = m_d v_d^2 /
-///   2 gamma_R,   h_d = h_95 gamma_Tr gamma_Dp ONR 24810:2021     E_d = E_95 gamma_E,   h_d = h_95 gamma_h,
-///   by consequence class CC1 to CC3
+///   UNI 11211-4:2018  v_d = v_95 gamma_Tr gamma_Dp,  m_d = m_95 gamma_vol gamma_dens,
+///                     E_d = m_d v_d^2 / 2 gamma_R,  h_d = h_95 gamma_Tr gamma_Dp
+///   ONR 24810:2021    E_d = E_95 gamma_E,  h_d = h_95 gamma_h,  by consequence class CC1 to CC3
 ///
 /// The factors are those commonly cited, unverified against the standards themselves; each is given by its
 /// name with the results.
