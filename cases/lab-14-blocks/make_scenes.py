@@ -38,7 +38,7 @@ title = "14 aluminium blocks, reading {reading}, slope {angle} degrees"
 [simulation]
 duration = "0.3 s"
 gravity = [0.0, 0.0, -9.8]
-accuracy = 1e-4
+accuracy = 3e-5
 
 [[plane]]
 point = [0.0, 0.0, 0.0]

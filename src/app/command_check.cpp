@@ -8,6 +8,7 @@
 #include "app/commands.hpp"
 #include "app/progress.hpp"
 #include "app/tell.hpp"
+#include "ensemble/ensemble.hpp"
 #include "io/final_state.hpp"
 #include "scene/scene.hpp"
 #include "sim/simulation.hpp"
@@ -33,15 +34,30 @@ Held held_so_far() {
 
 int command_check(const Options& options) {
   scene::Scene scene = scene::read_scene(options.input, options.overrides());
+  const bool drawn = scene.ensemble.has_value();
   BuildProgress progress;
   sim::Simulation simulation(std::move(scene), [&](const std::string& line) { progress.show(line); });
   if (const std::string& previous = simulation.scene().simulation.initial_state; !previous.empty())
     simulation.start_from(io::read_final_state(previous), previous);
-  const std::vector<Problem> problems = simulation.warnings();
+  std::vector<Problem> problems = simulation.warnings();
+  std::vector<std::string> ensemble_plan;
+  if (drawn) {
+    const ensemble::Ensemble ensemble(options.input, options.scene_overrides());
+    ensemble_plan = ensemble.plan();
+    // What a plain run takes of the scene's own values is told by the plan; what both find is told once.
+    std::erase_if(problems, [](const Problem& p) { return p.key == "ensemble"; });
+    for (const Problem& p : ensemble.warnings()) {
+      const bool known = std::any_of(problems.begin(), problems.end(),
+                                     [&](const Problem& q) { return q.key == p.key && q.rule == p.rule; });
+      if (!known && p.key != "coupling.scheme") problems.push_back(p);
+    }
+  }
   for (const Problem& warning : problems) tell("{}\n", warning.str());
   const std::size_t warnings = problems.size();
   const std::string title = simulation.header().title;
   fmt::print("{}{}\n", title.empty() ? "" : title + "\n\n", "Plan");
+  for (const std::string& line : ensemble_plan) fmt::print("  {}\n", line);
+  if (drawn) fmt::print("  One member by the scene's own values, as talus run takes them:\n");
   for (const std::string& line : simulation.plan()) fmt::print("  {}\n", line);
   const double added = simulation.memory_of_run();
   const Held held = held_so_far();

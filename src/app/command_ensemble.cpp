@@ -25,19 +25,36 @@ namespace fs = std::filesystem;
 
 namespace {
 
+/// Of n values the largest lies above the 95th percentile with 95 % certainty from 59 on: 1 - 0.95^59 = 0.951
+/// [Wilks 1941]. With fewer the percentile has no upper bound that the sample knows of.
+constexpr long enough_for_p95 = 59;
+
 void print_summary(const ensemble::Summary& s, const fs::path& directory) {
   fmt::print("{} members: {} done, {} suspect, {} over the limit, {} failed; {:.4g} s CPU\n", s.asked, s.done,
              s.suspect, s.over_limit, s.failed, s.cpu);
   for (const ensemble::LineSummary& line : s.lines) {
     if (s.done + s.suspect == 0) continue;  // nothing is known of it
-    fmt::print("{}: {} crossings, probability {:.3g} ({:.3g} to {:.3g})\n", line.name, line.crossings,
-               line.probability.value, line.probability.low, line.probability.high);
+    fmt::print("line {}: crossed by {} of {} members, probability {:.3g} ({:.3g} to {:.3g}) per release\n",
+               line.name, line.members, s.done + s.suspect, line.probability.value, line.probability.low,
+               line.probability.high);
     if (line.crossings == 0) continue;
     const auto& energy = line.percentiles[0][2];
     const auto& height = line.percentiles[2][2];
     fmt::print("  95th percentile: energy {:.4g} kJ ({:.4g} to {:.4g}), height {:.3g} m ({:.3g} to {:.3g})\n",
                energy.value / 1e3, energy.low / 1e3, energy.high / 1e3, height.value, height.low,
                height.high);
+    if (line.members < enough_for_p95)
+      fmt::print("  of {} members: too few to bound a 95th percentile, which takes {} that cross\n",
+                 line.members, enough_for_p95);
+  }
+  for (const ensemble::StructureSummary& hit : s.structures) {
+    if (s.done + s.suspect == 0) continue;
+    fmt::print("structure {}: hit by {} of {} members, probability {:.3g} ({:.3g} to {:.3g}) per release\n",
+               hit.name, hit.members, s.done + s.suspect, hit.probability.value, hit.probability.low,
+               hit.probability.high);
+    if (hit.members > 0)
+      fmt::print("  what the hits do to it: talus fragility {} --structure {}\n", directory.string(),
+                 hit.name);
   }
   if (s.failed + s.over_limit + s.suspect > 0)
     fmt::print("Scenes of members that failed, went over the limit or are suspect: {}\n",

@@ -12,7 +12,7 @@
 #include "core/units.hpp"
 #include "ensemble/calibrate.hpp"
 #include "ensemble/compare.hpp"
-#include "ensemble/fragility.hpp"
+#include "ensemble/fragility/fragility.hpp"
 #include "ensemble/report.hpp"
 #include "io/files.hpp"
 
@@ -53,11 +53,14 @@ int interrupted() {
 
 int command_fragility(const Options& options) {
   const fs::path directory = options.input;
+  if (!fs::is_directory(directory))
+    throw io::bad_file(directory, "DIR", fs::exists(directory) ? "is a file" : "does not exist",
+                       "name the output directory of talus ensemble");
   if (!fs::exists(directory / "summary.json") || !fs::exists(directory / "ensemble.h5"))
     throw io::bad_file(directory, "DIR", "holds no finished ensemble",
                        "name the output directory of talus ensemble");
   const io::DirectoryLock lock(directory);
-  EnsembleProgress progress;
+  EnsembleProgress progress("run");
   ensemble::FragilityRequest request;
   request.directory = directory;
   request.structure = options.structure;
@@ -66,16 +69,21 @@ int command_fragility(const Options& options) {
   request.threads = threads_of(options);
   request.capacity = options.capacity;
   request.progress = [&](int done, int asked) { progress.show(done, asked, 0); };
+  request.tell = [](const std::string& line) { tell("{}\n", line); };
   request.stop = &stop_signal();
   catch_signals();
   const ensemble::FragilityResult result = ensemble::write_fragility(request);
   progress.clear();
-  if (stop_signal().load() != 0) return interrupted();
-  fmt::print("{} coupled runs done, {} failed\n", result.done, result.failed);
+  fmt::print("{} of {} coupled runs done, {} failed\n", result.done, result.asked, result.failed);
   for (const std::string& line : result.lines) fmt::print("{}\n", line);
   const ensemble::Ensemble ensemble((directory / "scene.toml").string(), {});
   fmt::print("Report: {}\nResults: {}\n", ensemble::write_report(ensemble, directory).string(),
              (directory / "fragility.json").string());
+  if (stop_signal().load() != 0) {
+    fmt::print(
+        "Interrupted; the figures are of the runs that are done: the same command makes the others.\n");
+    return 128 + stop_signal().load();
+  }
   return result.done > 0 ? done : numerical_failure;
 }
 
@@ -92,7 +100,7 @@ int command_compare(const Options& options) {
 }
 
 int command_calibrate(const Options& options) {
-  EnsembleProgress progress;
+  EnsembleProgress progress("candidate");
   ensemble::CalibrationRequest request;
   request.scene = options.input;
   request.overrides = options.scene_overrides();

@@ -8,8 +8,9 @@
 
 namespace talus::app {
 
-EnsembleProgress::EnsembleProgress()
-    : terminal_(isatty(STDERR_FILENO) == 1),
+EnsembleProgress::EnsembleProgress(const char* what)
+    : what_(what),
+      terminal_(isatty(STDERR_FILENO) == 1),
       start_(Clock::now()),
       last_(terminal_ ? start_ - std::chrono::hours(1) : start_) {}
 
@@ -21,7 +22,7 @@ void EnsembleProgress::show(long done, long asked, long failed) {
   const double elapsed = std::chrono::duration<double>(now - start_).count();
   const long seconds = static_cast<long>(
       static_cast<double>(asked - done) / static_cast<double>(done - first_) * elapsed + 0.5);
-  tell("{}member {} of {}  failed {}  left {}:{:02d}:{:02d}{}", terminal_ ? "\r\033[K" : "", done, asked,
+  tell("{}{} {} of {}  failed {}  left {}:{:02d}:{:02d}{}", terminal_ ? "\r\033[K" : "", what_, done, asked,
        failed, seconds / 3600, seconds / 60 % 60, seconds % 60, terminal_ ? "" : "\n");
   std::fflush(stderr);
   shown_ = terminal_;

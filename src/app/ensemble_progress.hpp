@@ -7,12 +7,14 @@ namespace talus::app {
 
 class EnsembleProgress {
  public:
-  EnsembleProgress();
+  /// `what` there are so many of, e.g. "member".
+  explicit EnsembleProgress(const char* what = "member");
   void show(long done, long asked, long failed);
   void clear();
 
  private:
   using Clock = std::chrono::steady_clock;
+  const char* what_;
   bool terminal_ = false, shown_ = false;
   Clock::time_point start_, last_;
   long first_ = -1;

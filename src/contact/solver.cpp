@@ -172,7 +172,7 @@ SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& s
     search.start();
   }
   const bool solvable = std::isfinite(search.best);
-  constexpr int few = 60;
+  constexpr int few = Search::few_contacts;
   const bool frictionless = std::all_of(system.touch.begin(), system.touch.end(),
                                         [](const Touch& t) { return t.law.mu == 0 && t.law.cohesion == 0; });
   if (!solvable) {

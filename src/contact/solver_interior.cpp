@@ -1,5 +1,6 @@
 #include "contact/solver_interior.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -9,26 +10,41 @@ namespace talus::contact::detail {
 
 namespace {
 
-using Vec2 = Eigen::Vector2d;
+using Vec4 = Eigen::Vector4d;
 
-constexpr double long_step = 0.8;  // from it on another corrector is not worth its cost
-constexpr double short_step =
-    0.6;  // below it the contacts that hold up the path are put back inside their cones
+constexpr double long_step = 0.8;     // from it on another corrector is not worth its cost
+constexpr double settled_from = 0.5;  // part of the contacts that are off, below which visits pay
+constexpr double short_step = 0.15;   // a contact that admits less takes the monotone direction next
 
-// Largest a in [0, 1] that keeps x0 + a dx0 >= |x + a dx|.
-double cone_step(double x0, const Vec2& x, double dx0, const Vec2& dx) {
-  const double A = dx0 * dx0 - dx.squaredNorm(), B = x0 * dx0 - x.dot(dx),
-               C = std::max(0.0, x0 * x0 - x.squaredNorm());
+/// x_0^2 - |x_t|^2.
+double determinant(const Vec3& x) {
+  const double t = length(x.y(), x.z());
+  return (x.x() - t) * (x.x() + t);
+}
+
+Vec3 reflected(const Vec3& x) { return {x.x(), -x.y(), -x.z()}; }
+
+/// Largest a in [0, 1] that keeps x + a d in the cone.
+double cone_step(const Vec3& x, const Vec3& d) {
+  const double A = d.dot(reflected(d)), B = x.dot(reflected(d)), C = std::max(0.0, determinant(x));
   double a = 1;
-  if (dx0 < 0) a = std::min(a, -x0 / dx0);
+  if (d.x() < 0) a = std::min(a, -x.x() / d.x());
   // A a^2 + 2 B a + C = 0: the smallest positive root.
-  const double disc = B * B - A * C;
-  if (disc >= 0 && (A < 0 || B < 0)) {
-    const double root = std::sqrt(disc);
-    const double q = -B + root;  // stable form C / (-B + sqrt) for the first root
+  const double discriminant = B * B - A * C;
+  if (discriminant >= 0 && (A < 0 || B < 0)) {
+    const double q = -B + std::sqrt(discriminant);  // stable form C / (-B + sqrt) for the first root
     if (q > 0) a = std::min(a, C / q);
   }
   return a;
+}
+
+/// The product a o b, and c of l o c = d.
+Vec3 product(const Vec3& a, const Vec3& b) {
+  return {a.dot(b), a.x() * b.y() + b.x() * a.y(), a.x() * b.z() + b.x() * a.z()};
+}
+Vec3 quotient(const Vec3& l, const Vec3& d) {
+  const double c = l.dot(reflected(d)) / determinant(l);
+  return {c, (d.y() - c * l.y()) / l.x(), (d.z() - c * l.z()) / l.x()};
 }
 
 /// Slip rate beyond |u_t| of a point that is inside its cones by delta [m/s].
@@ -38,14 +54,8 @@ double slip_slack(const Law& law, double delta) {
 
 }  // namespace
 
-/// The impulse inside its cone: P at least delta / w, the tangential part within 0.9 of its bound.
-void Interior::place_impulse(const Touch& t, Pair& q, Vec3& p, double delta) const {
-  q.P = std::max(q.P, delta / t.w);
-  const double g = t.law.mu * (q.P + t.law.floor) + t.law.cohesion;
-  if (q.pt.norm() > 0.9 * g) q.pt *= 0.9 * g / q.pt.norm();
-  p = Vec3(q.P + t.law.floor, q.pt.x(), q.pt.y());
-}
-
+/// Inside the cones by about delta. The impulse that goes with it is that of a contact of the heaviest bodies
+/// where this one may bear their load, of its own where it may lie free: their geometric mean.
 void Interior::begin(double delta) {
   const int nc = system_->contacts(), n = system_->n;
   pairs_.resize(nc);
@@ -55,22 +65,27 @@ void Interior::begin(double delta) {
   products_.resize(2 * static_cast<std::size_t>(nc));
   for (auto* x : {&step_, &rhs_, &force_, &vp_}) x->resize(n);
   count_ = 0;
-  lag_ = 0;
   const auto place = [&](std::size_t i) {
     const Touch& t = system_->touch[i];
     Pair& q = pairs_[i];
+    q.lag = q.dP = q.dy = 0;
+    q.dx = q.dz = Vec3::Zero();
     if (!(t.w > 0)) {
       p_[i].setZero();
       return;
     }
     q.frictional = t.law.mu > 0 || t.law.mu * t.law.floor + t.law.cohesion > 0;
-    q.P = p_[i].x() - t.law.floor;
-    q.pt = q.frictional ? Vec2(p_[i].tail<2>()) : Vec2::Zero();
-    place_impulse(t, q, p_[i], delta);
+    q.P = std::max(p_[i].x() - t.law.floor, delta / (t.load * t.w));
+    p_[i].x() = q.P + t.law.floor;
+    const double g = t.law.mu * p_[i].x() + t.law.cohesion, along = length(p_[i].y(), p_[i].z());
+    if (!q.frictional)
+      p_[i].tail<2>().setZero();
+    else if (along > 0.9 * g)
+      p_[i].tail<2>() *= 0.9 * g / along;
+    q.x = Vec3(g, p_[i].y(), p_[i].z());
     const Vec3 u = system_->relative(t, v_.data()) + t.bias + t.compliance.cwiseProduct(p_[i]);
-    q.ut = u.tail<2>();
-    q.gamma = q.ut.norm() + slip_slack(t.law, delta);
-    q.y = std::max(u.x() - (t.law.exact ? 0.0 : t.law.mu * q.gamma), delta);
+    q.z = Vec3(length(u.y(), u.z()) + slip_slack(t.law, delta), u.y(), u.z());
+    q.y = std::max(u.x() - (t.law.exact ? 0.0 : t.law.mu * q.z.x()), delta);
   };
   in_ranges(nc, contacts_at_once, [&](int from, int to) {
     for (int i = from; i < to; ++i) place(static_cast<std::size_t>(i));
@@ -79,25 +94,31 @@ void Interior::begin(double delta) {
     if (system_->touch[i].w > 0) count_ += pairs_[i].frictional ? 2 : 1;
 }
 
-/// Fills v(p) and the normal velocities at the point; returns the mean of the complementary products
-/// [m^2/s^2].
+/// Fills v(p) and the normal velocities at the point; returns the mean of the complementary products [J].
 double Interior::measure() {
   const System& system = *system_;
   system.velocities(p_, vp_);
+  for (int k = 0; k < system.n; ++k) force_[k] = v_[k] - vp_[k];
   in_ranges(system.contacts(), contacts_at_once, [&](int from, int to) {
     for (int i = from; i < to; ++i) {
       const Touch& t = system.touch[i];
-      products_[2 * i] = products_[2 * i + 1] = 0;
       if (!(t.w > 0)) continue;
       un_[i] = system.relative_normal(t, v_.data()) + t.bias.x() + t.compliance.x() * p_[i].x();
-      const Pair& q = pairs_[i];
-      products_[2 * i] = t.w * q.P * q.y;
-      if (q.frictional)
-        products_[2 * i + 1] = t.w * ((t.law.mu * p_[i].x() + t.law.cohesion) * q.gamma + q.pt.dot(q.ut));
     }
   });
-  return std::accumulate(products_.begin(), products_.end(), 0.0) /
-         count_;  // one after the other, whatever the threads
+  return work_after(0);
+}
+
+/// Of the impulses with the velocities that follow from them, or with the path's own where these have their
+/// momentum, whichever is less; of the former alone where it meets the tolerance [m/s].
+double Interior::residual(double tolerance) {
+  const System& system = *system_;
+  const double by_impulses = system.residual(vp_, p_);
+  own_ = false;
+  if (by_impulses <= tolerance) return by_impulses;
+  const double own = system.residual_apart(v_, force_, p_);
+  own_ = own < by_impulses;
+  return own_ ? own : by_impulses;
 }
 
 /// Most contacts are there before the last few, which hold up the whole path: sweeps from its point. True if
@@ -116,72 +137,85 @@ bool Interior::settle(const InteriorOptions& options, Progress& progress) {
   if (after < progress.least) {
     progress.least = after;
     best_ = settled_;
+    best_v_ = settled_v_;
   }
   return after <= options.tolerance;
 }
 
-bool Interior::stuck(double residual, Progress& progress) {
-  if (residual < progress.least) {
-    progress.least = residual;
-    best_ = p_;
+/// The scaling, M = size^2 (2 w w^T - diag(1, -1, -1)), and the inverse of the contact's equations
+///
+///   (y + P R_n) dP - P b mu dz_0                       = r_n - P du_n
+///   (mu dP, dx_t) + M (dz_0, R_t dx_t)                 = r   - M (0, du_t)
+void Interior::scale(const Touch& t, Pair& q) const {
+  const double dx = determinant(q.x), dz = determinant(q.z), mu = t.law.mu;
+  const Vec3 x = q.x / std::sqrt(dx), z = q.z / std::sqrt(dz);
+  const Vec3 w = (x + reflected(z)) / std::sqrt(2 * (1 + x.dot(z)));
+  q.size = std::pow(dx / dz, 0.25);
+  q.axis = (w + Vec3::UnitX()) / std::sqrt(2 * (w.x() + 1));
+  const double square = q.size * q.size;
+  q.M = 2 * square * w * w.transpose();
+  q.M(0, 0) -= square;
+  q.M(1, 1) += square;
+  q.M(2, 2) += square;
+  Eigen::Matrix4d equations = Eigen::Matrix4d::Zero();
+  equations(0, 0) = q.y + q.P * t.compliance.x();
+  equations(0, 1) = -q.P * mu * (t.law.exact ? q.lag : 1.0);
+  equations(1, 0) = mu;
+  equations.block<3, 1>(1, 1) = q.M.col(0);
+  for (int k = 1; k < 3; ++k) {
+    equations.block<3, 1>(1, 1 + k) = t.compliance[k] * q.M.col(k);
+    equations(1 + k, 1 + k) += 1;
   }
-  if (residual < progress.residual) {
-    progress.residual = residual;
-    progress.stalls = 0;
-    return false;
+  q.inverse = equations.inverse();
+}
+
+/// r_n, r: towards the work tau; of the corrector with the products of the last direction's own parts.
+Vec4 Interior::right_hand_side_of(const Touch& t, const Pair& q, std::size_t i, Phase phase,
+                                  double tau) const {
+  const double a = t.law.exact ? 0.0 : t.law.mu, off = un_[i] - a * q.z.x() - q.y;
+  Vec4 r = Vec4::Zero();
+  r[0] = tau - q.P * q.y - q.P * off;
+  if (phase == Phase::corrector) r[0] -= q.dP * q.dy;
+  if (!q.frictional) return r;
+  Vec3 s = tau / determinant(q.z) * reflected(q.z) - q.x;
+  if (phase == Phase::corrector) {
+    const auto root = [&](const Vec3& d) -> Vec3 {
+      return q.size * (2 * q.axis.dot(d) * q.axis - reflected(d));
+    };
+    const auto root_of_inverse = [&](const Vec3& d) -> Vec3 {
+      return (2 * reflected(q.axis).dot(d) * reflected(q.axis) - reflected(d)) / q.size;
+    };
+    s -= root(quotient(root(q.z), product(root_of_inverse(q.dx), root(q.dz))));
   }
-  return ++progress.stalls > 15 || progress.blocked >= 3;
+  r.tail<3>() = s;
+  return r;
 }
 
 /// Eliminates the variables of one contact: its constant, and in the predictor its block D.
 void Interior::contact_equations(const Touch& t, Pair& q, std::size_t i, Phase phase, double tau) {
-  const double mu = t.law.mu, a = t.law.exact ? 0.0 : mu, b = t.law.exact ? lag_ * mu : mu,
-               target = tau / t.w;
-  const double g = mu * p_[i].x() + t.law.cohesion;
-  const double r2 = un_[i] - a * q.gamma - q.y;
-  double rn = target - q.y * q.P - q.P * r2;
-  if (phase == Phase::corrector) rn -= q.dP * q.dy;
-  const double m11 = q.y + q.P * t.compliance.x();
   Vec3& c = constant_[i];
   Mat3& D = D_[i];
   if (!q.frictional) {
-    c = Vec3(rn / m11, 0, 0);
+    const double pivot = q.y + q.P * t.compliance.x();
+    c = Vec3(right_hand_side_of(t, q, i, phase, tau)[0] / pivot, 0, 0);
     if (phase == Phase::predictor) {
       D.setZero();
-      D(0, 0) = q.P / m11;
+      D(0, 0) = q.P / pivot;
     }
     return;
   }
-  const Vec2 R = t.compliance.tail<2>();
-  const Vec2 e = (Vec2::Constant(q.gamma) + g * R).cwiseInverse();
-  const Vec2 s = q.ut + R.cwiseProduct(q.pt);
-  double r0 = target - (g * q.gamma + q.pt.dot(q.ut));
-  Vec2 rt = -(g * q.ut + q.gamma * q.pt);
-  if (phase == Phase::corrector) {
-    r0 -= mu * q.dP * q.dgamma + q.dpt.dot(q.dut);
-    rt -= mu * q.dP * q.dut + q.dgamma * q.dpt;
-  }
-  const double m12 = -q.P * b, m21 = mu * (q.gamma - s.dot(e.cwiseProduct(q.ut)));
-  const double m22 = g - s.dot(e.cwiseProduct(q.pt));
-  const double det = m11 * m22 - m12 * m21;
-  // (dP, dgamma) = M^-1 (rn - P du_n, r0 - s.e.rt + (g s e - p_t) . du_t)
-  const double k0 = r0 - s.dot(e.cwiseProduct(rt));
-  const double cP = (m22 * rn - m12 * k0) / det, cg = (m11 * k0 - m21 * rn) / det;
-  const Vec2 ct = e.cwiseProduct(rt - mu * q.ut * cP - q.pt * cg);
-  c = Vec3(cP, ct.x(), ct.y());
+  if (phase == Phase::predictor) scale(t, q);
+  q.right = right_hand_side_of(t, q, i, phase, tau);
+  const Vec4 r = q.inverse * q.right;
+  c = Vec3(r[0], r[2], r[3]);
   if (phase == Phase::corrector) return;
-  // Response to du: columns n, t1, t2.
-  const Vec2 kt = g * s.cwiseProduct(e) - q.pt;
-  const double Pn = -m22 * q.P / det, gn = m21 * q.P / det;
-  const Vec2 Pt = -m12 / det * kt, gt = m11 / det * kt;
-  D(0, 0) = -Pn;
-  D(0, 1) = -Pt.x();
-  D(0, 2) = -Pt.y();
-  for (int r = 0; r < 2; ++r) {
-    D(1 + r, 0) = e[r] * (mu * q.ut[r] * Pn + q.pt[r] * gn);
-    for (int k = 0; k < 2; ++k)
-      D(1 + r, 1 + k) = e[r] * (mu * q.ut[r] * Pt[k] + q.pt[r] * gt[k] + (r == k ? g : 0.0));
-  }
+  Eigen::Matrix<double, 4, 3> by_velocity = Eigen::Matrix<double, 4, 3>::Zero();
+  by_velocity(0, 0) = q.P;
+  by_velocity.bottomRightCorner<3, 2>() = q.M.rightCols<2>();
+  const Eigen::Matrix<double, 4, 3> response = q.inverse * by_velocity;
+  D.row(0) = response.row(0);
+  D.row(1) = response.row(2);
+  D.row(2) = response.row(3);
 }
 
 void Interior::right_hand_side(Phase phase, double tau) {
@@ -210,14 +244,14 @@ void Interior::right_hand_side(Phase phase, double tau) {
 }
 
 /// Every contact's step from that of the velocities; returns the longest that all of them admit.
-double Interior::steps(Phase phase, double tau) {
+double Interior::steps() {
   std::atomic<double> alpha = 1;  // the least: the same in whatever order
   in_ranges(system_->contacts(), contacts_at_once, [&](int from, int to) {
     double here = 1;
     for (int i = from; i < to; ++i) {
       const Touch& t = system_->touch[i];
       if (!(t.w > 0)) continue;
-      contact_step(t, pairs_[i], static_cast<std::size_t>(i), phase, tau);
+      contact_step(t, pairs_[i], static_cast<std::size_t>(i));
       here = std::min(here, pairs_[i].own);
     }
     for (double least = alpha.load(std::memory_order_relaxed);
@@ -227,67 +261,59 @@ double Interior::steps(Phase phase, double tau) {
 }
 
 /// The contact's step from that of the velocities, and how much of it the contact admits.
-void Interior::contact_step(const Touch& t, Pair& q, std::size_t i, Phase phase, double tau) const {
-  const double mu = t.law.mu, a = t.law.exact ? 0.0 : mu, b = t.law.exact ? lag_ * mu : mu,
-               target = tau / t.w;
-  const double g = mu * p_[i].x() + t.law.cohesion;
+void Interior::contact_step(const Touch& t, Pair& q, std::size_t i) const {
+  const double mu = t.law.mu, a = t.law.exact ? 0.0 : mu, off = un_[i] - a * q.z.x() - q.y;
   const Vec3 du = system_->relative(t, step_.data());
-  const double r2 = un_[i] - a * q.gamma - q.y;
-  const Vec3 dp = constant_[i] - D_[i] * du;
-  double dgamma = 0;
-  Vec2 dut = Vec2::Zero();
-  if (q.frictional) {
-    dut = du.tail<2>() + t.compliance.tail<2>().cwiseProduct(dp.tail<2>());
-    double r0 = target - (g * q.gamma + q.pt.dot(q.ut));
-    if (phase == Phase::corrector) r0 -= mu * q.dP * q.dgamma + q.dpt.dot(q.dut);
-    dgamma = (r0 - q.gamma * mu * dp.x() - q.ut.dot(dp.tail<2>()) - q.pt.dot(dut)) / g;
-  }
-  q.dP = dp.x();
-  q.dpt = dp.tail<2>();
-  q.dgamma = dgamma;
-  q.dut = dut;
-  q.dy = du.x() + t.compliance.x() * dp.x() - b * dgamma + r2;
   q.own = 1;
+  if (q.frictional) {
+    Vec4 r = q.right;
+    r[0] -= q.P * du.x();
+    r.tail<3>() -= q.M.rightCols<2>() * du.tail<2>();
+    const Vec4 s = q.inverse * r;
+    q.dP = s[0];
+    q.dx = Vec3(mu * s[0], s[2], s[3]);
+    q.dz = Vec3(s[1], du.y() + t.compliance.y() * s[2], du.z() + t.compliance.z() * s[3]);
+    q.own = std::min(cone_step(q.x, q.dx), cone_step(q.z, q.dz));
+  } else {
+    q.dP = constant_[i].x() - D_[i](0, 0) * du.x();
+    q.dx = q.dz = Vec3::Zero();
+  }
+  q.dy = du.x() + t.compliance.x() * q.dP - mu * (t.law.exact ? q.lag : 1.0) * q.dz.x() + off;
   if (q.dP < 0) q.own = std::min(q.own, -q.P / q.dP);
   if (q.dy < 0) q.own = std::min(q.own, -q.y / q.dy);
-  if (q.frictional)
-    q.own =
-        std::min({q.own, cone_step(g, q.pt, mu * q.dP, q.dpt), cone_step(q.gamma, q.ut, q.dgamma, q.dut)});
 }
 
-double Interior::complementarity_after(double alpha) {
+/// Mean of the complementary products after a part of the step [J].
+double Interior::work_after(double alpha) {
   in_ranges(system_->contacts(), contacts_at_once, [&](int from, int to) {
     for (int i = from; i < to; ++i) {
-      const Touch& t = system_->touch[i];
       products_[2 * i] = products_[2 * i + 1] = 0;
-      if (!(t.w > 0)) continue;
+      if (!(system_->touch[i].w > 0)) continue;
       const Pair& q = pairs_[i];
-      products_[2 * i] = t.w * (q.P + alpha * q.dP) * (q.y + alpha * q.dy);
-      if (q.frictional)
-        products_[2 * i + 1] =
-            t.w * ((t.law.mu * (p_[i].x() + alpha * q.dP) + t.law.cohesion) * (q.gamma + alpha * q.dgamma) +
-                   (q.pt + alpha * q.dpt).dot(q.ut + alpha * q.dut));
+      products_[2 * i] = (q.P + alpha * q.dP) * (q.y + alpha * q.dy);
+      if (q.frictional) products_[2 * i + 1] = (q.x + alpha * q.dx).dot(q.z + alpha * q.dz);
     }
   });
-  return std::max(std::accumulate(products_.begin(), products_.end(), 0.0) / count_, 0.0);
+  return std::max(std::accumulate(products_.begin(), products_.end(), 0.0) / count_,
+                  0.0);  // one after the other, whatever the threads
 }
 
 /// Predictor to tau = 0, then the corrector with the centring that the predictor's success asks for. The
 /// factor serves again: up to `correctors` more, each with the products of the last direction's own parts,
 /// while they lengthen a short step. False if a pivot vanishes.
-bool Interior::direction(double complementarity, int correctors, double& alpha) {
+bool Interior::direction(double work, int correctors, double& alpha) {
   right_hand_side(Phase::predictor, 0);
   hessian_->assemble(*system_, D_.data(), nullptr);
   if (!hessian_->lu.factor()) return false;
   step_ = rhs_;
   hessian_->lu.solve(step_.data());
-  alpha = steps(Phase::predictor, 0);
-  const double sigma = std::min(1.0, std::pow(complementarity_after(alpha) / complementarity, 3));
-  const double tau = std::max(sigma, 1e-3 * (1 - alpha)) * complementarity;
+  alpha = steps();
+  const double sigma = std::min(1.0, std::pow(work_after(alpha) / work, 3));
+  const double tau = std::max(sigma, 1e-3 * (1 - alpha)) * work;
   right_hand_side(Phase::corrector, tau);
   step_ = rhs_;
   hessian_->lu.solve(step_.data());
-  alpha = steps(Phase::corrector, tau);
+  alpha = steps();
   for (int k = 0; k < correctors && alpha < long_step; ++k) {
     last_pairs_.resize(pairs_.size());
     in_ranges(system_->contacts(), contacts_at_once, [&](int from, int to) {
@@ -297,7 +323,7 @@ bool Interior::direction(double complementarity, int correctors, double& alpha) 
     right_hand_side(Phase::corrector, tau);
     step_ = rhs_;
     hessian_->lu.solve(step_.data());
-    const double longer = steps(Phase::corrector, tau);
+    const double longer = steps();
     if (longer < 1.1 * alpha) {
       pairs_.swap(last_pairs_);
       step_.swap(last_step_);
@@ -308,8 +334,8 @@ bool Interior::direction(double complementarity, int correctors, double& alpha) 
   return true;
 }
 
-void Interior::advance(double alpha, double complementarity, bool recentre) {
-  const double step = std::min(1.0, alpha * 0.99), inside = 0.5 * std::sqrt(complementarity);
+void Interior::advance(double alpha) {
+  const double step = std::min(1.0, alpha * 0.9);
   for (int k = 0; k < system_->n; ++k) v_[k] += step * step_[k];
   const auto move = [&](std::size_t i) {
     const Touch& t = system_->touch[i];
@@ -317,14 +343,10 @@ void Interior::advance(double alpha, double complementarity, bool recentre) {
     Pair& q = pairs_[i];
     q.P += step * q.dP;
     q.y += step * q.dy;
-    q.gamma += step * q.dgamma;
-    q.pt += step * q.dpt;
-    q.ut += step * q.dut;
-    p_[i] = Vec3(q.P + t.law.floor, q.pt.x(), q.pt.y());
-    if (!recentre || alpha >= short_step || q.own >= 1.7 * alpha) return;
-    place_impulse(t, q, p_[i], inside);
-    q.y = std::max(q.y, inside);
-    if (q.frictional) q.gamma = std::max(q.gamma, q.ut.norm() + slip_slack(t.law, inside));
+    q.x += step * q.dx;
+    q.z += step * q.dz;
+    p_[i] = Vec3(q.P + t.law.floor, q.frictional ? q.x.y() : 0, q.frictional ? q.x.z() : 0);
+    q.lag = q.own < short_step ? std::min(1.0, q.lag + 0.5) : 0.5 * q.lag;
   };
   in_ranges(system_->contacts(), contacts_at_once, [&](int from, int to) {
     for (int i = from; i < to; ++i) move(static_cast<std::size_t>(i));
@@ -333,6 +355,7 @@ void Interior::advance(double alpha, double complementarity, bool recentre) {
 
 InteriorOutcome Interior::run(const System& system, std::vector<Vec3>& p, std::vector<double>& v,
                               const InteriorOptions& options) {
+  constexpr int patience = 15;  // iterations that are to halve the work
   InteriorOutcome outcome;
   Progress progress;
   system_ = &system;
@@ -340,31 +363,40 @@ InteriorOutcome Interior::run(const System& system, std::vector<Vec3>& p, std::v
   p_ = p;
   begin(std::max(options.start, options.tolerance));
   best_ = p_;
-  const double tolerance_sq = options.tolerance * options.tolerance;
+  best_v_ = v_;
+  double first = 0;
   for (int it = 0; count_ > 0; ++it) {
-    const double complementarity = measure();
-    const double residual = system.residual(vp_, p_);
-    if (options.sweeps > 0 && it >= progress.next_settling && residual > options.tolerance &&
-        complementarity < 40 * tolerance_sq) {
+    const double work = measure();
+    if (it == 0) first = work;
+    work_left_ = work / first;
+    const double residual_here = residual(options.tolerance);
+    if (residual_here < progress.least) {
+      progress.least = residual_here;
+      best_ = p_;
+      best_v_ = own_ ? v_ : vp_;
+    }
+    if (progress.least <= options.tolerance || it >= options.max_iterations || !std::isfinite(work) ||
+        !(work > 0))
+      break;
+    if (options.sweeps > 0 && it >= progress.next_settling &&
+        system.count_off(options.tolerance) < settled_from * system.contacts()) {
       if (settle(options, progress)) break;
       progress.next_settling = it + 3;
     }
-    if (stuck(residual, progress)) break;  // the caller starts elsewhere
-    if (progress.least <= options.tolerance || it >= options.max_iterations ||
-        !std::isfinite(complementarity))
-      break;
-    if (complementarity < 1e-4 * tolerance_sq) break;
+    if (work <= 0.5 * progress.work) {
+      progress.work = work;
+      progress.stalls = 0;
+    } else if (++progress.stalls > patience) {
+      break;  // the caller goes on
+    }
     ++outcome.iterations;
-    for (int k = 0; k < system.n; ++k) force_[k] = v_[k] - vp_[k];
     double alpha = 0;
-    if (!direction(complementarity, options.correctors, alpha)) break;
-    progress.blocked = alpha < 0.03 ? progress.blocked + 1 : 0;
-    lag_ = alpha < 0.3 ? std::min(1.0, lag_ + 0.5) : 0.5 * lag_;
-    advance(alpha, complementarity, options.recentre);
+    if (!direction(work, options.correctors, alpha)) break;
+    advance(alpha);
   }
   outcome.residual = progress.least;
   p = best_;
-  system.velocities(p, v);
+  v = best_v_;
   return outcome;
 }
 

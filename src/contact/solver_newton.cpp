@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace talus::contact::detail {
 
@@ -14,8 +15,8 @@ struct Proximal {
 
 inline Proximal proximal(const Touch& t, double epsilon) {
   Proximal q;
-  q.rn = std::max(t.compliance.x(), epsilon * t.w);
-  q.rt = std::max({t.compliance.y(), t.compliance.z(), epsilon * t.wt});
+  q.rn = std::max(t.compliance.x(), epsilon * t.load * t.w);
+  q.rt = std::max({t.compliance.y(), t.compliance.z(), epsilon * t.load * t.wt});
   q.rho = Vec3(q.rn - t.compliance.x(), q.rt - t.compliance.y(), q.rt - t.compliance.z());
   return q;
 }
@@ -125,6 +126,32 @@ double Newton::exact_step(const System& system, const std::vector<Vec3>& multipl
   return lo > 0 ? lo : 0.5 * (lo + hi);
 }
 
+double Newton::contradiction(const System& system) {
+  balance_.assign(static_cast<std::size_t>(system.n), 0.0);
+  constexpr double among = 0.1;  // of the most that one grows: others find their load still
+  const auto growth = [&](int i) {
+    const Touch& t = system.touch[i];
+    return t.w > 0 && !(t.compliance.x() > 0) ? here_.p[i].x() - multiplier_[i].x() : 0.0;
+  };
+  double pressed = 0, work = 0, least = 0;
+  for (int i = 0; i < system.contacts(); ++i) least = std::max(least, among * growth(i));
+  for (int i = 0; i < system.contacts(); ++i) {
+    const Touch& t = system.touch[i];
+    const double grown = growth(i);
+    if (!(grown > least)) continue;
+    system.push(t, Vec3(grown, 0, 0), balance_.data());
+    pressed += grown;
+    work += grown * here_.u[i].x();
+  }
+  double square = 0, speed = 0;
+  for (int k = 0; k < system.n; ++k) {
+    square += balance_[k] * balance_[k];
+    speed += here_.v[k] * here_.v[k];
+  }
+  const double most = work + 2 * std::sqrt(speed * square);
+  return most < 0 ? -most / pressed : 0;
+}
+
 NewtonOutcome Newton::run(const System& system, std::vector<Vec3>& p, std::vector<double>& v,
                           const NewtonOptions& options) {
   NewtonOutcome outcome;
@@ -132,14 +159,13 @@ NewtonOutcome Newton::run(const System& system, std::vector<Vec3>& p, std::vecto
   double epsilon = options.epsilon;
   multiplier_ = p;
   best_p_ = p;
-  system.velocities(p, v);
   double best = INFINITY, last_outer = INFINITY, last_inner = INFINITY;
   here_.v = v;
   bool factored = false;
   double factored_epsilon = 0;
   evaluate(system, multiplier_, epsilon, options.convex, here_, true);
-  int failures = 0, halved = 0;
-  bool moved = false;  // the multipliers, and no step since
+  int failures = 0, halved = 0, told = 0;  // told: factorisations at the last look for a contradiction
+  bool moved = false;                      // the multipliers, and no step since
   while (true) {
     // Two candidates: the impulses p(v) with the velocities that follow from them, and, where the balance of
     // momentum is met to round-off, with v itself.
@@ -156,11 +182,15 @@ NewtonOutcome Newton::run(const System& system, std::vector<Vec3>& p, std::vecto
         const Vec3 u = system.relative(t, candidate_.data()) + t.bias;
         Law law = t.law;
         if (options.convex) law.exact = false;
-        const Vec3 off = proximal(t, epsilon).rho.cwiseProduct(here_.p[i] - multiplier_[i]);
+        const Vec3 rho = proximal(t, epsilon).rho,
+                   off = rho.cwiseProduct(here_.p[i] - multiplier_[i]).cwiseAbs();
+        // Where the multipliers swallow u in the projection, the law is met as far as their last digits tell.
+        const double swallowed =
+            std::numeric_limits<double>::epsilon() * rho.cwiseProduct(multiplier_[i]).norm();
         const double along = length(off.y(), off.z());
         of_contact_[i] = {
-            std::max(0.0, (u - here_.u[i]).norm() - system.round_off(t, reach_)), off.cwiseAbs().maxCoeff(),
-            length(std::abs(off.x()) + law.mu * along, along),
+            std::max(0.0, (u - here_.u[i]).norm() - system.round_off(t, reach_)), off.maxCoeff(),
+            length(off.x() + (law.exact ? law.mu * along : 0.0), along) + swallowed,
             natural_residual(law, u + t.compliance.cwiseProduct(here_.p[i]), here_.p[i], t.scale(),
                              system.excuse(t, reach_), options.convex ? t.shift : 0.0)};
       }
@@ -171,20 +201,25 @@ NewtonOutcome Newton::run(const System& system, std::vector<Vec3>& p, std::vecto
       law_off = std::max(law_off, of.law);
       residual = larger(residual, of.residual);
     }
-    const bool balanced = inner == 0 && !options.convex;
-    if (std::min(residual, balanced ? law_off : residual) < 0.5 * best) halved = outcome.newton;
+    const double apart = inner == 0 ? law_off : INFINITY;
+    if (std::min(residual, apart) < 0.5 * best) halved = outcome.newton;
     if (residual < best) {
       best = residual;
       best_p_ = here_.p;
       best_v_ = candidate_;
     }
-    if (balanced && law_off < best) {
-      best = law_off;
+    if (apart < best) {
+      best = apart;
       best_p_ = here_.p;
       best_v_ = here_.v;
     }
     if (best <= options.sufficient && outcome.newton >= halved + 3) break;  // at round-off
     if (best <= options.tolerance || !std::isfinite(here_.merit)) break;
+    if (outcome.newton > 0 && outcome.newton != told) {
+      told = outcome.newton;
+      outcome.least = std::max(outcome.least, contradiction(system));
+      if (options.most > 0 && outcome.least > options.most) break;
+    }
     if (!(moved && inner == 0) && (inner <= 0.1 * outer || inner <= 0.01 * options.tolerance)) {
       // Inner problem solved: move the multipliers. Slow outer progress asks for a smaller proximal term.
       if (++outcome.outer > options.max_outer) break;
@@ -193,7 +228,6 @@ NewtonOutcome Newton::run(const System& system, std::vector<Vec3>& p, std::vecto
       last_outer = outer;
       last_inner = INFINITY;
       multiplier_ = here_.p;
-      if (inner > 0) here_.v = candidate_;
       moved = true;
       evaluate(system, multiplier_, epsilon, options.convex, here_, true);
       continue;
@@ -233,10 +267,7 @@ NewtonOutcome Newton::run(const System& system, std::vector<Vec3>& p, std::vecto
   }
   outcome.residual = best;
   p = best_p_;
-  if (std::isfinite(best))
-    v = best_v_;
-  else
-    system.velocities(p, v);
+  if (std::isfinite(best)) v = best_v_;
   return outcome;
 }
 

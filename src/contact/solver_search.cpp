@@ -30,10 +30,13 @@ bool Search::newton(double epsilon, int max_newton) {
   options.max_outer = settings_->max_outer;
   options.epsilon = epsilon;
   options.max_newton = max_newton;
+  options.most = stalled_;
   trial_p_ = p;
+  trial_v_ = v;
   const NewtonOutcome outcome = newton_.run(system, trial_p_, trial_v_, options);
   report_->newton += outcome.newton;
   report_->outer += outcome.outer;
+  least_ = std::max(least_, outcome.least);
   consider(trial_p_, trial_v_, outcome.residual);
   return best <= sufficient_;
 }
@@ -42,9 +45,9 @@ bool Search::interior(double distance) {
   InteriorOptions options;
   options.tolerance = std::max(tolerance_, 1e-7 * settings_->velocity_scale);
   options.start = distance;
-  options.recentre = system.contacts() > 60;
-  options.sweeps = options.recentre ? 15 : 0;
-  options.correctors = options.recentre ? 2 : 0;
+  const bool many = system.contacts() > few_contacts;
+  options.sweeps = many ? 15 : 0;
+  options.correctors = many ? 2 : 0;
   if (settings_->most_factorisations > 0)
     options.max_iterations =
         std::clamp(settings_->most_factorisations - report_->newton, 1, options.max_iterations);
@@ -89,6 +92,20 @@ double Search::visited(int count) {
   return residual;
 }
 
+/// Visits and Newton's method in turn: the former settle what is light or loose, over which the latter goes
+/// round in a cycle, the latter what runs through many bodies.
+bool Search::alternated(const std::vector<Vec3>& start, int rounds) {
+  constexpr double enough = 0.25;  // of what is taken where no more is to be had: less is not worth a round
+  p = start;
+  for (int round = 0; round < rounds && !hopeless(150); ++round) {
+    visited(15);
+    if (best <= sufficient_ || newton(0.1, 30)) return true;
+    if (best <= enough * stalled_) return true;
+    p = newton_.last_impulses();
+  }
+  return false;
+}
+
 bool Search::swept_while_it_pays() {
   p = best_p;
   double before = best;  // when it last paid
@@ -100,6 +117,11 @@ bool Search::swept_while_it_pays() {
     if (idle == 0) before = best;
   }
   return false;
+}
+
+void Search::from_best() {
+  p = best_p;
+  v = best_v;
 }
 
 void Search::start_from_nothing() {
@@ -116,8 +138,7 @@ void Search::hold_shift() {
 }
 
 bool Search::shifted(int rounds, int budget) {
-  p = best_p;
-  v = best_v;
+  from_best();
   const int most = report_->newton + budget;  // a step that cannot be solved must not hang
   bool done = false;
   for (int k = 0; k < rounds && !done && report_->newton < most; ++k) {
@@ -131,47 +152,12 @@ bool Search::shifted(int rounds, int budget) {
     const NewtonOutcome outcome = newton_.run(system, p, v, options);
     report_->newton += outcome.newton;
     report_->outer += 1;
+    system.velocities(p, v);
     consider(p, v, system.residual(v, p));
     done = best <= sufficient_ || newton(1e-3, 25);
   }
   for (Touch& t : system.touch) t.shift = 0;
   return done;
-}
-
-bool Search::stepped(int budget) {
-  constexpr int patience = 24, more = 8;  // factorisations that are to take a fifth of the residual; all that
-                                          // go on from what may be taken
-  const double proximal =
-      settings_->steps_first ? 3e-3 : 1e-2;  // compliance over that of the contact: from near by longer steps
-  double paid = INFINITY;
-  bool may_be_taken = false;
-  for (int since = report_->newton, last = since + budget; report_->newton < last;) {
-    hold_shift();
-    NewtonOptions options;
-    options.tolerance = 0.3 * sufficient_;
-    options.max_outer = 0;
-    options.convex = true;
-    options.epsilon = proximal;
-    options.max_newton = last - report_->newton;
-    const NewtonOutcome outcome = newton_.run(system, p, v, options);
-    report_->newton += std::max(outcome.newton, 1);
-    report_->outer += 1;
-    for (Touch& t : system.touch) t.shift = 0;
-    const double residual = system.residual(v, p);
-    consider(p, v, residual);
-    if (best <= sufficient_) return true;
-    if (best <= stalled_ && !may_be_taken) {
-      may_be_taken = true;
-      last = std::min(last, report_->newton + more);
-    }
-    if (residual <= 0.8 * paid) {
-      paid = residual;
-      since = report_->newton;
-    } else if (report_->newton - since >= patience) {
-      break;
-    }
-  }
-  return best <= stalled_;
 }
 
 bool Search::solved_from_best() {
@@ -182,9 +168,9 @@ bool Search::solved_from_best() {
   polished_for_ = 0;
   consider(p, v, system.residual(v, p));
   if (best <= sufficient_ || newton(1e-4, 20) || polish()) return true;
-  p = best_p;
+  from_best();
   if (interior(0.5 * best)) return true;
-  p = best_p;
+  from_best();
   return newton(1e-4, 20) || polish();
 }
 
@@ -215,12 +201,24 @@ bool Search::raised(double step) {
   return false;
 }
 
+bool Search::hopeless(int factorisations, bool tried) const {
+  if (spent()) return true;
+  return settings_->sufficient > settings_->tolerance && best <= 100 * sufficient_ &&
+         (tried || report_->newton > factorisations);
+}
+
+bool Search::spent() const {
+  return least_ > stalled_ ||
+         (settings_->most_factorisations > 0 && report_->newton >= settings_->most_factorisations);
+}
+
 void Search::begin(const SolveSettings& settings, SolveReport& report) {
   settings_ = &settings;
   report_ = &report;
   polished_ = INFINITY;
   polished_for_ = 0;
   round_off_ = 0;
+  least_ = 0;
   tolerance_ = settings.tolerance * settings.velocity_scale;
   sufficient_ = std::max(settings.tolerance, settings.sufficient) * settings.velocity_scale;
   stalled_ = std::max(settings.stalled * settings.velocity_scale, sufficient_);
@@ -234,6 +232,7 @@ bool Search::unstressed(const SolveSettings& settings, SolveReport& report) {
                         std::max(settings.tolerance, settings.sufficient) *
                             settings.velocity_scale);  // where rows that repeat each other may hold it
   for (Vec3& impulse : p) impulse *= 0.5;              // of the same region
+  system.velocities(p, v);
   newton(1e-4, 20);
   p = best_p;
   swept(6);  // to round-off
@@ -242,10 +241,7 @@ bool Search::unstressed(const SolveSettings& settings, SolveReport& report) {
 
 bool Search::run(const SolveSettings& settings, SolveReport& report) {
   begin(settings, report);
-  const bool small = system.n <= 48;
-  const auto spent = [&] {
-    return settings.most_factorisations > 0 && report.newton >= settings.most_factorisations;
-  };
+  const bool small = system.n <= 48, many = system.contacts() > few_contacts;
   if (spent()) return false;
   // From farther off straight to the path.
   if ((small || best <= near * settings.velocity_scale) &&
@@ -259,40 +255,33 @@ bool Search::run(const SolveSettings& settings, SolveReport& report) {
 
   report.tier = 'B';
   const bool may_stall = !small && stalled_ > sufficient_;
-  if (may_stall && settings.steps_first) {
-    p = best_p;
-    v = best_v;
-    if (stepped(24)) return true;
-  }
+  if (may_stall && settings.steps_first && alternated(best_p, 2)) return true;
 
   // Cold: the interior point from the warm start, at half the distance its residual tells (fewest iterations
   // over problems of moving heaps). The Newton method finishes, since the regions are known by then.
   double finished = INFINITY;  // the best that was tried last [m/s]
   int fruitless = 0;           // tries since the best was last halved
   const auto finish = [&] {
-    p = best_p;
+    from_best();
     fruitless = best > 0.5 * finished ? fruitless + 1 : 0;
     if (best >= finished) return false;
     finished = best;
     if (!small && best > 1e-3 * settings.velocity_scale) return false;
     return newton(1e-4, 20) || polish() || (small && newton(1e-3, 20));
   };
-  // Near to what suffices and still not there: the rows contradict each other by that much. Better rows are
-  // the caller's, and cheaper. Or enough was spent.
-  const auto given_up = [&] {
-    if (spent()) return true;
-    const bool tried = system.contacts() <= 60 ? report.newton > 300 || fruitless >= 2 : report.newton > 150;
-    return settings.sufficient > settings.tolerance && best <= 100 * sufficient_ && tried;
-  };
+  const auto given_up = [&] { return hopeless(many ? 150 : 300, !many && fruitless >= 2); };
   p = best_p;
   if (interior(0.5 * best)) return true;
-  if (may_stall) {
-    p = trial_p_;  // where the path ends its largest residual may be more than before, and is of fewer
-                   // contacts
-    v = trial_v_;
-    if (stepped(150)) return true;
+  if (many) {  // a path from a poor start may be blocked before it gets anywhere
+    if (interior_.work_left() < 1e-2 && alternated(interior_.last_impulses(), 2)) return true;
+    if (finish() || best <= stalled_) return true;
     report.tier = 'E';
-    return false;
+    if (given_up()) return false;
+    start_from_nothing();
+    if (!interior(system.residual(v, p)) && !alternated(interior_.last_impulses(), 4) && !finish())
+      return false;
+    report.tier = 'B';
+    return true;
   }
   if (finish()) return true;
   // What a few sweeps make of the best so far (a path that stops short usually leaves a handful of contacts
@@ -317,12 +306,12 @@ bool Search::run(const SolveSettings& settings, SolveReport& report) {
   if (given_up()) return false;
   // Many sweeps find regions that a path misses; costly, so only now and then of use.
   report.tier = 'C';
-  if (system.contacts() <= 60 && (raised(1.2) || raised(1.1))) return true;
+  if (raised(1.2) || raised(1.1)) return true;
   if (polish(200)) return true;
   for (int round = 0; round < (small ? 2 : 1); ++round) {
-    p = best_p;
+    from_best();
     if (round % 2 == 0) start_from_nothing();
-    swept(system.contacts() <= 300 ? 100 << round : 50);
+    swept(100 << round);
     if (best <= sufficient_ || newton(1e-4, 20) || newton(1e-2, 30)) return true;
   }
   if (shifted(settings.max_outer, small ? 400 : 200) || polish(200)) return true;

@@ -17,6 +17,7 @@ class Search {
   /// Part of the velocity scale: large problems whose warm start is off by more change too many regions for
   /// Newton's method.
   static constexpr double near = 1e-4;
+  static constexpr int few_contacts = 60;  // up to which many ways are tried, each cheap
   System system;
   std::vector<Vec3> p, best_p;    // the point at hand and the best so far
   std::vector<double> v, best_v;  // their velocities
@@ -25,6 +26,7 @@ class Search {
   /// The point at hand is the best so far, of no residual that counts where it is not finite.
   void start();
   void start_from_nothing();
+  void from_best();
   /// Keeps the candidate if it is better than the best.
   bool consider(const std::vector<Vec3>& candidate, const std::vector<double>& velocities, double residual);
   /// The solution next to half of the warm start, to nothing where there is none: of forces that hold each
@@ -34,17 +36,15 @@ class Search {
   bool run(const SolveSettings& settings, SolveReport& report);
 
  private:
-  // Each from p; true if the best comes below what suffices.
+  // Each from p and v; true if the best comes below what suffices.
   bool newton(double epsilon, int max_newton);
   bool interior(double distance);
+  bool alternated(const std::vector<Vec3>& start,
+                  int rounds);       // true, too, at what is taken where no more is to be had
   bool polish(int iterations = 40);  // the last digits of a small problem, from the best
   /// De Saxce: the convex problem with the shift held, then the shift from its solution; the exact Newton
   /// method is tried from every convex solution, since it converges fast once the slip directions are right.
   bool shifted(int rounds, int budget);
-  /// The same by one proximal step of the convex problem at a time, the shift taken anew after each: slow,
-  /// but from near the solution of a large heap it always comes nearer. From p; true, too, if it gets no
-  /// farther than what is taken then.
-  bool stepped(int budget);
   /// Friction above 1: from 1 up to its own by factors of `step`, from one solution to the next. Where none
   /// is found the walk goes on from the best there: solutions end at some frictions in between, and others
   /// begin. False: the best is what it was.
@@ -55,11 +55,18 @@ class Search {
   double visited(int count);  // residual after sweeps from p
   bool swept_while_it_pays();
 
+  bool spent()
+      const;  // all factorisations that the search may have, or nothing that would be taken is to be had
+  /// Near to what suffices and still not there after so many factorisations, or all that was to be `tried`:
+  /// the rows contradict each other by that much. Better rows are the caller's, and cheaper. Or enough was
+  /// spent.
+  bool hopeless(int factorisations, bool tried = false) const;
   void begin(const SolveSettings& settings, SolveReport& report);
 
   const SolveSettings* settings_ = nullptr;
   SolveReport* report_ = nullptr;
   double tolerance_ = 0, sufficient_ = 0, stalled_ = 0;  // [m/s]
+  double least_ = 0;      // that is known to be left by whatever solves the problem [m/s]
   double round_off_ = 0;  // below which three iterations that do not halve the residual end a Newton method
                           // that may not stop at what suffices [m/s]
   double polished_ = 0;   // residual from which the last polish started [m/s], and its iterations

@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <utility>
 
@@ -37,9 +38,11 @@ void System::impulse_reach(const std::vector<Vec3>& p, std::vector<double>& reac
   in_ranges(static_cast<int>(body.size()), bodies_at_once, [&](int from, int to) {
     for (int b = from; b < to; ++b) {
       reach[b] = 0;
-      for (int e = first_of_body[b]; e < first_of_body[b + 1]; ++e)
-        reach[b] = std::max(
-            reach[b], (touch[of_body[e].contact].scale() * p[of_body[e].contact]).cwiseAbs().maxCoeff());
+      for (int e = first_of_body[b]; e < first_of_body[b + 1]; ++e) {
+        const Touch& t = touch[of_body[e].contact];
+        const Vec3 pressed = p[of_body[e].contact].cwiseAbs().cwiseMin(most_pressed);
+        reach[b] = std::max(reach[b], (t.scale() * pressed).maxCoeff());
+      }
     }
   });
 }
@@ -63,6 +66,17 @@ double System::residual(const std::vector<double>& v, const std::vector<Vec3>& p
   return worst;
 }
 
+double System::residual_apart(const std::vector<double>& v, const std::vector<double>& off,
+                              const std::vector<Vec3>& p) const {
+  impulse_reach(p, reach_);
+  std::atomic<bool> beyond = false;
+  in_ranges(contacts(), contacts_at_once, [&](int from, int to) {
+    for (int i = from; i < to && !beyond.load(std::memory_order_relaxed); ++i)
+      if (!(relative(touch[i], off.data()).norm() <= round_off(touch[i], reach_))) beyond = true;
+  });
+  return beyond ? INFINITY : residual(v, p);
+}
+
 void System::list() {
   first_of_body.assign(body.size() + 2, 0);
   for (const Touch& t : touch)
@@ -74,6 +88,10 @@ void System::list() {
       of_body[first_of_body[terms[k].body + 1]++] = {i, static_cast<std::uint32_t>(terms[k].at)};
   first_of_body.pop_back();
   order.find(*this);
+  double least = INFINITY;
+  for (const Touch& t : touch)
+    if (t.w > 0) least = std::min(least, t.w);
+  for (Touch& t : touch) t.load = t.w > 0 ? std::sqrt(least / t.w) : 1;
 }
 
 Eliminated eliminate_normal(const Mat3& W) {
@@ -298,6 +316,25 @@ void System::fill(const ContactProblem& problem, int contact) {
             t.law.mu * length(t.slip.c1, t.slip.c2) < 1;
 }
 
+void System::find_most_pressed() {
+  double fastest = 0;
+  for (const Touch& t : touch)
+    fastest = std::max({fastest, -t.bias.x(), std::abs(t.bias.y()), std::abs(t.bias.z())});
+  thread_local std::vector<double> least;  // of |J|^2 / 3 over a body's terms: the inverse of its mass
+  least.assign(body.size(), INFINITY);
+  for (const TouchTerm& term : terms) {
+    const double* row = J.data() + term.at;
+    double square = 0;
+    for (int k = 0; k < 3 * term.n; ++k) square += row[k] * row[k];
+    if (square > 0) least[term.body] = std::min(least[term.body], square / 3);
+  }
+  most_pressed = 0;
+  for (std::size_t b = 0; b < body.size(); ++b) {
+    const Eigen::Map<const VecX> free(v_hat.data() + offset[b], ndof[b]);
+    most_pressed += free.norm() / std::sqrt(least[b]) + fastest / least[b];
+  }
+}
+
 void System::assemble(const ContactProblem& problem, bool exact_coulomb) {
   number(problem, exact_coulomb);
   in_ranges(static_cast<int>(body.size()), bodies_at_once, [&](int from, int to) {
@@ -306,6 +343,7 @@ void System::assemble(const ContactProblem& problem, bool exact_coulomb) {
   in_ranges(contacts(), contacts_at_once, [&](int from, int to) {
     for (int i = from; i < to; ++i) fill(problem, i);
   });
+  find_most_pressed();
   list();
 }
 

@@ -47,6 +47,9 @@ struct Touch {
   Law law;
   double w = 0, wt = 0;  // velocity change per impulse: that along the face is another one only where the two
                          // are far apart
+  /// Of impulses to each other, where light bodies bear what heavy ones press: (least w of all / w)^(1/2). A
+  /// contact of w may bear as much as that of the least or next to nothing.
+  double load = 1;
   Scale scale() const { return {w, wt}; }
   double shift = 0;  // added to the normal velocity: De Saxce, when it is held fixed
   Vec3 bias, compliance;
@@ -79,6 +82,10 @@ struct System {
   std::vector<double> held;  // what M v leaves of the velocities: those of held directions
   int n = 0;                 // active degrees of freedom
   double most_excused = 0;   // of the round-off of velocities that follow from impulses: the tolerance [m/s]
+  /// What the bodies' momenta can press at most, an estimate [N s]: sum over the bodies of |v_hat| / |J| +
+  /// |b| / |J|^2, b the rows' fastest approach. Impulses far beyond it do not bear a load: they grow between
+  /// rows that contradict each other, and their last digits are no excuse.
+  double most_pressed = 0;
   // contacts
   std::vector<Touch> touch;
   std::vector<TouchTerm> terms;
@@ -88,7 +95,7 @@ struct System {
   VisitingOrder order;
 
   void assemble(const ContactProblem& problem, bool exact_coulomb);
-  /// Lists of what bodies touch and the order of visits; again after `touch` was changed.
+  /// Lists of what bodies touch, the order of visits and the loads; again after `touch` was changed.
   void list();
   int contacts() const { return static_cast<int>(touch.size()); }
 
@@ -114,8 +121,8 @@ struct System {
   /// The velocities of the bodies that are touched, into problem.v: those of problem.v_hat to the last bit
   /// where no impulse acts, whatever open contacts are listed.
   void write(const std::vector<double>& v, ContactProblem& problem) const;
-  /// Largest velocity w |p| that a contact's impulse makes, per body: its last digits are round-off. Into
-  /// `reach`.
+  /// Largest velocity w |p| that a contact's impulse makes, up to what the bodies can press, per body: its
+  /// last digits are round-off. Into `reach`.
   void impulse_reach(const std::vector<Vec3>& p, std::vector<double>& reach) const;
   /// Round-off of the contact velocity that follows from impulses, 16 machine epsilons of the reach of the
   /// bodies it touches [m/s].
@@ -130,6 +137,15 @@ struct System {
   }
   /// Largest natural-map residual over the contacts, exact Coulomb where the law says so [m/s].
   double residual(const std::vector<double>& v, const std::vector<Vec3>& p) const;
+  /// How many contacts were off by more at the last of them.
+  int count_off(double residual) const {
+    return static_cast<int>(
+        std::count_if(of_contact_.begin(), of_contact_.end(), [=](double r) { return r > residual; }));
+  }
+  /// The same of velocities that do not follow from the impulses, v - v(p) = `off`: without bound where an
+  /// off beyond round-off is momentum.
+  double residual_apart(const std::vector<double>& v, const std::vector<double>& off,
+                        const std::vector<Vec3>& p) const;
 
  private:
   template <int Rows>
@@ -140,6 +156,7 @@ struct System {
     return u;
   }
   void number(const ContactProblem& problem, bool exact_coulomb);
+  void find_most_pressed();
   void take_body(const ContactProblem& problem, int active);
   void fill(const ContactProblem& problem, int contact);
 

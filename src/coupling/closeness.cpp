@@ -52,10 +52,8 @@ contact::SolveSettings how_closely(const StepToSolve& s) {
   else if (s.still)  // where the sticking touches of a heap contradict each other: 1e-9 of the island's
                      // speed, or what a block at rest may move by
     settings.sufficient = std::max(1e-5, s.at_rest / settings.velocity_scale);
-  else if (s.h > 0 && s.heap)  // of a search that stalls: a third of what creeps, so that creep dies out, far
-                               // below the island's speed and the accuracy
-    settings.sufficient = std::max((2 / part) * settings.tolerance,
-                                   std::min({0.3, 1e-4 * s.speed / settings.velocity_scale, allowed}));
+  else if (s.h > 0 && s.heap)
+    settings.sufficient = (2 / part) * settings.tolerance;
   // Blows that run through a large heap, and loads that shift in one that comes to rest, are solved over the
   // next steps: where hundreds of factorisations get no farther a fiftieth of what moves is taken, of creep
   // up to 1e-3 of the island's speed, but never a third of what moves, unless all of that is less than 1e-3

@@ -521,7 +521,6 @@ class IslandStepper {
   double fastest_ = 0;             // of the points of its blocks at the start of the step [m/s]
   double mean_speed_ = 0;          // of the same, root of the mean square over the blocks [m/s]
   bool certified_ = true;          // the last contact problem was solved as closely as a proof of rest asks
-  double lifted_ = 0;              // by the last projection, against gravity and spins [J]
   double unsolved_speed_ = 0;      // what the last contact problem's solution leaves [m/s]
   double residual_ = 0;            // of the last contact problem, relative to its velocity scale
   double stalled_ = 0;             // length of the last try of this step if its search stalled [s]

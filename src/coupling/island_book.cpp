@@ -245,8 +245,8 @@ void IslandStepper::Booking::position(const Body& b) {
   const auto k = static_cast<std::size_t>(b.block);
   const dda::Model::Block& block = of.model_.blocks[k];
   const Vec3 trapezoid = b.start.c + 0.5 * h * (b.v0.head<3>() + b.v_solved.head<3>());
-  // Blocks braked at the start of the step stay higher than the means of the velocities say: so much less the
-  // impact took.
+  // Blocks that an impact stopped at the start of the step stay higher than the means of the velocities say:
+  // so much less it took.
   const double sunk = block.mass * of.model_.gravity.dot(of.state_.c[k] - trapezoid);
   (b.from_start && sunk < 0 ? loss.impact : pending.algorithmic) += sunk;
 }

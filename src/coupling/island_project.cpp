@@ -83,7 +83,6 @@ double IslandStepper::project(double h) {
                [&](const Vec3& drift) { farthest = std::max(farthest, drift.norm()); });
     return farthest;
   };
-  lifted_ = 0;
   find(h);
   keep_late_overlaps();
   double deepest = deepest_touch(), drifted = farthest_point();
@@ -197,7 +196,6 @@ double IslandStepper::project(double h) {
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
       report_.ledger.algorithmic += fall[i];
       report_.ledger.algorithmic -= turning[i];
-      lifted_ += turning[i] - fall[i];
     }
     find_moved(last, carried);
     deepest = deepest_touch();
@@ -206,50 +204,6 @@ double IslandStepper::project(double h) {
     least = std::min(least, std::max(deepest, drifted));
   }
   carry_at_structures(before);
-  // A large island that hardly moves is solved less closely than its motion: it sinks by the residual and is
-  // lifted again, which would drive it for ever. What the correction lifted is taken from the motion relative
-  // to what is fixed, where friction acts there, else relative to the common centre of mass, as long as that
-  // is creep.
-  constexpr double
-      creep = 2e-3,
-      creeps_still = 1e-5;  // of the island's speed; what stands is solved as closely as a proof of rest asks
-  if (!in_vast_heap() || !(lifted_ > 0)) return deepest;
-  Vec3 mean = Vec3::Zero();
-  double all = 0;
-  for (const Body& b : bodies_) {
-    const auto k = static_cast<std::size_t>(b.block);
-    mean += model_.blocks[k].mass * state_.v[k];
-    all += model_.blocks[k].mass;
-  }
-  mean /= all;
-  for (const Touch& t :
-       touches_) {  // what rubs on something fixed comes to rest with it, not with its own centre
-    const bool fixed =
-        t.a.kind != Partner::Kind::block || model_.blocks[static_cast<std::size_t>(t.a.index)].ndof() == 0;
-    if (fixed && t.law->friction > 0 && t.at.gap <= touch_gap()) mean.setZero();
-  }
-  const auto relative = [&](double part) {  // energy of the relative motion, which is scaled by `part` [J]
-    double energy = 0;
-    for (const Body& b : bodies_) {
-      const auto k = static_cast<std::size_t>(b.block);
-      state_.v[k] = mean + part * (state_.v[k] - mean);
-      state_.w[k] *= part;
-      state_.eps_rate[k] *= part;
-      const dda::BlockEnergy e = dda::energy(model_, state_, b.block);
-      energy += 0.5 * model_.blocks[k].mass * (state_.v[k] - mean).squaredNorm() + e.rotational + e.straining;
-    }
-    return energy;
-  };
-  double fastest = 0;
-  for (const Body& b : bodies_) {
-    const auto k = static_cast<std::size_t>(b.block);
-    fastest =
-        std::max(fastest, (state_.v[k] - mean).norm() + model_.blocks[k].shape->radius * state_.w[k].norm());
-  }
-  if (fastest > creep * speed_ || fastest < creeps_still * speed_) return deepest;
-  const double energy = relative(1);
-  report_.ledger.algorithmic += energy - relative(std::max(std::sqrt(std::max(0.0, 1 - lifted_ / energy)),
-                                                           creeps_still * speed_ / fastest));
   return deepest;
 }
 

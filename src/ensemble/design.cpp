@@ -8,6 +8,7 @@
 
 #include "core/units.hpp"
 #include "ensemble/random.hpp"
+#include "ensemble/statistics.hpp"
 #include "scene/document.hpp"
 #include "scene/keys.hpp"
 #include "scene/view.hpp"
@@ -19,6 +20,8 @@ using Kind = scene::Vary::Kind;
 
 constexpr long default_most = 100000;         // members of an ensemble that stops by its precision
 constexpr std::uint32_t most_tries = 100000;  // for a place within the polygons and over ground
+constexpr double mostly_over_ground = 0.98;   // share of a release area: a cell at its edge is no mistake
+constexpr long planned_members = 1000;        // whose draws the plan is made of
 
 InputError fault(const std::string& file, const scene::Vary& v, std::string rule, std::string remedy) {
   return InputError(Problem{.severity = Problem::Severity::error,
@@ -29,6 +32,11 @@ InputError fault(const std::string& file, const scene::Vary& v, std::string rule
                             .value = v.key,
                             .rule = std::move(rule),
                             .remedy = std::move(remedy)});
+}
+
+std::string span_text(const Eigen::AlignedBox2d& b) {
+  return fmt::format("x {:.6g} to {:.6g}, y {:.6g} to {:.6g}", b.min().x(), b.max().x(), b.min().y(),
+                     b.max().y());
 }
 
 /// Uniform over all orientations [Shoemake 1992]: w, x, y, z.
@@ -168,7 +176,8 @@ scene::Overrides Design::provisional() const {
   return draw.set;
 }
 
-void Design::place(const scene::Scene& provisional, OverGround ground) {
+std::vector<Problem> Design::place(const scene::Scene& provisional, OverGround ground) {
+  std::vector<Problem> warnings;
   ground_ = std::move(ground);
   if (provisional.site) origin_ = provisional.site->origin;
   for (Variable& v : variables_) {
@@ -194,7 +203,71 @@ void Design::place(const scene::Scene& provisional, OverGround ground) {
     Draw trial;
     trial.numbers.resize(columns_.size());
     draw_release(v, 0, trial);  // throws for an area without ground
+    if (const double over = extent_of(v).over_ground; over < mostly_over_ground)
+      warnings.push_back(
+          {.severity = Problem::Severity::warning,
+           .file = provisional.file,
+           .line = 0,
+           .column = 0,
+           .key = v.vary.key + ".polygon",
+           .value = span_text(v.limits),
+           .rule = fmt::format("{:.0f} % of the area has no ground below: no block starts there",
+                               100 * (1 - over)),
+           .remedy = "compare the polygon with the extent of the terrain"});
   }
+  return warnings;
+}
+
+/// By the middles of a hundred by a hundred cells of the area's bounds.
+Design::Extent Design::extent_of(const Variable& v) const {
+  constexpr int cells = 100;
+  long inside = 0, over = 0;
+  for (int i = 0; i < cells; ++i)
+    for (int j = 0; j < cells; ++j) {
+      const double x = v.limits.min().x() + (i + 0.5) / cells * v.limits.sizes().x(),
+                   y = v.limits.min().y() + (j + 0.5) / cells * v.limits.sizes().y();
+      if (!v.area.contains(x + origin_.x(), y + origin_.y())) continue;
+      ++inside;
+      if (ground_(x, y)) ++over;
+    }
+  if (inside == 0) return {};  // narrower than a cell
+  return {v.limits.sizes().prod() * static_cast<double>(inside) / (cells * cells),
+          static_cast<double>(over) / static_cast<double>(inside)};
+}
+
+std::vector<std::string> Design::plan() const {
+  const long n = std::min(planned_members, members_);
+  std::vector<std::string> lines;
+  Draw draw;
+  draw.numbers.resize(columns_.size());
+  draw.texts.resize(columns_.size());
+  for (const Variable& v : variables_) {
+    const auto column = static_cast<std::size_t>(v.column);
+    if (v.vary.kind == Kind::release) {
+      lines.push_back(fmt::format("{}: one place a member in {:.3g} m^2, {} in scene coordinates{}",
+                                  v.vary.key, extent_of(v).area, span_text(v.limits),
+                                  v.turns ? "; random orientation" : ""));
+    } else if (v.vary.kind == Kind::rotation) {
+      lines.push_back(v.vary.key + ": any orientation");
+    } else if (columns_[column].text) {
+      lines.push_back(fmt::format("{}: one of {}", v.vary.key, fmt::join(v.vary.list, ", ")));
+    } else {
+      std::vector<double> values;
+      for (long i = 0; i < n; ++i) {
+        draw_number(v, i, draw);
+        values.push_back(draw.numbers[column][0]);
+      }
+      std::sort(values.begin(), values.end());
+      const std::string unit = columns_[column].unit == "1" ? "" : " " + columns_[column].unit;
+      lines.push_back(fmt::format(
+          "{}: 5 % below {:.4g}{}, half below {:.4g}{}, 5 % above {:.4g}{}{}", v.vary.key,
+          percentile(values, 5), unit, percentile(values, 50), unit, percentile(values, 95), unit,
+          v.vary.like >= 0
+              ? fmt::format("; goes with {}", ensemble_.vary[static_cast<std::size_t>(v.vary.like)].key)
+              : ""));
+    }
+  }
+  return lines;
 }
 
 double Design::coordinate(long index, int dimension) const {
@@ -271,9 +344,8 @@ void Design::draw_release(const Variable& v, long index, Draw& draw) const {
       geometry::remedy_for_degrees({Eigen::Vector2d(v.limits.min() + origin_.head<2>()),
                                     Eigen::Vector2d(v.limits.max() + origin_.head<2>())});
   throw fault({}, v.vary,
-              fmt::format("no place of the area lies over ground; it spans x {:.6g} to {:.6g}, y {:.6g} to "
-                          "{:.6g} in scene coordinates",
-                          v.limits.min().x(), v.limits.max().x(), v.limits.min().y(), v.limits.max().y()),
+              fmt::format("no place of the area lies over ground; it spans {} in scene coordinates",
+                          span_text(v.limits)),
               degrees.empty() ? "give the polygon in the terrain's coordinate system, and site.origin as well"
                               : degrees);
 }

@@ -47,8 +47,12 @@ class Design {
   const std::vector<Column>& columns() const { return columns_; }
   /// Changes that every scene takes before the first place is drawn: it can be read, its blocks lie nowhere.
   scene::Overrides provisional() const;
-  /// From here on releases are drawn, over ground. Throws InputError for an area without any.
-  void place(const scene::Scene& provisional, OverGround ground);
+  /// From here on releases are drawn, over ground. Warnings for areas of which a part has none below. Throws
+  /// InputError for an area without any.
+  std::vector<Problem> place(const scene::Scene& provisional, OverGround ground);
+  /// What each variable draws, a line each: of numbers the 5th, 50th and 95th percentile of the first
+  /// members.
+  std::vector<std::string> plan() const;
   Draw draw(long index) const;
   std::uint64_t seed_of(long index) const;
   /// One sentence for each variable that gave values that its key forbids among the first members, with how
@@ -63,6 +67,10 @@ class Design {
   void draw_number(const Variable& v, long index, Draw& draw) const;
   void draw_release(const Variable& v, long index, Draw& draw) const;
   const Variable* find(const std::string& key) const;
+  struct Extent {
+    double area = 0, over_ground = 1;  // [m^2], share of it
+  };
+  Extent extent_of(const Variable& v) const;
 
   scene::Ensemble ensemble_;
   std::vector<Variable> variables_;

@@ -138,9 +138,11 @@ Ensemble::Ensemble(const std::string& file, const scene::Overrides& overrides)
   for (const StructureSpec& s : provisional.structures) structures_.push_back(s.name);
   lines_ = plan_lines(provisional, crs_);
   check_lines();
-  design_.place(provisional, [this](double x, double y) {
-    return std::isfinite(height_(x, y)) && !(ground_ && ground_->over_hole(x, y));
-  });
+  for (Problem& p : design_.place(provisional, [this](double x, double y) {
+         return std::isfinite(height_(x, y)) && !(ground_ && ground_->over_hole(x, y));
+       }))
+    warnings_.push_back(std::move(p));
+  warn_of_what_is_not_drawn(provisional);
   try_members();
   std::string all = TALUS_VERSION;
   all += template_->toml(forced_) +
@@ -168,6 +170,34 @@ std::vector<std::filesystem::path> Ensemble::inputs() const {
   return paths;
 }
 
+std::vector<std::string> Ensemble::plan() const {
+  std::vector<std::string> lines;
+  lines.push_back(settings_.precision
+                      ? fmt::format("Ensemble: members until the {:g}th percentile of {} at line {} is known "
+                                    "within {:g} of it, at most {}; seed {}.",
+                                    settings_.precision->percentile, settings_.precision->quantity,
+                                    settings_.precision->line, settings_.precision->within, design_.members(),
+                                    settings_.seed)
+                      : fmt::format("Ensemble: {} members, seed {}.", design_.members(), settings_.seed));
+  for (const std::string& drawn : design_.plan()) lines.push_back("  " + drawn);
+  for (const PlanLine& line : lines_) {
+    double length = 0;
+    for (const auto& part : line.parts)
+      for (std::size_t k = 0; k + 1 < part.size(); ++k) length += (part[k + 1] - part[k]).norm();
+    lines.push_back(fmt::format("  Line {}: {:.4g} m, crossings of it are counted.", line.name, length));
+  }
+  for (const std::string& name : structures_)
+    lines.push_back(
+        fmt::format("  Structure {}: members strike it as a rigid surface; talus fragility computes "
+                    "what some of the hits do.",
+                    name));
+  lines.push_back(settings_.releases_per_year > 0
+                      ? fmt::format("  Releases: {:g} a year.", settings_.releases_per_year)
+                      : "  Releases a year: not given (releases_per_year); no return periods, no figures per "
+                        "year.");
+  return lines;
+}
+
 void Ensemble::check_lines() {
   const std::vector<Problem> problems = line_problems(lines_, height_, file_, origin_);
   for (const Problem& p : problems)
@@ -177,6 +207,28 @@ void Ensemble::check_lines() {
       warnings_.push_back(p);
 }
 
+/// Members that begin alike are one draw, whatever their number.
+void Ensemble::warn_of_what_is_not_drawn(const scene::Scene& provisional) {
+  const auto warn = [&](std::string key, std::string rule, std::string remedy) {
+    warnings_.push_back({.severity = Problem::Severity::warning,
+                         .file = file_,
+                         .line = 0,
+                         .column = 0,
+                         .key = std::move(key),
+                         .value = {},
+                         .rule = std::move(rule),
+                         .remedy = std::move(remedy)});
+  };
+  if (design_.members() < 2) return;
+  if (settings_.vary.empty())
+    return warn("ensemble.vary", "nothing is drawn: all members are the same",
+                "add [[ensemble.vary]] for what is uncertain");
+  for (const scene::Block& b : provisional.blocks)
+    if (b.release && !b.release->at && !design_.varies("block." + b.name + ".release"))
+      warn(fmt::format("block.{}.release", b.name), "is not drawn: every member starts at the same places",
+           fmt::format("add [[ensemble.vary]] with key = \"block.{}.release\"", b.name));
+}
+
 /// Worlds of the first members, until one stands: what is wrong with all of them is wrong with the scene.
 void Ensemble::try_members() {
   std::optional<InputError> first;
@@ -184,7 +236,9 @@ void Ensemble::try_members() {
     try {
       const auto world = simulation(i);
       for (const auto& b : world->header().blocks) blocks_.push_back(b.name);
-      for (Problem p : world->world().scene.warnings) warnings_.push_back(std::move(p));
+      for (Problem p : world->world().scene.warnings)
+        // The cells at the strike are those of the coupled runs; members strike rigid surfaces.
+        if (was_rigid_ || !p.key.ends_with(".refine")) warnings_.push_back(std::move(p));
       return;
     } catch (const InputError& error) {
       if (!first) first = as_of_ensemble(error, file_);

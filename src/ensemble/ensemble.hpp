@@ -37,6 +37,8 @@ class Ensemble {
   /// Of the ground in plan, NaN off it.
   double height(double x, double y) const { return height_(x, y); }
   std::vector<std::filesystem::path> inputs() const;
+  /// What will be drawn and counted, a line each: the part of `talus check` that a plain run has not.
+  std::vector<std::string> plan() const;
 
   /// Runs a member; nothing if `stop` became non-zero. From any thread.
   std::optional<Member> run(long index, const std::atomic<int>* stop);
@@ -54,6 +56,7 @@ class Ensemble {
   scene::Overrides overrides(long index) const;
   void check_lines();
   void try_members();
+  void warn_of_what_is_not_drawn(const scene::Scene& provisional);
 
   std::unique_ptr<scene::Template> template_;
   scene::Ensemble settings_;

@@ -400,15 +400,17 @@ class Page {
     for (const Json& b : details_.value("barriers", Json::array())) {
       if (b.value("line", "") != name) continue;
       text +=
-          "<h3>Barrier</h3><table><tr><th scope=\"col\">rule</th><th scope=\"col\">energy, kJ</th><th "
+          "<h3>Barrier</h3><table><tr><th scope=\"col\">rule</th><th scope=\"col\">from</th><th "
+          "scope=\"col\">energy, kJ</th><th "
           "scope=\"col\">height, "
           "m</th><th scope=\"col\">factors</th></tr>";
       for (const Json& v : b["values"]) {
         std::string factors;
         for (const auto& [key, value] : v["factors"].items())
           factors += (factors.empty() ? "" : ", ") + key + " " + number(value);
-        text += "<tr><td>" + io::xml_text(v.value("standard", "")) + "</td><td>" + number(v["energy"], 1e-3) +
-                "</td><td>" + number(v["height"]) + "</td><td>" + io::xml_text(factors) + "</td></tr>";
+        text += "<tr><td>" + io::xml_text(v.value("standard", "")) + "</td><td>" +
+                io::xml_text(v.value("from", "")) + "</td><td>" + number(v["energy"], 1e-3) + "</td><td>" +
+                number(v["height"]) + "</td><td>" + io::xml_text(factors) + "</td></tr>";
       }
       text += "</table><p><small>" + io::xml_text(b.value("note", "")) + "</small></p>";
     }

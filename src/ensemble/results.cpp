@@ -208,12 +208,19 @@ std::string summary_text(const Summary& s) {
                      {"suspect", s.suspect}};
   root["lines"] = Json::array();
   for (const LineSummary& l : s.lines) {
-    Json line{{"name", l.name}, {"crossings", l.crossings}, {"probability", estimate(l.probability)}};
+    Json line{{"name", l.name},
+              {"crossings", l.crossings},
+              {"members", l.members},
+              {"probability", estimate(l.probability)}};
     for (std::size_t q = 0; q < quantities.size(); ++q)
       for (std::size_t p = 0; p < percents.size(); ++p)
         line[quantities[q]][fmt::format("p{:.0f}", percents[p])] = estimate(l.percentiles[q][p]);
     root["lines"].push_back(std::move(line));
   }
+  root["structures"] = Json::array();
+  for (const StructureSummary& h : s.structures)
+    root["structures"].push_back(
+        {{"name", h.name}, {"members", h.members}, {"probability", estimate(h.probability)}});
   return root.dump(2) + "\n";
 }
 
@@ -233,16 +240,32 @@ Summary summarise(const Ensemble& ensemble, const std::vector<Member>& members) 
   for (std::size_t l = 0; l < ensemble.lines().size(); ++l) {
     LineSummary& line = s.lines.emplace_back();
     line.name = ensemble.lines()[l].name;
-    for (const Member& m : members)
-      if (finished(m.status))
-        line.crossings += std::count_if(m.crossings.begin(), m.crossings.end(),
-                                        [&](const Crossing& c) { return c.line == static_cast<int>(l); });
+    for (const Member& m : members) {
+      if (!finished(m.status)) continue;
+      const long rows = std::count_if(m.crossings.begin(), m.crossings.end(),
+                                      [&](const Crossing& c) { return c.line == static_cast<int>(l); });
+      line.crossings += rows;
+      line.members += rows > 0 ? 1 : 0;
+    }
     for (std::size_t q = 0; q < quantities.size(); ++q) {
       const Bootstrap bootstrap(samples_of(briefs, l, q), ensemble.settings().seed, replicated);
       if (q == 0) line.probability = bootstrap.probability();
       const std::vector<Estimate> found = bootstrap.percentiles(percents);
       std::copy(found.begin(), found.end(), line.percentiles[q].begin());
     }
+  }
+  for (std::size_t k = 0; k < ensemble.structures().size(); ++k) {
+    std::vector<Sample> samples;
+    StructureSummary& hit = s.structures.emplace_back();
+    hit.name = ensemble.structures()[k];
+    for (const Member& m : members) {
+      if (!finished(m.status)) continue;
+      const bool struck = std::any_of(m.hits.begin(), m.hits.end(),
+                                      [&](const Hit& h) { return h.structure == static_cast<int>(k); });
+      samples.push_back({.index = m.index, .crosses = struck, .value = 0});
+      hit.members += struck ? 1 : 0;
+    }
+    hit.probability = Bootstrap(samples, ensemble.settings().seed, replicated).probability();
   }
   return s;
 }
@@ -287,15 +310,20 @@ std::string details_text(const Ensemble& ensemble, const std::vector<Member>& me
     if (s.lines[l].crossings == 0) continue;
     Json line{{"line", s.lines[l].name},
               {"note",
-               "from 95th percentiles, partial factors as commonly cited, unverified; heights are of the "
-               "centroid: half of the block and a free border come on top"},
+               "percentiles and partial factors as commonly cited, unverified; heights are of the centroid: "
+               "half of the block and a free border come on top"},
               {"values", Json::array()}};
-    const auto p95 = [&](std::size_t quantity) { return s.lines[l].percentiles[quantity][2].value; };
-    for (const BarrierValue& v :
-         barrier_values(p95(1), mass_at(members, static_cast<int>(l)), p95(0), p95(2))) {
+    const auto percentile_of = [&](std::size_t quantity, std::size_t percent) {
+      return s.lines[l].percentiles[quantity][percent].value;
+    };
+    for (const BarrierValue& v : barrier_values({.speed_95 = percentile_of(1, 2),
+                                 .mass_95 = mass_at(members, static_cast<int>(l)),
+                                 .energy_99 = percentile_of(0, 3),
+                                 .height_95 = percentile_of(2, 2)})) {
       Json factors = Json::object();
       for (const auto& [name, value] : v.factors) factors[name] = value;
       line["values"].push_back({{"standard", v.standard},
+                                {"from", v.from},
                                 {"factors", factors},
                                 {"energy", number(v.energy)},
                                 {"height", number(v.height)}});

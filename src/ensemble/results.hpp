@@ -11,15 +11,23 @@ namespace talus::ensemble {
 
 struct LineSummary {
   std::string name;
-  long crossings = 0;
+  long crossings = 0;  // rows
+  long members = 0;    // finished ones that cross
   Estimate probability;
   std::array<std::array<Estimate, 4>, 3> percentiles;  // of energy, speed, height: p50, p90, p95, p99
+};
+
+struct StructureSummary {
+  std::string name;
+  long members = 0;  // finished ones that hit it
+  Estimate probability;
 };
 
 struct Summary {
   long asked = 0, done = 0, failed = 0, over_limit = 0, suspect = 0;
   double cpu = 0;  // [s]
   std::vector<LineSummary> lines;
+  std::vector<StructureSummary> structures;
 };
 
 /// Of the first `members` members in the directory's journals.

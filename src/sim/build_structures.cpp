@@ -78,6 +78,14 @@ void Builder::add_structures() {
     if (terrain_)
       spec.ground = [ground = env_.terrain.get()](double x, double y) { return ground->height(x, y); };
     possible.push_back(0);
+    if (terrain_ && world_->scene.site) {
+      const std::vector<Problem> mapped =
+          map_coordinate_problems(spec, world_->scene.site->origin, terrain_->surface);
+      if (!mapped.empty()) {
+        add_problems_of(InputError(mapped), spec);
+        continue;
+      }
+    }
     try {
       const StructurePlan plan = plan_structure(spec, model_.gravity);
       if (plan.cells >= large) world_->report("plan: " + plan.text);

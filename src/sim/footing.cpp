@@ -95,4 +95,42 @@ std::vector<Problem> footing_problems(const StructureSpec& spec, std::span<const
   return found;
 }
 
+std::vector<Problem> map_coordinate_problems(const StructureSpec& spec, const Vec3& origin,
+                                             const TriangleSurface& terrain) {
+  constexpr double over_ground = 300;  // no pier is as high [m]
+  std::vector<Problem> found;
+  if (spec.kind == "mesh") return found;
+  Box3 bounds;
+  for (const Vec3& v : terrain.vertices) bounds.extend(v);
+  if (bounds.isEmpty()) return found;
+  const auto error = [&](const std::string& key, std::string value, double origin_taken, std::string remedy) {
+    Problem p;
+    p.key = fmt::format("structure.{}.{}", spec.name, key);
+    p.value = std::move(value);
+    p.rule = fmt::format("is in map coordinates; a scene's are these less site.origin ({:.10g} here)",
+                         origin_taken);
+    p.remedy = std::move(remedy);
+    found.push_back(std::move(p));
+  };
+  const auto inside = [&](const Vec3& at) {
+    return (at.head<2>().array() >= bounds.min().head<2>().array()).all() &&
+           (at.head<2>().array() <= bounds.max().head<2>().array()).all();
+  };
+  const Vec3 less = spec.position - origin;
+  if (!inside(spec.position) && inside(less)) {
+    const bool height = spec.position.z() > bounds.max().z() + over_ground;
+    error(spec.kind == "column" ? "base" : "position",
+          fmt::format("[{:.10g}, {:.10g}, {:.10g}]", spec.position.x(), spec.position.y(), spec.position.z()),
+          origin.x(),
+          fmt::format("write [{:.10g}, {:.10g}, {:.10g}]", less.x(), less.y(),
+                      height ? less.z() : spec.position.z()));
+  }
+  for (const auto& [name, value] : spec.parameters)
+    if (name == "deck_level" && value > bounds.max().z() + over_ground &&
+        value - origin.z() > bounds.min().z() && value - origin.z() < bounds.max().z() + over_ground)
+      error(name, fmt::format("{:.10g}", value), origin.z(),
+            fmt::format("write {:.10g}", value - origin.z()));
+  return found;
+}
+
 }  // namespace talus::sim

@@ -19,4 +19,10 @@ using GroundHeight = std::function<double(const Vec3& at)>;
 std::vector<Problem> footing_problems(const StructureSpec& spec, std::span<const Member> members,
                                       const GroundHeight& ground);
 
+/// Errors for a structure whose place or deck level, given in map coordinates, would be right in those of the
+/// scene: beside the terrain as written, on it less `origin` (site.origin). Found before cells are made: a
+/// deck at its map height stands on piers of a kilometre.
+std::vector<Problem> map_coordinate_problems(const StructureSpec& spec, const Vec3& origin,
+                                             const TriangleSurface& terrain);
+
 }  // namespace talus::sim

@@ -26,10 +26,11 @@ double made(const Outcome& o) {
 }
 
 SceneText blocks(const Method& method, double duration, double interval, double light,
-                 const std::string& more) {
+                 const std::string& more, double friction = 0) {
   SceneText s(method, duration);
   s.history(interval).material("heavy", heavy, more).material("light", light, more).material("ground", 2000);
-  s.interface("*", "*", 0, "normal_stiffness = \"" + number(stiffness) + " Pa/m\"").plane(Vec3::UnitZ());
+  s.interface("*", "*", friction, "normal_stiffness = \"" + number(stiffness) + " Pa/m\"")
+      .plane(Vec3::UnitZ());
   return s;
 }
 
@@ -65,7 +66,9 @@ TEST(LightBetweenHeavy, NoStepMakesEnergyNorLeavesTheLightOneRinging) {
   const double w = std::sqrt(2 * stiffness / light);
   for (const double phase : {1e-2, 1e-1, 0.5, 1.0, 2.0, 5.0, 10.0, 100.0, 1e3, 1e4}) {
     const double h = phase / w;
-    SceneText s = blocks(Method::fixed_step(h), 40 * h, h, light, "");
+    // In 90 s the last digits of a tilt squeeze it out from between smooth faces, as far as it goes.
+    const double friction = phase < 1e4 ? 0 : 0.1;
+    SceneText s = blocks(Method::fixed_step(h), 40 * h, h, light, "", friction);
     s.box("below", Vec3::Ones(), Vec3(0, 0, 0.5), velocity(Vec3(0, 0, 2)), "light");
     s.box("above", Vec3::Ones(), Vec3(0, 0, 1.5), velocity(Vec3(0, 0, -0.1)), "heavy");
     const Outcome o = run_scene(s.str());

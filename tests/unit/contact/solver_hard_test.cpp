@@ -65,6 +65,65 @@ TEST(ContactSolverHard, TouchesThatContradictEachOther) {
   EXPECT_LE(missed, 5);
 }
 
+/// Layers of unit cubes, each on four chips of 1 to 10 mm that lie on the cubes below; a slope along both
+/// sides.
+inline Builder cubes_on_chips(int n, int layers, double mu, const Vec3& velocity, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> unit(0, 1);
+  Builder b;
+  constexpr double thin = 1e-3;
+  std::vector<int> below(static_cast<std::size_t>(n * n), -1);
+  for (int k = 0; k < layers; ++k)
+    for (int j = 0; j < n; ++j)
+      for (int i = 0; i < n; ++i) {
+        const auto place = static_cast<std::size_t>(j * n + i);
+        const Vec3 base(i, j, k * (1 + thin));
+        const int cube = b.box(base + (thin + 0.5) * Z, Vec3::Ones(), 2500, velocity);
+        for (int c = 0; c < 4; ++c) {
+          const double side = thin * std::pow(10.0, unit(random));
+          const Vec3 at = base + Vec3(c % 2 ? 0.4 : -0.4, c / 2 ? 0.4 : -0.4, 0.5 * thin) +
+                          0.05 * Vec3(unit(random), unit(random), 0);
+          const int chip = b.box(at, Vec3(side, side, thin), 2500, velocity);
+          b.patch(below[place], chip, at - 0.5 * thin * Z, 0.5 * side * X, 0.5 * side * Y, Z, mu);
+          b.patch(chip, cube, at + 0.5 * thin * Z, 0.5 * side * X, 0.5 * side * Y, Z, mu);
+        }
+        if (i > 0) b.patch(cube - 5, cube, b.centre[cube] - 0.5 * X, 0.5 * Y, 0.5 * Z, X, mu);
+        below[place] = cube;
+      }
+  return b;
+}
+
+TEST(ContactSolverHard, BouldersOnChips) {
+  // Chips of 1e-9 of a boulder's mass that bear it and slide along: their impulses are boulders', their
+  // round-off as a velocity is far above that of the boulders.
+  for (unsigned seed = 0; seed < 4; ++seed) {
+    Builder b = cubes_on_chips(2 + static_cast<int>(seed % 2), 3, 0.6, 0.01 * Vec3(2, 1, -9.81), seed);
+    expect_solved(b, 1e-7, 1e-5, "seed " + std::to_string(seed));
+  }
+}
+
+TEST(ContactSolverHard, RowsThatContradictEachOtherAreToldByTheirImpulses) {
+  // A cube between two walls that each push it off at 1 mm/s: no velocities leave less than that. Beside it
+  // others that slide.
+  for (const double mu : {0.0, 0.3, 2.0}) {
+    Builder b;
+    for (int i = 0; i < 6; ++i) {
+      const Vec3 at(2 * i, 0, 0);
+      const int cube = b.box(at, Vec3::Ones(), 2500, Vec3(1, 0, -0.1));
+      b.patch(-1, cube, at - 0.5 * Z, 0.5 * X, 0.5 * Y, Z, mu);
+    }
+    for (const double side : {-1.0, 1.0})
+      b.touch(-1, 3, b.centre[3] + 0.5 * side * Y, -side * Y, mu).bias = Vec3(-1e-3, 0, 0);
+    ContactSolver solver;
+    SolveSettings settings;
+    settings.tolerance = 1e-10;
+    const SolveReport report = solver.solve(b.problem, settings);
+    EXPECT_FALSE(report.converged);
+    EXPECT_GT(report.residual, 0.9e-3);
+    EXPECT_LT(report.newton, 40) << mu;
+  }
+}
+
 TEST(ContactSolverHard, WhatSufficesIsNoLastResort) {
   // A search that may not spend more gives up; what it has may be close enough, and counts as solved then.
   int enough = 0;

@@ -1,6 +1,6 @@
 // From hits to damage on a small concrete column, options side by side, and parameters from passages: against
 // what the runs and closed forms say.
-#include "ensemble/fragility.hpp"
+#include "ensemble/fragility/fragility.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -16,8 +16,8 @@
 #include "ensemble/calibrate.hpp"
 #include "ensemble/compare.hpp"
 #include "ensemble/ensemble.hpp"
+#include "ensemble/fragility/strata.hpp"
 #include "ensemble/results.hpp"
-#include "ensemble/strata.hpp"
 #include "helpers/place.hpp"
 
 namespace talus::ensemble {
@@ -182,6 +182,40 @@ TEST(Fragility, ClustersRunsAndProbabilities) {
   EXPECT_EQ(done_again, 0);
   EXPECT_EQ(text_of(place.path() / "two" / "fragility.json"), text_of(out / "fragility.json"));
 
+  // Stopped after eight runs, there is one of each kind of hit, and the figures stand for all; the same
+  // command goes on to the same bytes. A plan of other runs begins anew, whichever of the old ones were
+  // there.
+  const fs::path third = place.path() / "three";
+  fs::copy(out, third, fs::copy_options::recursive);
+  fs::remove_all(third / "fragility");
+  fs::remove(third / "fragility.json");
+  std::atomic<int> stop = 0;
+  FragilityRequest stopped = request_of(third, 1);
+  stopped.stop = &stop;
+  int until = 3;
+  stopped.progress = [&](int done, int) { stop = done == until ? 2 : 0; };
+  const FragilityResult few = write_fragility(stopped);
+  EXPECT_EQ(few.done, 3);
+  EXPECT_LT(json_of(third / "fragility.json")["runs"]["share_of_hits"].get<double>(), 1);
+  ASSERT_FALSE(few.lines.empty());
+  EXPECT_NE(few.lines[0].find("of kinds of which no run is done"), std::string::npos) << few.lines[0];
+  stop = 0, until = 8;
+  const FragilityResult part = write_fragility(stopped);
+  EXPECT_EQ(part.asked, 24);
+  EXPECT_EQ(part.done, 8);
+  EXPECT_EQ(part.failed, 0);
+  const Json so_far = json_of(third / "fragility.json");
+  EXPECT_EQ(so_far["runs"]["done"].get<int>(), 8);
+  EXPECT_EQ(so_far["runs"]["share_of_hits"].get<double>(), 1);
+  for (const Json& c : so_far["clusters"]) EXPECT_EQ(c["done"].get<int>(), 1);
+  write_fragility(request_of(third, 1));
+  EXPECT_EQ(text_of(third / "fragility.json"), text_of(out / "fragility.json"));
+  FragilityRequest fewer = request_of(third, 1);
+  fewer.runs = 3;
+  fs::remove_all(third / "fragility" / "pier-1");
+  write_fragility(fewer);
+  EXPECT_FALSE(fs::exists(third / "fragility" / "pier-20")) << "a run of the earlier plan";
+
   // Beside the same with half as many hits: differences by the root of the sum of squares.
   const fs::path other = place.path() / "slow";
   fs::create_directories(other);
@@ -239,6 +273,27 @@ TEST(Fragility, WhatCannotBeIsSaid) {
   FragilityRequest wrong = request_of(out, 1);
   wrong.structure = "bridge";
   EXPECT_NE(message(wrong).find("name one of: pier"), std::string::npos);
+}
+
+TEST(Fragility, WhatIsAboutToBeComputedIsSaid) {
+  const Place place;
+  std::string elastic = struck;
+  elastic.replace(elastic.find("damage = \"concrete\""), 19, "damage = \"none\"");
+  const fs::path out = place.path() / "out";
+  run_ensemble(place.put("scene.toml", elastic), out);
+  FragilityRequest request = request_of(out, 1);
+  std::vector<std::string> told;
+  std::atomic<int> stop = 1;  // nothing is run
+  request.stop = &stop;
+  request.window = 500;
+  request.tell = [&](const std::string& line) { told.push_back(line); };
+  EXPECT_EQ(write_fragility(request).done, 0);
+  ASSERT_EQ(told.size(), 3u);
+  EXPECT_NE(told[0].find("64 of 72 members hit pier; 24 coupled runs of 500 s for 8 kinds"),
+            std::string::npos)
+      << told[0];
+  EXPECT_NE(told[1].find("--window = 500 s"), std::string::npos) << told[1];
+  EXPECT_NE(told[2].find("no damage class"), std::string::npos) << told[2];
 }
 
 /// A box that slides down a plane of 40 degrees to a line 2 m on in plan: energy and speed there follow from

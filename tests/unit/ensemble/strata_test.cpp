@@ -1,5 +1,5 @@
 // Probabilities from runs in strata: no bias, and an interval that holds what it should.
-#include "ensemble/strata.hpp"
+#include "ensemble/fragility/strata.hpp"
 
 #include <gtest/gtest.h>
 

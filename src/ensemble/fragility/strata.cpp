@@ -1,4 +1,4 @@
-#include "ensemble/strata.hpp"
+#include "ensemble/fragility/strata.hpp"
 
 #include <cmath>
 #include <limits>

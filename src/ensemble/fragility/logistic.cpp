@@ -1,4 +1,4 @@
-#include "ensemble/logistic.hpp"
+#include "ensemble/fragility/logistic.hpp"
 
 #include <algorithm>
 #include <cmath>

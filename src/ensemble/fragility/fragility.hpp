@@ -30,16 +30,18 @@ struct FragilityRequest {
   int threads = 1;
   bool capacity = false;  // each run ends with the push-down of the structure's members
   std::function<void(int done, int asked)> progress;
+  std::function<void(const std::string&)> tell;  // what is about to be computed, and warnings
   const std::atomic<int>* stop = nullptr;
 };
 
 /// What is printed at the end, a line each.
 struct FragilityResult {
   std::vector<std::string> lines;
-  int failed = 0, done = 0;
+  int asked = 0, done = 0, failed = 0;  // coupled runs
 };
 
-/// Writes fragility.json and fragility/RUN/. Goes on with the runs that are there already. Throws InputError.
+/// Writes fragility.json and fragility/RUN/. Goes on with the runs that are there already; stopped, the
+/// figures are those of the runs that are done. Throws InputError.
 FragilityResult write_fragility(const FragilityRequest& request);
 
 }  // namespace talus::ensemble

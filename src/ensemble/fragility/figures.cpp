@@ -1,0 +1,310 @@
+#include "ensemble/fragility/figures.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+
+#include <fmt/format.h>
+
+#include "ensemble/fragility/logistic.hpp"
+#include "ensemble/fragility/strata.hpp"
+#include "ensemble/statistics.hpp"
+
+namespace talus::ensemble {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr int classes = 4;
+constexpr std::array<const char*, classes + 1> class_names{"none", "slight", "moderate", "severe", "lost"};
+constexpr int least_own_runs = 6;  // on a member, of which a curve of its own is made
+/// Days that a bridge is closed by the class of its worst member: an assumption that is written with the
+/// results.
+constexpr std::array<double, classes + 1> closure_days{0, 1, 14, 180, 365};
+
+std::string figure(const Json& p) {
+  return fmt::format("{:.3g} ({:.3g} to {:.3g})", p["value"].get<double>(), p["low"].get<double>(),
+                     p["high"].get<double>());
+}
+
+class Figures {
+ public:
+  explicit Figures(const FragilityRuns& runs) : runs_(runs) {}
+
+  FragilityFigures make() {
+    write_head();
+    write_members();
+    write_classes();
+    write_closure();
+    write_next_run();
+    write_clusters();
+    root_["limits"] = "blocks do not break on impact; other blocks of a member are left out of its window";
+    return {std::move(root_), std::move(result_)};
+  }
+
+ private:
+  void write_head() {
+    double most_force = 0;
+    for (const Outcome& o : runs_.outcomes) {
+      if (!o.good) continue;
+      ++result_.done;
+      most_force = std::max(most_force, o.peak_force);
+      if (names_.empty()) names_ = o.names;
+    }
+    result_.asked = runs_.request.runs;
+    result_.failed = static_cast<int>(runs_.faults.size());
+    root_["structure"] = runs_.request.structure;
+    double seen = 0, all = 0;
+    for (std::size_t i = 0; i < runs_.clusters.size(); ++i) {
+      const auto events = static_cast<double>(runs_.clusters[i].events.size());
+      all += events, seen += done_of(i) > 0 ? events : 0;
+    }
+    root_["runs"] = {{"asked", result_.asked},
+                     {"done", result_.done},
+                     {"failed", result_.failed},
+                     {"window", runs_.request.window},
+                     {"share_of_hits", all > 0 ? seen / all : 0}};
+    if (result_.done > 0 && seen < all)
+      result_.lines.push_back(fmt::format(
+          "{:.0f} % of the hits are of kinds of which no run is done; they are taken as the others",
+          100 * (1 - seen / all)));
+    root_["faults"] = runs_.faults;
+    const Estimate struck = wilson(runs_.hits, runs_.finished);
+    root_["events"] = {{"members", runs_.finished},
+                       {"hits", runs_.hits},
+                       {"probability_of_hit", struck.value},
+                       {"probability_of_hit_interval", {struck.low, struck.high}}};
+    root_["peak_force"] = {{"mean", mean_per_hit([](const Outcome& o) { return o.peak_force; })},
+                           {"largest", most_force}};
+    if (runs_.request.capacity)
+      root_["capacity"] = {{"least_ratio", mean_per_hit([](const Outcome& o) { return o.capacity; })},
+                           {"note",
+                            "capacity now over that as built, of the member of a run with the least; 0: "
+                            "lost; mean over hits"}};
+    root_["classes"] = class_names;
+  }
+
+  void write_members() {
+    root_["members"] = Json::array();
+    for (std::size_t m = 0; m < names_.size(); ++m) root_["members"].push_back(member_curves(names_[m], m));
+  }
+
+  static int worst(const Outcome& o) { return o.worst(); }
+
+  /// Of the structure as a whole: its worst member.
+  void write_classes() {
+    Json per_event = Json::array(), per_year = Json::array();
+    const double yearly = runs_.releases_per_year;
+    at_least_[0] = 1;
+    for (int k = 1; k <= classes; ++k) {
+      const Json p = probability(k, worst);
+      per_event.push_back(p);
+      if (!p["value"].is_number()) continue;  // no run was judged
+      at_least_[static_cast<std::size_t>(k)] = p["value"].get<double>();
+      if (yearly > 0) {
+        Json y = p;
+        for (const char* bound : {"value", "low", "high"})
+          y[bound] = -std::expm1(-yearly * p[bound].get<double>());
+        per_year.push_back(y);
+      }
+      result_.lines.push_back(fmt::format("P(class >= {}, {}) = {} per event", k,
+                                          class_names[static_cast<std::size_t>(k)], figure(p)));
+    }
+    if (per_event.front()["value"].is_null())
+      result_.lines.push_back(
+          fmt::format("no damage class: {} has no damage law (structure.damage), or no run was judged",
+                      runs_.request.structure));
+    else
+      for (const Json& m : root_["members"])
+        result_.lines.push_back(fmt::format("P({} severe) = {} per event", m["name"].get<std::string>(),
+                                            figure(m["per_event"][2])));
+    root_["per_event"] = per_event;
+    if (yearly > 0) root_["per_year"] = per_year;
+  }
+
+  void write_closure() {
+    double closure = 0;
+    for (int k = 1; k <= classes; ++k)
+      closure += closure_days[static_cast<std::size_t>(k)] *
+                 (at_least_[static_cast<std::size_t>(k)] - at_least_[static_cast<std::size_t>(k + 1)]);
+    root_["expected_closure"] = {{"days_per_event", closure},
+                                 {"days_by_class", closure_days},
+                                 {"note", "days of closure by class are an assumption"}};
+    if (runs_.releases_per_year > 0)
+      root_["expected_closure"]["days_per_year"] = runs_.releases_per_year * closure;
+  }
+
+  void write_next_run() {
+    root_["next_run"] = next_run(worst);
+    if (!root_["next_run"].is_null())
+      result_.lines.push_back("One more run narrows most: " + root_["next_run"]["text"].get<std::string>());
+  }
+
+  void write_clusters() {
+    root_["clusters"] = Json::array();
+    for (std::size_t i = 0; i < runs_.clusters.size(); ++i) {
+      const Cluster& c = runs_.clusters[i];
+      const auto [low, high] =
+          std::minmax_element(c.events.begin(), c.events.end(),
+                              [](const Event& a, const Event& b) { return a.height < b.height; });
+      Eigen::Vector2d way = Eigen::Vector2d::Zero();
+      for (const Event& e : c.events) way += Eigen::Vector2d(std::sin(e.direction), std::cos(e.direction));
+      root_["clusters"].push_back({{"struck", c.struck < 0 || c.struck >= static_cast<int>(names_.size())
+                                                  ? Json(nullptr)
+                                                  : Json(names_[static_cast<std::size_t>(c.struck)])},
+                                   {"energy", {c.events.front().energy, c.events.back().energy}},
+                                   {"height", {low->height, high->height}},
+                                   {"mean_direction", std::atan2(way.x(), way.y())},
+                                   {"events", c.events.size()},
+                                   {"runs", c.runs},
+                                   {"done", done_of(i)}});
+    }
+  }
+
+  int done_of(std::size_t cluster) const {
+    int done = 0;
+    for (std::size_t t = 0; t < runs_.tasks.size(); ++t)
+      done += runs_.tasks[t].cluster == static_cast<int>(cluster) && runs_.outcomes[t].good;
+    return done;
+  }
+
+  template <class Grade>
+  std::pair<int, int> counts(std::size_t cluster, int k, Grade grade) const {
+    int x = 0, n = 0;
+    for (std::size_t t = 0; t < runs_.tasks.size(); ++t)
+      if (runs_.tasks[t].cluster == static_cast<int>(cluster) && runs_.outcomes[t].good &&
+          grade(runs_.outcomes[t]) >= 0)
+        ++n, x += grade(runs_.outcomes[t]) >= k;
+    return {x, n};
+  }
+
+  /// Mean over the hits of what runs give, each cluster by its number of hits, with its 95 % interval; runs
+  /// that give none (negative) are left out.
+  template <class Value>
+  Json mean_per_hit(Value value) const {
+    double pooled = 0, all = 0;
+    long spare = 0;
+    std::vector<std::array<double, 3>> sums(runs_.clusters.size(),
+                                            {0, 0, 0});  // number, sum, sum of squares about the mean
+    for (std::size_t t = 0; t < runs_.tasks.size(); ++t)
+      if (runs_.outcomes[t].good && value(runs_.outcomes[t]) >= 0)
+        sums[static_cast<std::size_t>(runs_.tasks[t].cluster)][0] += 1,
+            sums[static_cast<std::size_t>(runs_.tasks[t].cluster)][1] += value(runs_.outcomes[t]);
+    for (std::size_t t = 0; t < runs_.tasks.size(); ++t) {
+      auto& c = sums[static_cast<std::size_t>(runs_.tasks[t].cluster)];
+      if (runs_.outcomes[t].good && value(runs_.outcomes[t]) >= 0)
+        c[2] += std::pow(value(runs_.outcomes[t]) - c[1] / c[0], 2);
+    }
+    for (const auto& c : sums)
+      if (c[0] > 1) pooled += c[2], spare += static_cast<long>(c[0]) - 1;
+    double mean = 0, variance = 0;
+    for (std::size_t i = 0; i < runs_.clusters.size(); ++i)
+      if (sums[i][0] > 0) all += static_cast<double>(runs_.clusters[i].events.size());
+    if (all == 0) return nullptr;
+    for (std::size_t i = 0; i < runs_.clusters.size(); ++i) {
+      if (sums[i][0] == 0) continue;
+      const double w = static_cast<double>(runs_.clusters[i].events.size()) / all;
+      mean += w * sums[i][1] / sums[i][0];
+      if (spare > 0) variance += w * w * pooled / static_cast<double>(spare) / sums[i][0];
+    }
+    if (spare == 0) return {{"value", mean}, {"low", nullptr}, {"high", nullptr}};
+    const double half = 1.959963984540054 * std::sqrt(variance);
+    return {{"value", mean}, {"low", std::max(0.0, mean - half)}, {"high", mean + half}};
+  }
+
+  /// P(class >= k) per event of the ensemble: that of a hit times that of the class given one.
+  template <class Grade>
+  Json probability(int k, Grade grade) const {
+    const Estimate given = stratified(strata(k, grade));
+    const Estimate p = product(wilson(runs_.hits, runs_.finished), given);
+    if (!std::isfinite(given.value))
+      return {{"class", k}, {"value", nullptr}, {"low", nullptr}, {"high", nullptr}};
+    return {{"class", k}, {"value", p.value}, {"low", p.low}, {"high", std::min(1.0, p.high)}};
+  }
+
+  template <class Grade>
+  std::vector<Stratum> strata(int k, Grade grade) const {
+    std::vector<Stratum> all;
+    for (std::size_t c = 0; c < runs_.clusters.size(); ++c) {
+      const auto [x, n] = counts(c, k, grade);
+      all.push_back({static_cast<double>(runs_.clusters[c].events.size()), x, n});
+    }
+    return all;
+  }
+
+  Json member_curves(const std::string& name, std::size_t m) const {
+    const auto grade = [m](const Outcome& o) { return m < o.grade.size() ? o.grade[m] : -1; };
+    Json member{{"name", name}, {"per_event", Json::array()}, {"curves", Json::array()}};
+    // Of the hits on this member, if there are enough of them; else of all.
+    int own = 0;
+    for (std::size_t t = 0; t < runs_.tasks.size(); ++t)
+      own += runs_.outcomes[t].good && runs_.tasks[t].event->struck == static_cast<int>(m);
+    const bool only_own = own >= least_own_runs;
+    for (int k = 1; k <= classes; ++k) {
+      member["per_event"].push_back(probability(k, grade));
+      std::vector<double> x;
+      std::vector<int> y;
+      for (std::size_t t = 0; t < runs_.tasks.size(); ++t) {
+        if (!runs_.outcomes[t].good || grade(runs_.outcomes[t]) < 0 || !(runs_.tasks[t].event->energy > 0) ||
+            (only_own && runs_.tasks[t].event->struck != static_cast<int>(m)))
+          continue;
+        x.push_back(std::log(runs_.tasks[t].event->energy));
+        y.push_back(grade(runs_.outcomes[t]) >= k);
+      }
+      Json curve{{"class", k},
+                 {"hits", only_own ? "on this member" : "anywhere"},
+                 {"runs", x.size()},
+                 {"reached", std::accumulate(y.begin(), y.end(), 0)}};
+      const Logistic fit = fit_logistic(x, y);
+      curve["fitted"] = fit.fitted;
+      if (fit.fitted) {
+        curve["law"] = "P = 1 / (1 + exp(-(a + b ln(E / 1 J))))";
+        curve["a"] = fit.a, curve["b"] = fit.b;
+        curve["goodness"] = {
+            {"deviance", fit.deviance}, {"null_deviance", fit.null_deviance}, {"brier", fit.brier}};
+        const auto [low, high] = std::minmax_element(x.begin(), x.end());
+        for (int q = 0; q <= 20; ++q) {
+          const double at = *low + (*high - *low) * q / 20;
+          const Logistic::Band band = fit.at(at);
+          curve["energy"].push_back(std::exp(at)), curve["probability"].push_back(band.value),
+              curve["low"].push_back(band.low), curve["high"].push_back(band.high);
+        }
+      }
+      member["curves"].push_back(std::move(curve));
+    }
+    return member;
+  }
+
+  /// The cluster in which one more run takes most off the variance of P(class >= 3).
+  template <class Grade>
+  Json next_run(Grade grade) const {
+    double most = 0;
+    std::size_t best = 0;
+    const std::vector<Stratum> all = strata(3, grade);
+    for (std::size_t c = 0; c < runs_.clusters.size(); ++c)
+      if (const double gain = variance_gain(all, c); gain > most) most = gain, best = c;
+    if (!(most > 0)) return nullptr;
+    const Cluster& c = runs_.clusters[best];
+    const std::string where = c.struck >= 0 && c.struck < static_cast<int>(runs_.members.size())
+                                  ? runs_.members[static_cast<std::size_t>(c.struck)].name
+                                  : runs_.request.structure;
+    return {{"cluster", best},
+            {"variance_gain", most},
+            {"text", fmt::format("a hit on {} with {:.4g} to {:.4g} kJ ({} events, {} runs)", where,
+                                 c.events.front().energy / 1e3, c.events.back().energy / 1e3, c.events.size(),
+                                 done_of(best))}};
+  }
+
+  const FragilityRuns& runs_;
+  Json root_;
+  FragilityResult result_;
+  std::vector<std::string> names_;              // of the structure's members
+  std::array<double, classes + 2> at_least_{};  // P(class >= k) per event
+};
+
+}  // namespace
+
+FragilityFigures figures_of(const FragilityRuns& runs) { return Figures(runs).make(); }
+
+}  // namespace talus::ensemble

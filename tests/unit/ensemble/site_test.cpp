@@ -1,0 +1,238 @@
+// Files around an ensemble as a user brings them: areas beside the terrain, structures in map coordinates,
+// what is forgotten; what the plan says of it.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include <unistd.h>
+
+#include "core/error.hpp"
+#include "ensemble/barrier.hpp"
+#include "ensemble/ensemble.hpp"
+#include "ensemble/fragility/hits.hpp"
+#include "ensemble/results.hpp"
+
+namespace talus::ensemble {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A level grid of 41 x 41 nodes of 5 m at 1200 m, from map coordinates (652300, 5241800), and an area of
+/// 40 x 20 m from (`x`, 5241900) on.
+class Site {
+ public:
+  explicit Site(double x = 652400) {
+    std::string name = (fs::temp_directory_path() / "talus-site-XXXXXX").string();
+    path_ = ::mkdtemp(name.data());
+    std::ofstream grid(path_ / "dem.asc");
+    grid << "ncols 41\nnrows 41\nxllcenter 652300\nyllcenter 5241800\ncellsize 5\nNODATA_value -9999\n";
+    for (int i = 0; i < 41; ++i) {
+      for (int j = 0; j < 41; ++j) grid << "1200 ";
+      grid << "\n";
+    }
+    std::ofstream area(path_ / "source.geojson");
+    area.precision(12);
+    area << R"({"type": "Polygon", "coordinates": [[[)" << x << ", 5241900], [" << x + 40 << ", 5241900], ["
+         << x + 40 << ", 5241920], [" << x << ", 5241920], [" << x << ", 5241900]]]}";
+  }
+  ~Site() { fs::remove_all(path_); }
+  fs::path scene(const std::string& more) const {
+    std::ofstream(path_ / "scene.toml") << R"(schema = 1
+[simulation]
+duration = "1 s"
+[site]
+terrain = "dem.asc"
+material = "slope"
+origin = [652300, 5241800, 1150]
+crs = "EPSG:32632"
+[[material]]
+name = "rock"
+density = 2600
+[[material]]
+name = "C40"
+f_cm = "48 MPa"
+[[interface]]
+between = ["*", "*"]
+friction = 0.6
+normal_stiffness = "hard"
+[[block]]
+name = "B"
+material = "rock"
+shape = "sphere"
+volume = 1
+release = { polygon = "source.geojson", height = "0.5 m" }
+[output]
+report = false
+[ensemble]
+members = 70
+)" << more;
+    return path_ / "scene.toml";
+  }
+
+ private:
+  fs::path path_;
+};
+
+const std::string drawn = "[[ensemble.vary]]\nkey = \"block.B.release\"\n";
+
+std::vector<std::string> warnings_of(const Ensemble& ensemble) {
+  std::vector<std::string> texts;
+  for (const Problem& p : ensemble.warnings()) texts.push_back(p.str());
+  return texts;
+}
+
+bool any_holds(const std::vector<std::string>& texts, const std::string& part) {
+  return std::any_of(texts.begin(), texts.end(),
+                     [&](const std::string& t) { return t.find(part) != std::string::npos; });
+}
+
+std::string refusal(const fs::path& scene) {
+  try {
+    const Ensemble ensemble(scene.string(), {});
+  } catch (const InputError& error) { return error.what(); }
+  return {};
+}
+
+TEST(Site, AnAreaThatIsInPartBesideTheTerrainIsToldWithItsShare) {
+  const Site inside;
+  EXPECT_TRUE(warnings_of(Ensemble(inside.scene(drawn).string(), {})).empty());
+  // The grid ends at 652500; 30 m of 40 lie beyond.
+  const Site beside(652490);
+  const auto told = warnings_of(Ensemble(beside.scene(drawn).string(), {}));
+  ASSERT_EQ(told.size(), 1u);
+  EXPECT_TRUE(any_holds(told, "block.B.release.polygon")) << told[0];
+  EXPECT_TRUE(any_holds(told, "75 % of the area has no ground below")) << told[0];
+}
+
+TEST(Site, WhatIsNotDrawnIsTold) {
+  const Site site;
+  EXPECT_TRUE(any_holds(warnings_of(Ensemble(site.scene("").string(), {})), "all members are the same"));
+  const auto told = warnings_of(
+      Ensemble(site.scene("[[ensemble.vary]]\nkey = \"block.B.volume\"\nuniform = [1, 2]\n").string(), {}));
+  EXPECT_TRUE(any_holds(told, "every member starts at the same places"));
+  EXPECT_TRUE(any_holds(told, "key = \"block.B.release\""));
+}
+
+TEST(Site, ThePlanSaysWhatIsDrawnAndCounted) {
+  const Site site;
+  const Ensemble ensemble(site.scene(drawn + R"([[ensemble.vary]]
+key = "block.B.volume"
+uniform = ["1 m^3", "3 m^3"]
+[[line]]
+name = "road"
+points = [[10, 20], [110, 20]]
+)")
+                              .string(),
+                          {});
+  const std::vector<std::string> plan = ensemble.plan();
+  EXPECT_TRUE(any_holds(plan, "70 members, seed 1"));
+  EXPECT_TRUE(any_holds(plan, "block.B.release: one place a member in 800 m^2, x 100 to 140, y 100 to 120"));
+  EXPECT_TRUE(any_holds(plan, "block.B.volume: 5 % below 1."));
+  EXPECT_TRUE(any_holds(plan, " m^3, half below "));
+  EXPECT_TRUE(any_holds(plan, "Line road: 100 m"));
+  EXPECT_TRUE(any_holds(plan, "Releases a year: not given"));
+}
+
+const std::string viaduct = R"([[structure]]
+name = "bridge"
+kind = "viaduct"
+material = "C40"
+position = [60, 40, 0]
+spans = 2
+span_length = "20 m"
+deck_level = 65
+pier_width = "2 m"
+pier_depth = "2 m"
+deck_width = "6 m"
+deck_depth = "1 m"
+cell_size = "1 m"
+)";
+
+std::string changed(std::string text, const std::string& from, const std::string& to) {
+  return text.replace(text.find(from), from.size(), to);
+}
+
+TEST(Site, AViaductInMapCoordinatesIsRefusedWithThoseOfTheScene) {
+  const Site site;
+  EXPECT_EQ(refusal(site.scene(drawn + viaduct)), "");
+  const std::string high = refusal(site.scene(drawn + changed(viaduct, "level = 65", "level = 1215")));
+  EXPECT_NE(high.find("structure.bridge.deck_level = 1215: is in map coordinates"), std::string::npos)
+      << high;
+  EXPECT_NE(high.find("write 65"), std::string::npos) << high;
+  const std::string far =
+      refusal(site.scene(drawn + changed(viaduct, "[60, 40, 0]", "[652360, 5241840, 0]")));
+  EXPECT_NE(far.find("structure.bridge.position"), std::string::npos) << far;
+  EXPECT_NE(far.find("write [60, 40, 0]"), std::string::npos) << far;
+  // Beside the terrain either way: no more is known than that.
+  const std::string lost = refusal(site.scene(drawn + changed(viaduct, "[60, 40, 0]", "[400, 40, 0]")));
+  EXPECT_EQ(lost.find("map coordinates"), std::string::npos) << lost;
+  EXPECT_NE(lost.find("no height under this pier"), std::string::npos) << lost;
+}
+
+TEST(Site, CellsAtTheStrikeAreNoMatterOfMembers) {
+  const Site site;
+  const Ensemble ensemble(
+      site.scene(drawn + viaduct + "[[structure.refine]]\nwhere = \"impact\"\ncell_size = \"0.5 m\"\n")
+          .string(),
+      {});
+  EXPECT_FALSE(any_holds(warnings_of(ensemble), "refine"));
+}
+
+TEST(Site, HitsOnAStructureAreInTheSummary) {
+  const Site site;
+  // Spheres that fly at the pier from 20 m, or away from it.
+  Ensemble ensemble(site.scene(R"([[ensemble.vary]]
+key = "block.B.velocity"
+list = [[30, 0, 0], [30, 0, 0], [-30, 0, 0]]
+[[structure]]
+name = "pier"
+kind = "column"
+material = "C40"
+base = [60, 40, 50]
+section = [4, 4]
+height = 12
+cell_size = "2 m"
+)")
+                        .string(),
+                    {{"block.B.release.at", "[40, 40]"},
+                     {"block.B.release.count", "1"},
+                     {"ensemble.design", "\"factorial\""},
+                     {"ensemble.members", "6"}});
+  const fs::path out = fs::path(site.scene("")).parent_path() / "out";
+  fs::create_directories(out);
+  ensemble::Run run;
+  run.directory = out;
+  run.meet = [] {};
+  const Summary summary = write_results(ensemble, out, run_members(ensemble, run));
+  ASSERT_EQ(summary.structures.size(), 1u);
+  EXPECT_EQ(summary.structures[0].name, "pier");
+  EXPECT_EQ(summary.structures[0].members, 4);
+  EXPECT_NEAR(summary.structures[0].probability.value, 4.0 / 6, 1e-12);
+  EXPECT_NEAR(summary.structures[0].probability.low, wilson(4, 6).low, 1e-12);
+}
+
+// E_d and h_d by hand of the factors that stand with them.
+TEST(Barrier, EnergyOfTheNinetyNinthHeightOfTheNinetyFifthPercentile) {
+  const auto values = barrier_values({.speed_95 = 20, .mass_95 = 1000, .energy_99 = 400e3, .height_95 = 3});
+  ASSERT_EQ(values.size(), 4u);
+  EXPECT_NEAR(values[0].energy, 0.5 * (1000 * 1.1) * std::pow(20 * 1.1 * 1.02, 2) * 1.05, 1e-6);
+  EXPECT_NEAR(values[0].height, 3 * 1.1 * 1.02, 1e-12);
+  EXPECT_NEAR(values[2].energy, 400e3 * 1.05, 1e-6);
+  EXPECT_NEAR(values[2].height, 3 * 1.10, 1e-12);
+  EXPECT_EQ(values[2].from, "energy p99, height p95");
+}
+
+TEST(Hits, RunsGoRoundTheKindsOfHit) {
+  std::vector<Task> tasks;
+  for (int cluster = 0; cluster < 3; ++cluster)
+    for (int turn = 0; turn < 3 - cluster; ++turn) tasks.push_back({.cluster = cluster, .turn = turn});
+  std::vector<int> clusters;
+  for (const std::size_t k : order_of_runs(tasks)) clusters.push_back(tasks[k].cluster);
+  EXPECT_EQ(clusters, (std::vector<int>{0, 1, 2, 0, 1, 0}));
+}
+
+}  // namespace
+}  // namespace talus::ensemble
