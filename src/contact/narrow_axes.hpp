@@ -1,8 +1,8 @@
 /// Separating axes of two convex polyhedra: face normals and cross products of edges. Internal to
 /// src/contact.
 ///
-///   gap(n) = min n . x_B - max n . x_A,   largest over the axes: the distance where it is positive, less the
-///   least overlap where not
+///   gap(n) = min n . x_B - max n . x_A,   largest over the axes: the distance where it is positive,
+///                                         less the least overlap where not
 #pragma once
 #include <limits>
 

@@ -3,11 +3,11 @@
 /// A pair of features is a contact if it is close and the normal lies in the normal cones of both, that is,
 /// if the pair is locally the closest:
 ///
-///   vertex v of B, face f of A:   v projects into f,  0 <= gap <= margin                       normal n_f
-///   vertex v of A, face f of B:   the same with the roles exchanged                            normal -n_f
-///   convex edges e_A, e_B:        closest points inside both, n in the arcs of both            normal +-(e_A
-///   x e_B) vertex-edge, vertex-vertex:   separated, direction inside both cones                       normal
-///   = direction
+///   vertex v of B, face f of A:  v projects into f,  0 <= gap <= margin              normal n_f
+///   vertex v of A, face f of B:  the same with the roles exchanged                   normal -n_f
+///   convex edges e_A, e_B:       closest points inside both, n in the arcs of both   normal +-(e_A x e_B)
+///   vertex-edge, vertex-vertex:  separated, direction inside both cones              normal = direction
+///
 ///
 /// Sides between coplanar triangles are no edges, hence no internal-edge hits: every normal is the normal of
 /// a true feature of the surface. A vertex behind the surface takes the nearest face that its cone admits.

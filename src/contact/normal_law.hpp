@@ -1,20 +1,26 @@
 /// Normal force of a sprung contact over its indentation x (x <= 0: no force).
 ///
-///   linear     F = k x (below 0 as well: a row cuts it, p >= 0)         k of the contact point [N/m]
-///              F = k x + g x^3 at a corner whose area grows as it sinks  g: [N/m^3], nil elsewhere
-///   hertz      F = k s^(3/2),  k = 4/3 E* sqrt(R)                       sphere of radius R on a half-space
-///   [hertz1882]
-///              s = x + c F: c is what the cell touched gives on its own, which Hertz's law holds already; at
-///              a fixed surface 0 [m/N]
-///   crushing   F = f(x) - f(max(y, x - p A/k)),  f(x) = k x + g x^3      y: crushed for good, p: pressure,
-///   A: area; with g = 0 it is min(k (x - y), p A)
-///              columns of the area that x has come through, A + 3 x^2 A g/k, each elastic up to p: a corner
-///              crushes p times the volume that it sinks into with a pressure that grows by G for each metre
-///              crushed, over a thickness H:  k_A (s - y) = p + G y, y <= H, in each column of stiffness k_A
-///              per area, so that F = f(x) - max(f(y), (1 - r) (f(x - p/k_A) - f(x - p/k_A - H/(1 - r)))),  r
-///              = G/(k_A + G), f(x) = 0 for x < 0
-///   table      F linear between the points, the last slope beyond them
-///   bed        the sum over the columns below a block (contact/bed.hpp), linear or crushing
+///   linear    F = k x (below 0 as well: a row cuts it, p >= 0)
+///             F = k x + g x^3 at a corner whose area grows as it sinks
+///   hertz     F = k s^(3/2),  k = 4/3 E* sqrt(R),  s = x + c F                              [hertz1882]
+///   crushing  F = f(x) - f(max(y, x - p A/k)),  f(x) = k x + g x^3
+///             with a pressure that grows, and an end:
+///             F = f(x) - max(f(y), (1 - r) (f(x - p/k_A) - f(x - p/k_A - H/(1 - r)))),  r = G/(k_A + G)
+///   table     F linear between the points, the last slope beyond them
+///   bed       the sum over the columns below a block (contact/bed.hpp), linear or crushing
+///
+///   k     stiffness of the contact point                        [N/m], hertz [N/m^1.5]
+///   g     growth of its area, nil but at corners                [N/m^3]
+///   R     radius of a sphere on a half-space                    [m]
+///   c     compliance of the cell touched, which Hertz's law holds already; 0 at a fixed surface [m/N]
+///   y     crushed for good                                      [m]
+///   p, A  pressure that crushes, area at x = 0                  [Pa], [m^2]
+///   k_A   stiffness per area, k / A                             [Pa/m]
+///   G, H  growth of the pressure by depth, thickness crushed    [Pa/m], [m]
+///
+/// With g = 0 crushing is min(k (x - y), p A). A corner is made of columns of the area that x has come
+/// through, A + 3 x^2 A g/k, each elastic up to p: it crushes p times the volume that it sinks into. Columns
+/// with G and H follow k_A (s - y) = p + G y, y <= H; f(x) = 0 for x < 0.
 ///
 /// A step of a curved law from x0 to x1 takes the mean force (W(x1) - W(x0)) / (x1 - x0), the discrete
 /// gradient of the work W(x) = int_0^x F: its work is then exactly the change of W, whether the contact opens

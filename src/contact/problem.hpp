@@ -7,15 +7,15 @@
 ///   C_i = { p_n >= -T_i, |p_t| <= mu_i p_n + c_i }: the Coulomb cone, its apex moved by cohesion, cut off in
 ///   tension.
 ///
-/// symbol   meaning                                                              unit          shape
-/// v        generalised velocities at the end of the step                        m/s, rad/s    sum of ndof
-/// v_hat    the same without contact (free flow)                                  m/s, rad/s
-/// A        block-diagonal SPD generalised mass of the step                      kg, kg m^2    ndof x ndof
-/// per body J_i      contact-frame relative velocity, row 0 normal (opening > 0), rows 1-2 tangential    3 x
-/// ndof per touched body b_i      bias: restitution, gap / h, spring terms                             m/s 3
-/// R_i      diagonal compliance (0 = hard)                                       m/s per N s   3
-/// mu_i     friction coefficient; c_i, T_i cohesion and tension impulses         1, N s
-/// p_i      impulse on the second body along the normal frame                    N s           3
+/// symbol   meaning                                                   unit         shape
+/// v        generalised velocities at the end of the step             m/s, rad/s   sum of ndof
+/// v_hat    the same without contact (free flow)                      m/s, rad/s
+/// A        block-diagonal SPD generalised mass of the step           kg, kg m^2   ndof x ndof per body
+/// J_i      relative velocity: normal (opening > 0), two tangents                  3 x ndof per touched body
+/// b_i      bias: restitution, gap / h, spring terms                  m/s          3
+/// R_i      diagonal compliance (0 = hard)                            m/s per N s  3
+/// mu_i     friction coefficient; c_i, T_i cohesion and tension impulses   1, N s
+/// p_i      impulse on the second body along the normal frame         N s          3
 ///
 /// Friction regions: open (no impulse), stick, slip: the states of Table 1 of the rockfall paper. The convex
 /// problem alone is associated flow; exact Coulomb follows from the De Saxce shift [desaxce1998], which is on

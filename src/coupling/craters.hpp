@@ -2,16 +2,16 @@
 /// the block that presses there, a plane.
 ///
 ///   y = y_0 + y_a a + y_b b     crushed for good at (a, b) along the face's axes from its middle [m]
-///   s = d - max(0, y)           compression of the columns (contact/bed.hpp), linear as is the depth d below
-///   a facet [m]
+///   s = d - max(0, y)           compression of the columns (contact/bed.hpp) [m]
+///   d                           depth below a facet, linear as y is [m]
 ///
 /// With y the energy 1/2 k int s^2 dA is one of where the block lies: however it turns, the columns give back
 /// what they took. Beyond L = p/k they are crushed, and the plane goes along. Over the columns C that were
 /// crushed or are, with g = s - L and g_0 the least of it,
 ///
-///   dy = g                                                                    if g_0 >= 0: all of them yield
-///   dy = a (g - g_0),  a = int g (g - g_0) dA / int (g - g_0)^2 dA, a >= 0    where one side sinks and the
-///   other rises, over what presses
+///   dy = g                                          if g_0 >= 0: all of them yield
+///   dy = a (g - g_0) >= 0                           where one side sinks and the other rises,
+///        a = int g (g - g_0) dA / int (g - g_0)^2 dA, over what presses
 ///
 /// dy is nowhere negative, makes the mean pressure of C at most p, and takes k int s dy dA = p int dy dA from
 /// the springs but for order two: that is what is crushed. Again without motion it is nil.

@@ -1,13 +1,14 @@
 /// Design formulas for the impact of a falling block, as cross-checks of a computed contact force. They need
 /// no run and no model.
 ///
-///   Hertz        F = (4/3 E* sqrt R)^(2/5) (5/2 W)^(3/5)                         peak, elastic half-space,
-///   closed form Labiouse     F = 1.765 M_E^(2/5) R^(1/5) W^(3/5)                             peak, on a
-///   cushion      [labiouse1996] Japan        F = 2.108 (m g)^(2/3) lambda^(2/5) H^(3/5) alpha, in kN and m
-///   peak, on a cushion      [jra2000] Switzerland  F = 2.8 e^(-1/2) R^(7/10) M_E^(2/5) tan(phi) W^(3/5)
-///   equivalent static       [astra2008] EN 1991-1-7  F = v sqrt(k m) peak, hard impact       [en1991-1-7,
-///   C.1] EN 1992-1-1  V_Rd = v_Rd,c u_1 d, at most v_Rd,max u_0 d                     resistance to punching
-///   [en1992-1-1, 6.4]
+///   Hertz        F = (4/3 E* sqrt R)^(2/5) (5/2 W)^(3/5)               peak, elastic half-space, closed form
+///   Labiouse     F = 1.765 M_E^(2/5) R^(1/5) W^(3/5)                   peak, cushion        [labiouse1996]
+///   Japan        F = 2.108 (m g)^(2/3) lambda^(2/5) H^(3/5) alpha      peak, cushion              [jra2000]
+///                in kN and m
+///   Switzerland  F = 2.8 e^(-1/2) R^(7/10) M_E^(2/5) tan(phi) W^(3/5)  equivalent static        [astra2008]
+///   EN 1991-1-7  F = v sqrt(k m)                                       peak, hard impact  [en1991-1-7, C.1]
+///   EN 1992-1-1  V_Rd = v_Rd,c u_1 d, at most v_Rd,max u_0 d           resistance to punching
+///                                                                                          [en1992-1-1, 6.4]
 ///                u_1 at 2d, as far as it lies within the member; none of a member narrower than 5d that it
 ///                does not fit into (5.3.1: no slab)
 ///

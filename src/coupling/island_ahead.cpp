@@ -4,17 +4,17 @@
 // stops, a bond that breaks show in the accelerations that the contacts allow at its end, wherever in the
 // step they happen:
 //
-//   e = max(t_c, h) h |a - (a_0 + a_1) / 2|,     a = (v_np - v_n) / h,     accepted if  e <= eta =
-//   accuracy^(3/2) r
+//   e = max(t_c, h) h |a - (a_0 + a_1) / 2|,   a = (v_np - v_n) / h
+//   accepted if  e <= eta = accuracy^(3/2) r
 //
 // The trapezoid of smooth motion has e = O(h^3); an event at the middle of a step has the velocity error h
 // |a_1 - a_0|, which acts over the time t_c in which a fall takes up what is off. a_0 and a_1 solve the
 // contact problem of accelerations over the closed contacts, those whose gap is within the touch band and
 // whose normal velocity is below v_o:
 //
-//   A (a - a_free) = sum J^T f,    0 <= f_n  _|_  J_n a + c_n >= 0,    f_t by Coulomb: against the slip where
-//   |u_t| > v_o, else against the slip to be c = n . (x''_b - x''_a) + 2 n' . (x'_b - x'_a)    centripetal
-//   accelerations and the turning of the normal
+//   A (a - a_free) = sum J^T f,   0 <= f_n  _|_  J_n a + c_n >= 0
+//   f_t by Coulomb: against the slip where |u_t| > v_o, else against the slip to be
+//   c = n . (x''_b - x''_a) + 2 n' . (x'_b - x'_a)   centripetal accelerations, turning of the normal
 //
 // symbol   meaning                                                          unit
 // a        generalised acceleration                                         m/s^2, rad/s^2

@@ -4,18 +4,18 @@
 // (island_project.cpp). Two bodies can have come into each other by no more than they moved against each
 // other in the step, beside what they were in each other at its start:
 //
-//   |d_i| <= L_i (max over partners j of (s_i + s_j) + sum over pairs of o),     s = |c_np - c_n| + r |F_np -
-//   F_n| + g h^2
-// beside an overlap of 1e-9 of the block size on either side, which counts as
-// contact::tolerances().overlap_none.
-//   L = (1 + (1 + r^2/k^2)^(1/2)) / 2:  a contact that is moved by d, with a lever about the centroid, moves
-//   no point of its block farther than L d
+//   |d_i| <= L_i (max over partners j of (s_i + s_j) + sum over pairs of o)
+//   s = |c_np - c_n| + r |F_np - F_n| + g h^2,   L = (1 + (1 + r^2/k^2)^(1/2)) / 2
 //
-// symbol   meaning                                                                  unit
-// d_i      farthest way of a point of body i by the correction                      m
-// s        way of its farthest point in the step, and what a fall may have added; of a structure that of its
-// skin    m r, k     radius of the block; its largest radius of gyration                      m o deepest
-// overlap of a pair's hard contacts at the start of the step, which add up along a column    m
+// beside an overlap of 1e-9 of the block size on either side, contact::tolerances().overlap_none. L: a
+// contact that is moved by d, with a lever about the centroid, moves no point of its block farther than L d.
+//
+// symbol   meaning                                                                   unit
+// d_i      farthest way of a point of body i by the correction                       m
+// s        way of its farthest point in the step, and what a fall may have added     m
+//          (of a structure that of its skin)
+// r, k     radius of the block; its largest radius of gyration                       m
+// o        deepest overlap of a pair's hard contacts at the start of the step        m
 //
 // A correction beyond that answers to no motion: contact rows that contradict each other, of concave scans
 // wedged between faces of terrain, say, have solutions of any size. Drift falls with the square of the step

@@ -14,9 +14,9 @@
 // Strain rates of blocks at a structure in explicit steps. The state holds them at full steps, as everywhere;
 // within the step they are those of the half steps before and after, like the structure's velocities:
 //
-//   (S + h^2 K / 4) epsdot_- = S epsdot_n + h/2 K eps_n             S: mass of the strains at constant
-//   angular momentum the step (dda::FlowRule::leapfrog)                              epsdot_+ S epsdot_np =
-//   (S + h^2 K / 4) epsdot_+ - h/2 K eps_np
+//   (S + h^2 K / 4) epsdot_- = S epsdot_n + h/2 K eps_n      S: mass of the strains at constant momentum
+//   the step (dda::FlowRule::leapfrog) from epsdot_- to epsdot_+
+//   S epsdot_np = (S + h^2 K / 4) epsdot_+ - h/2 K eps_np
 //
 // Without impulses that is the trapezoid, A = S + h^2 K / 4. An impulse p at n changes epsdot_n by A^-1 p,
 // epsdot_+ by A^-1 S A^-1 p: so it brings p . (epsdot_- + epsdot_+) / 2 for any step. With the trapezoid's

@@ -1,11 +1,11 @@
 // Rolling and drilling resistance: couples about the tangents and about the normal of a contact.
 //
-//   |m_t| <= mu_r R p_n,   m_t opposite to the rolling velocity (w_b - w_a)_t     R = equivalent radius; of
-//   two blocks R_a R_b / (R_a + R_b) |m_n| <= mu_d R p_n,   m_n opposite to the drilling velocity (w_b -
-//   w_a)_n
+//   |m_t| <= mu_r R p_n   m_t opposite to the rolling velocity (w_b - w_a)_t
+//   |m_n| <= mu_d R p_n   m_n opposite to the drilling velocity (w_b - w_a)_n
+//   |m_t| <= d p_n        of a face that bounces on springs, p_n over the face
 //
-//   |m_t| <= d p_n,        of a face that bounces on springs, p_n over the face; d = 0.1 accuracy L, the part
-//   of the block size that the place of its force is not known to
+// R: equivalent radius, of two blocks R_a R_b / (R_a + R_b). d = 0.1 accuracy L: the part of the block size
+// that the place of the face's force is not known to.
 //
 // The last holds what the accuracy does not see: a face that comes flat and bounces turns a tilt into a spin,
 // w_r t_f times it by the next bounce (w_r: frequency of its rocking, t_f: time of flight), so that light

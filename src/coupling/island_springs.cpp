@@ -1,17 +1,17 @@
 // Contact springs: which rule a step uses for each, and how long it may be.
 //
-//   spring_mean   p = -h k (g_n + g_np) / 2, trapezoid of the positions: order 2, keeps energy, for a step
-//   that resolves the spring spring_end    p = -h k g_np, positions and strains by the velocities at the end
-//   (dda::FlowRule::implicit_end): L-stable, rests where it
-//                 is, takes the energy of what it does not resolve, booked as algorithmic; beside blocks of
-//                 the trapezoid: island_quasistatic.cpp
+//   spring_mean  p = -h k (g_n + g_np) / 2  positions by the trapezoid: order 2, keeps energy, for a step
+//                                           that resolves the spring
+//   spring_end   p = -h k g_np              positions and strains by the velocities at the end:
+//                                           L-stable, rests where it is; the energy that it takes of what it
+//                                           does not resolve is algorithmic (and island_quasistatic.cpp)
 //
 // Each block has the rule that its own frequency asks for. By accuracy, an oscillation of amplitude V/w that
 // may not be lost is resolved. A block of mass m that others press by F on its springs may lose one that
 // never opens its contacts and is beneath the accuracy:
 //
-//   V <= max(sqrt(2 g a_q), w min(accuracy L, F/(m w^2))),    a_q = 0.1 accuracy L the height of a rebound
-//   that is none
+//   V <= max(sqrt(2 g a_q), w min(accuracy L, F/(m w^2)))
+//   a_q = 0.1 accuracy L, the height of a rebound that is none
 #include <algorithm>
 #include <cmath>
 #include <limits>

@@ -4,10 +4,10 @@
 /// Between the state after the impulses at the start of a step (index 0) and the state at its end (index 1),
 /// s = t - t0, h = t1 - t0, r = s / h:
 ///
-///   flight      c0 + s v0 + s^2 g / 2,  v0 + s g,  torque-free rotation: the closed form of a rigid block
-///   that nothing touches trapezoid   c = c0 + s v0 + s^2 (v1 - v0) / (2 h) + r^2 (3 - 2 r) d,   d = c1 - c0
-///   - h (v0 + v1) / 2,   v = v0 + r (v1 - v0) straight    c = c0 + r (c1 - c0),  v = v1: a step whose
-///   impulses act at its start, or all of which goes by the velocity at its end
+///   flight     c0 + s v0 + s^2 g / 2,  v0 + s g,  torque-free rotation of a rigid block that nothing touches
+///   trapezoid  c = c0 + s v0 + s^2 (v1 - v0) / (2 h) + r^2 (3 - 2 r) d,  v = v0 + r (v1 - v0),
+///              d = c1 - c0 - h (v0 + v1) / 2
+///   straight   c = c0 + r (c1 - c0),  v = v1: impulses act at the start, or all goes by the end's velocity
 ///
 /// d is what the step moved a block beyond the trapezoidal rule (drift correction). A rotation vector about
 /// q0 takes the place of c, and of v the angular momentum about the centroid, which gives the spin at the

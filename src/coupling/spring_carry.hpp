@@ -6,11 +6,11 @@
 /// parallel even the same feature may jump. With the force taken from the gap alone each such change would
 /// add or take the energy by which the springs differ. So the springs of a pair keep it:
 ///
-///   a feature that stays, with the stiffness it had:   d as at the end of the last step (1) those that
-///   appeared or changed their stiffness:    d = s max(0, -(gap + offset)),  sum W(d) = sum of what these and
-///   those that
-///                                                      vanished held, s <= 4; what is left then is set free
-///                                                      (2)
+///   a feature that stays, with the stiffness it had:  d as at the end of the last step                   (1)
+///   those that appeared or changed their stiffness:   d = s max(0, -(gap + offset)),                     (2)
+///                                                     sum W(d) = sum of what these and those that vanished
+///                                                     held, s <= 4; what is left then is set free
+///
 ///
 /// What crushes is as deep as it is in (2): crushed for good to y, s from 0 (y = d, unloaded) to 1 (d - y = p
 /// A/k) and on (deeper, up to that), so that nothing is crushed by a name.

@@ -1,18 +1,17 @@
 /// One point where block B touches a partner A (another block, a plane, the terrain, the skin of a
 /// structure), found at the start of the step, and how the step treats it.
 ///
-///   mode            gap law over the step of length h                                    position weight
-///   theta closed          u_n^+ >= 0, tangential Coulomb on u_t^+                              1/2
-///   (trapezoid) end             g + h u_n^+ >= 0 (onset within the step, or held at its end)         1
-///   spring_mean     p = h (mean force over the step) while h sqrt(k/m) < 0.5            1/2
-///   spring_end      p = h (force at its end; beside what the step resolves less the part  1, of blocks that
-///   the step resolves 1/2
-///                   of it that is the other side's motion, island_quasistatic.cpp), its
-///                   loss booked as algorithmic
-///   spring_secant   p = h (U(d_np) - U(d_0)) / (d_np - d_0), no loss: d = -g, at a structure, whose
-///   velocities live at half steps, d_0 of
-///                   the step before                                                      1
-///   bilateral       fixed point: u^+ = -drift                                            1/2
+///   mode           law over the step of length h                                 position weight theta
+///   closed         u_n^+ >= 0, tangential Coulomb on u_t^+                       1/2 (trapezoid)
+///   end            g + h u_n^+ >= 0 (onset in the step, or held at its end)      1
+///   spring_mean    p = h (mean force over the step) while h sqrt(k/m) < 0.5      1/2
+///   spring_end     p = h (force at the end of the step), its loss algorithmic    1
+///   spring_secant  p = h (U(d_np) - U(d_0)) / (d_np - d_0), no loss              1
+///   bilateral      fixed point: u^+ = -drift                                     1/2
+///
+/// spring_end of a block that others press: less the part of the force that is the other side's motion, with
+/// theta 1/2 for the blocks that the step resolves (island_quasistatic.cpp). spring_secant: d = -g, at a
+/// structure, whose velocities live at half steps; d_0 is of the step before.
 #pragma once
 #include <cstdint>
 #include <functional>

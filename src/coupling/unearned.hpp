@@ -1,8 +1,8 @@
 /// What a contact problem that is solved up to a residual gives to bodies in motion that Coulomb's law has
 /// nothing of.
 ///
-///   W = sum p_n |u_n| + max(0, p_t . u_t)   over contacts of what moves      +      sum |p . u_R|   where it
-///   meets what rests
+///   W = sum p_n |u_n| + max(0, p_t . u_t)   over contacts of what moves
+///     + sum |p . u_R|                       where it meets what rests
 ///
 /// What rests are the slowest bodies, all together of no more than a given kinetic energy. What residuals do
 /// among them stays with them or goes through those contacts, at the velocity u_R that they have there: loads

@@ -1,11 +1,11 @@
 /// The scheme of the rockfall paper (method "dda-1988"), kept as it is: the baseline of every comparison.
 ///
-///   D = (u_c, v_c, w_c, r_x, r_y, r_z, e_x, e_y, e_z, g_yz, g_zx, g_xy), increments over one step, world
-///   axes       Eq. (1) u(x) = T(x) D Eqs. (2), (3) K^ D = F^,   K^ = 2 M / dt^2 + K,   F^ = 2 M Ddot_0 / dt
-///   + F                                      Eqs. (5), (6), (8) Ddot = 2 D / dt - Ddot_0 Eq. (7) contact
-///   point: d_n = gap_0 + n.(u_b - u_a),  d_s = d_s0 + (I - n n^T)(u_b - u_a),  F_n = -k_n d_n,  F_s = k_s
-///   |d_s| open d_n >= 0 | locked F_s <= F_n tan(phi) + c A | sliding otherwise, friction F_n tan(phi) Table
-///   1
+///   D = (u_c, v_c, w_c, r_x, r_y, r_z, e_x, e_y, e_z, g_yz, g_zx, g_xy) of a step, world axes        Eq. (1)
+///   u(x) = T(x) D                                                                              Eqs. (2), (3)
+///   K^ D = F^,  K^ = 2 M / dt^2 + K,  F^ = 2 M Ddot_0 / dt + F,  Ddot = 2 D / dt - Ddot_0    Eqs. (5) - (8)
+///   contact: d_n = gap_0 + n.(u_b - u_a),  d_s = d_s0 + (I - n n^T)(u_b - u_a)
+///            F_n = -k_n d_n,  F_s = k_s |d_s|
+///   open d_n >= 0 | locked F_s <= F_n tan(phi) + c A | sliding otherwise, friction F_n tan(phi)      Table 1
 ///
 /// symbol   meaning                                                  unit      shape
 /// D        displacement increment of a block                        m, rad, 1 12

@@ -3,8 +3,8 @@
 ///
 ///   normal spring:  K += e^T k_n e, F -= e^T k_n gap_0,      e = n^T [T_b, -T_a]
 ///   shear spring:   the same with k_s (I - n n^T) and d_s0
-///   friction:       F -= [T_b, -T_a]^T F_n tan(phi) s,       s the slip direction of B against A, F_n of the
-///   iteration before
+///   friction:       F -= [T_b, -T_a]^T F_n tan(phi) s
+///                   s the slip direction of B against A, F_n of the iteration before
 #pragma once
 #include <utility>
 #include <vector>

@@ -1,10 +1,10 @@
 /// Distributions of single variables by the inverse of their distribution function: value = Q(u), u in (0,
 /// 1).
 ///
-///   lognormal   exp(mu + sigma z),  sigma^2 = ln(1 + s^2 / m^2),  mu = ln m - sigma^2 / 2,  z = Phi^-1(u)
-///   mean m, standard deviation s normal      m + s z uniform     low + u (high - low) power law   density
-///   proportional to x^-a on [x0, x1]:  (x0^(1-a) + u (x1^(1-a) - x0^(1-a)))^(1/(1-a)),  x0 (x1/x0)^u for a =
-///   1 table       one of n values, each with 1 / n
+///   lognormal  exp(mu + sigma z), sigma^2 = ln(1 + s^2 / m^2), mu = ln m - sigma^2 / 2, z = Phi^-1(u)
+///   normal     m + s z; m the mean, s the standard deviation;  uniform: low + u (high - low)
+///   power law  x^-a on [x0, x1]: (x0^(1-a) + u (x1^(1-a) - x0^(1-a)))^(1/(1-a)); a = 1: x0 (x1/x0)^u
+///   table      one of n values, each with 1 / n
 ///
 /// Cut off at [min, max]: Q(F(min) + u (F(max) - F(min))).
 #pragma once

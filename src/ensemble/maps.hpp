@@ -1,13 +1,13 @@
 /// Maps of an ensemble, in map coordinates.
 ///
-///   maps/reach.tif        share of the finished members whose path goes through the cell
-///   maps/energy_p50.tif   percentiles, over the members that go through the cell, of each one's largest
-///   kinetic energy there [J] maps/energy_p95.tif maps/height_p95.tif   the same of the height of the
-///   centroid above the ground [m] maps/intensity.tif    1 below 30 kJ, 2 from 30 kJ, 3 from 300 kJ: with
-///   releases_per_year f the class that comes once in 300 years or more often,
-///                         f P(class) >= 1 / 300; without, that of the largest energy
-///   maps/intensity_30.tif, intensity_100.tif, intensity_300.tif     the same of return periods of 30, 100
-///   and 300 years, with releases_per_year ensemble.gpkg         layers lines and end_points
+///   maps/reach.tif                     share of the finished members whose path goes through the cell
+///   maps/energy_p50.tif, _p95.tif      percentiles, over the members that go through the cell, of each one's
+///                                      largest kinetic energy there [J]
+///   maps/height_p95.tif                the same of the height of the centroid above the ground [m]
+///   maps/intensity.tif                 1 below 30 kJ, 2 from 30 kJ, 3 from 300 kJ, of the largest; with
+///                                      releases_per_year f the class with f P(class) >= 1 / 300
+///   maps/intensity_30.tif, _100, _300  the same of return periods of 30, 100 and 300 years, with f
+///   ensemble.gpkg                      layers lines and end_points
 #pragma once
 #include <filesystem>
 #include <string>

@@ -1,12 +1,12 @@
 /// Percentiles and probabilities of an ensemble, with 95 % intervals.
 ///
-///   percentile p of x_1 <= ... <= x_n    x_k + f (x_(k+1) - x_k),  k + f = 1 + (n - 1) p / 100    [Hyndman &
-///   Fan 1996, type 7] its interval                         2.5 % to 97.5 % of the same of 2000 resamples of
-///   all members, those that cross no line included
-///                                        (bootstrap) [Efron & Tibshirani 1993]; with design sobol of its 16
-///                                        replicates
-///   interval of a probability            Wilson's [Brown, Cai & DasGupta 2001]; with design sobol the
-///   bootstrap over replicates, where they differ
+///   percentile p of x_1 <= ... <= x_n  x_k + f (x_(k+1) - x_k),  k + f = 1 + (n - 1) p / 100
+///                                      [Hyndman & Fan 1996, type 7]
+///   its interval                       2.5 % to 97.5 % of the same of 2000 resamples of all members, those
+///                                      that cross no line included (bootstrap) [Efron & Tibshirani 1993];
+///                                      with design sobol of its 16 replicates
+///   interval of a probability          Wilson's [Brown, Cai & DasGupta 2001]; with design sobol the
+///                                      bootstrap over replicates, where they differ
 #pragma once
 #include <cstdint>
 #include <limits>

@@ -15,8 +15,8 @@
 /// -(h2^2 - h1^2)/8 a . f, a the acceleration and f what the structure does by itself, gravity and internal
 /// forces. What that is on the average over the phases of whatever rings is booked apart, as step_dependence:
 ///
-///   (h2^2 - h1^2)/8 Q,   Q = 1/2 v . (df_int/dt) + 1/2 a . f,     v . (df_int/dt) = v_{n-1/2} . (f_int,n -
-///   f_int,n-1) / h1
+///   (h2^2 - h1^2)/8 Q,   Q = 1/2 v . (df_int/dt) + 1/2 a . f,
+///                        v . (df_int/dt) = v_{n-1/2} . (f_int,n - f_int,n-1) / h1
 ///
 /// The two halves differ by the rate of v . f, which is nothing on the average of what stays in bounds,
 /// whatever the laws of the cells. Of a mode of amplitude A, Q is omega^4 A^2 / 2 on the average, for any h

@@ -1,12 +1,12 @@
 /// Key blocks: which blocks of a cut rock mass can move out, how, and how safely [goodman1985], the mode of
 /// motion by vectors [warburton1981].
 ///
-///   joint pyramid          JP = { x : n_i . x >= 0 for all joint faces i },  n_i into the block
-///   removable              JP holds more than the zero vector, and the block has a free face
-///   falling                r . n_i > 0 for all i: no face opposes the weight. (Lifting needs a resultant
-///   other than the weight.) sliding on one face    s_i = r - (r . n_i) n_i,  where  r . n_i <= 0  and  s_i .
-///   n_j >= 0 for all j sliding on two         s_ij = +-(n_i x n_j) with r . s_ij > 0, in JP,  s_i . n_j <=
-///   0,  s_j . n_i <= 0 factor of safety       F = sum_k (N_k tan phi_k + c_k A_k) / |T|
+///   joint pyramid        JP = { x : n_i . x >= 0 for all joint faces i },  n_i into the block
+///   removable            JP holds more than the zero vector, and the block has a free face
+///   falling              r . n_i > 0 for all i: no face opposes the weight, the only resultant (no lifting)
+///   sliding on one face  s_i = r - (r . n_i) n_i,  where  r . n_i <= 0  and  s_i . n_j >= 0 for all j
+///   sliding on two       s_ij = +-(n_i x n_j) with r . s_ij > 0, in JP,  s_i . n_j <= 0,  s_j . n_i <= 0
+///   factor of safety     F = sum_k (N_k tan phi_k + c_k A_k) / |T|
 ///
 /// symbol  meaning                                                       unit
 /// r       resultant (weight)                                            N

@@ -1,7 +1,7 @@
 /// Triangle meshes from files: reading, writing, checking, and repair on request.
 ///
-///   formats read     STL (text and binary), OBJ (groups), PLY (text and binary, both byte orders), OFF, VTU
-///   (text; cell data "block") formats written  OBJ (groups), STL (binary), PLY (binary), OFF, VTU (text)
+///   read     STL (text, binary), OBJ (groups), PLY (text, binary), OFF, VTU (text; cell data "block")
+///   written  OBJ (groups), STL (binary), PLY (binary), OFF, VTU (text)
 ///
 /// Every reader returns vertices that are shared: points with the same coordinates (bit for bit) are one
 /// vertex, since STL repeats each corner. Polygons are triangulated by ear clipping, so concave planar

@@ -2,16 +2,16 @@
 ///
 /// kind             size gives                   made of
 /// box              full extents                 8 corners
-/// tetrahedron      full extents of its box      corners (1,1,1), (1,-1,-1), (-1,1,-1), (-1,-1,1) of that
-/// box: regular if
-///                                               the extents are equal
+/// tetrahedron      full extents of its box      corners (1,1,1), (1,-1,-1), (-1,1,-1), (-1,-1,1) of it, in
+///                                               halves of the extents; regular if the extents
+///                                               are equal
 /// dodecahedron     full extents                 regular if the extents are equal (20 corners)
 /// icosahedron      full extents                 regular if the extents are equal (12 corners)
 /// sphere           full extents, or diameter    `longitudes` meridians x `latitudes` circles, equally
-/// spaced, and two poles EOTA111, EOTA221 full extents a, b, c         (+-a/2, +-b/4, +-c/4), (+-a/4, +-b/2,
-/// +-c/4), (+-a/4, +-b/4, +-c/2):
-///                                               V = 17/24 a b c; with volume or mass alone a:b:c is 1:1:1 or
-///                                               2:2:1
+///                                               spaced, and two poles
+/// EOTA111, EOTA221 full extents a, b, c         (+-a/2, +-b/4, +-c/4), (+-a/4, +-b/2, +-c/4),
+///                                               (+-a/4, +-b/4, +-c/2): V = 17/24 a b c; with volume or mass
+///                                               alone a:b:c is 1:1:1 or 2:2:1
 /// convex           -                            hull of `vertices`
 /// file             -                            closed mesh
 /// random-convex    full extents (or `aspect`)   hull of random points on a sphere; `seed`

@@ -4,9 +4,9 @@
 /// run along their common edge in opposite directions, whatever the winding in the file. With the area
 /// vectors A_f of faces oriented so, a sheet is turned as one:
 ///
-///   open sheet            sum of A_f,z > 0: most of its plan area faces up
-///   upright open sheet    |sum of A_f,z| <= 1e-6 sum of |A_f|: the winding that most of its area has in the
-///   file; a warning says so closed sheet          outward: its volume is positive
+///   open sheet          sum of A_f,z > 0: most of its plan area faces up
+///   upright open sheet  |sum of A_f,z| <= 1e-6 sum of |A_f|: the winding of most of its area, with a warning
+///   closed sheet        outward: its volume is positive
 ///
 /// Edges at which more than two faces meet connect nothing. Where faces cannot be oriented consistently (a
 /// Moebius strip) one edge of each such ring is left out. Both are warned of with their place.

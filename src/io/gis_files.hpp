@@ -1,9 +1,9 @@
 /// Results for a geographic information system, in map coordinates (the scene's plus site.origin) and the
 /// terrain's coordinate reference system.
 ///
-///   results.h5#/history/blocks out.geojson   the path of every block that moved, a LineString of centroids
-///   [x, y, z] results.h5#/maps/QUANTITY@CELL out.tif   a grid of square cells of CELL metres, on multiples
-///   of CELL
+///   results.h5#/history/blocks out.geojson  the path of every block that moved, a LineString of centroids
+///                                           [x, y, z]
+///   results.h5#/maps/QUANTITY@CELL out.tif  a grid of square cells of CELL metres, on multiples of CELL
 ///
 /// Both follow the centroids over the history rows; between two rows a block goes straight and its speed
 /// changes linearly.

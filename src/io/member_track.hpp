@@ -1,19 +1,19 @@
 /// What summary.json says of one member (pier, column, span of a deck) of a structure.
 ///
-///   V_dyn / V_Rd = max over time and stations of sqrt((V_x / V_Rd,x)^2 + (V_y / V_Rd,y)^2), V the mean over
-///   load_window of every step residual drift = mean over the last tenth of the run, without the drift under
-///   permanent load; of a span the deflection of its middle against its ends
+///   V_dyn / V_Rd    max over time and stations of sqrt((V_x / V_Rd,x)^2 + (V_y / V_Rd,y)^2), V the mean of
+///                   every step over load_window
+///   residual drift  mean of the last tenth of the run less that under permanent load; a span's deflection
 ///
 /// Damage class, our own, by what an inspection would find (the first that holds, from the top):
-///   4 lost      a tenth of the member is gone, its top has come off, an end of a span has left its bearings,
-///   or the residual drift exceeds 5 % of its length 3 severe    a bar is broken, 1 % of the member is gone,
-///   the residual drift exceeds 1 %, or V_dyn exceeds V_Rd with mean strengths 2 moderate  a bar has yielded,
-///   a crack exceeds 0.4 mm, or V_dyn exceeds the design resistance 1 slight    a crack exceeds 0.1 mm 0 none
+///   4 lost      a tenth of it is gone, its top has come off, a span's end has left its bearings, drift > 5 %
+///   3 severe    a bar is broken, 1 % of it is gone, drift > 1 %, V_dyn exceeds V_Rd with mean strengths
+///   2 moderate  a bar has yielded, a crack exceeds 0.4 mm, or V_dyn exceeds the design resistance
+///   1 slight    a crack exceeds 0.1 mm;  0 none;  drift: the residual one over the length
 ///
 /// Function of a span, our own: the first that holds of
-///   closed      class 3 or 4, an end has moved by more than 50 mm (the joint), or the residual deflection
-///   exceeds 1/250 of its length restricted  class 2, or the residual deflection exceeds 1/1000: to be
-///   inspected before traffic open        otherwise
+///   closed      class 3 or 4, an end has moved by more than 50 mm (the joint), deflection > 1/250 of length
+///   restricted  class 2, or the residual deflection exceeds 1/1000: to be inspected before traffic
+///   open        otherwise
 #pragma once
 #include <nlohmann/json_fwd.hpp>
 #include <string>

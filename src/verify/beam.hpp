@@ -1,8 +1,8 @@
 /// Timoshenko's cantilever in closed form [timoshenko1921], the reference for slender piers.
 ///
-///   (kappa G A (w' - psi))' = rho A w_tt,   (E I psi')' + kappa G A (w' - psi) = rho I psi_tt,   clamped at
-///   0, free at L u_tip(t) = sum_n w_n(L)^2 q_n(t),   q_n'' + omega_n^2 q_n = F(t),   with modes of unit
-///   modal mass
+///   (kappa G A (w' - psi))' = rho A w_tt,   (E I psi')' + kappa G A (w' - psi) = rho I psi_tt
+///   clamped at 0, free at L
+///   u_tip(t) = sum_n w_n(L)^2 q_n(t),   q_n'' + omega_n^2 q_n = F(t),   with modes of unit modal mass
 ///
 /// Frequencies are the roots of the determinant of the transfer matrix; modes follow from it. F(t) is
 /// piecewise linear, so each q_n is exact.

@@ -20,8 +20,8 @@
 /// cap_height        1.0       cap_width (pier_width + 0.5) along, cap_length (deck_width) across  m
 /// deck_width        8         deck_depth 1.5, slab_thickness 0.3, girders 0 (solid), girder_width 0.5   m
 /// bottom_slab       0         thickness of a slab that closes the girders to a box          m
-/// bearing_height    0.1       bearing_stiffness 1e7 N/m, bearing_friction 0.3, bearing_seat 0.5 m (what
-/// rests on the cap beam at most) abutments         0         1: abutments at both ends -
+/// bearing_height    0.1       bearing_stiffness 1e7 N/m, bearing_friction 0.3, bearing_seat 0.5  m
+/// abutments         0         1: abutments at both ends                                -
 #pragma once
 #include <vector>
 

@@ -1,7 +1,7 @@
 // Condensed steps: the midpoint rule with cached factors, an affine map of the contact impulses.
 //
-//   A dv = h (f_ext - f_int(u_n) - alpha M v_n) - h^2 theta K v_n + p,     A = (1 + alpha h/2) M + h^2
-//   theta^2 K u_np = u_n + h (v_n + theta dv),     W = J A^-1 J^T,     theta = 1/2 + delta
+//   A dv = h (f_ext - f_int(u_n) - alpha M v_n) - h^2 theta K v_n + p,   u_np = u_n + h (v_n + theta dv)
+//   A = (1 + alpha h/2) M + h^2 theta^2 K,   W = J A^-1 J^T,   theta = 1/2 + delta
 //
 // K is the stiffness of the cells that are left, turned with them, and of cracked ones the most that they may
 // have (frame_of()): nothing is stiffer. Where the structure is linear this is the midpoint rule itself, and

@@ -3,15 +3,15 @@
 /// The strains that the displacements give at the eight points are expanded in functions of the reference
 /// coordinates,
 ///
-///   eps(q) = mean + sum_k E_k phi_k(q),   phi: xi_d, xi_a xi_b (a, b != d) at the points, +-1,   (xi eta
-///   zeta is left out)
+///   eps(q) = mean + sum_k E_k phi_k(q),   phi: xi_d, xi_a xi_b (a, b != d) at the points, +-1
+///                                         (xi eta zeta is left out)
 ///
 /// and each E_k is replaced by the strain that differs from it by what incompatible displacements could add,
 /// and whose stress on the faces that the function grows towards vanishes:
 ///
-///   xi_d        sigma n = 0,           n the unit normal of the faces xi_d = const:   E' = E - (q n + n q) +
-///   (n.q - nu tr E) / (1 - nu) n n,   q = E n xi_a xi_b   sigma uniaxial along   t, the unit vector along
-///   the edges xi_d:       E' = (t.E t) ((1 + nu) t t - nu I)
+///   xi_d       sigma n = 0:  E' = E - (q n + n q) + (n.q - nu tr E) / (1 - nu) n n,   q = E n
+///   xi_a xi_b  uniaxial:     E' = (t.E t) ((1 + nu) t t - nu I)
+///   n: unit normal of the faces xi_d = const; t: unit vector along the edges xi_d
 ///
 /// n and t are those of the Jacobian at the centre. In a parallelepiped this is the element of [wilson1973,
 /// taylor1976] with its internal unknowns eliminated in closed form; in a brick it is bending of a beam and

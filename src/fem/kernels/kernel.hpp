@@ -9,10 +9,10 @@
 /// derivative of an energy, hence conserves it, and forces and moments sum to zero under any rotation.
 ///
 /// symbol     meaning                                                     unit     shape
-/// nodes      four times the node number, lane innermost                  -        groups x 8 x W   (VTK
-/// order) geometry   brick: diagonal of J^-1, w; else n (9, vector by       1/m, m^3 groups x 4 x W; groups x
-/// (18 + Q 10) x W,
-///            vector), t (9), J^-1 (row: reference axis), w                        Q = 1 if affine, else 8
+/// nodes      four times the node number (VTK order), lane innermost      -        groups x 8 x W
+/// geometry   brick: diagonal of J^-1, w                                  1/m, m^3 groups x 4 x W
+///            else n (9, vector by vector), t (9), J^-1 (row: reference            groups x (18 + Q 10) x W,
+///            axis), w                                                             Q = 1 if affine, else 8
 /// scale      1 for a lane that counts, 0 for padding and lanes elsewhere -        groups x W
 /// u          displacement, padded to four per node                       m        nodes x 4
 /// f          internal force, added to                                    N        nodes x 4

@@ -1,9 +1,9 @@
 /// Natural modes of the supported elastic structure, and their motion, exact in time.
 ///
-///   K phi = omega^2 M phi,  phi_i^T M phi_j = delta_ij          shift-invert block Lanczos with full
-///   reorthogonalisation [parlett1998] q'' + alpha q' + omega^2 q = p + s t                        closed
-///   form over each piece of the load's time table u = u_g + sum_l c_l r_l + Phi q,   r_l = K^-1 P_l - Phi
-///   Omega^-2 Phi^T P_l
+///   K phi = omega^2 M phi,  phi_i^T M phi_j = delta_ij    shift-invert block Lanczos with full
+///                                                         reorthogonalisation [parlett1998]
+///   q'' + alpha q' + omega^2 q = p + s t                  closed form over each piece of the load's table
+///   u = u_g + sum_l c_l r_l + Phi q,   r_l = K^-1 P_l - Phi Omega^-2 Phi^T P_l
 ///
 /// r_l is the static answer of all modes left out to load l, so that a local load is not blurred by the
 /// truncation.

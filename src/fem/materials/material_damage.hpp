@@ -1,18 +1,18 @@
 /// Two-scalar damage of concrete with crack band and unilateral effect [faria1998, cervera2017].
 ///
-///   s = C(E, nu (1 - d_t)) : eps = s+ + s-    effective stress, split by the sign of its principal values;
-///   an open crack takes
-///                                     Poisson's effect away: else concrete between cracks could carry no
-///                                     pressure along them
+///   s = C(E, nu (1 - d_t)) : eps = s+ + s-       effective stress, split by the sign of its principal values
+///       an open crack takes Poisson's effect away, or concrete between cracks would not bear along them
 ///   sigma = (1 - d_t) s+ + (1 - d_c) s- + d_c (t - p I)
-///   tau_t = sqrt(E s+ : C^-1 : s+), C with the same nu               uniaxial tension: tau_t = E eps
-///   tau_c = 3 (K s_oct + t_oct) / (sqrt2 - K) of s-,  K = sqrt2 (beta - 1) / (2 beta - 1)    uniaxial
-///   compression: tau_c = E |eps| r = max over time of tau, never below the strength d_t = 1 - (f_t / r_t)
-///   exp(-(r_t - f_t) / (E eps')),  eps' = G_F / (l f_t) - f_t / (2 E) d_c = 1 - sigma_c(r_c / E) / r_c,
-///   sigma_c: elastic to f_c0; then the Model Code 2010 form [mc2010, 5.1-26]
+///   tau_t = sqrt(E s+ : C^-1 : s+), C with the same nu                     uniaxial tension: E eps
+///   tau_c = 3 (K s_oct + t_oct) / (sqrt2 - K) of s-,  K = sqrt2 (beta - 1) / (2 beta - 1)  E |eps|
+///   r     = max over time of tau, never below the strength
+///   d_t   = 1 - (f_t / r_t) exp(-(r_t - f_t) / (E eps')),  eps' = G_F / (l f_t) - f_t / (2 E)
+///   d_c   = 1 - sigma_c(r_c / E) / r_c,  sigma_c: elastic to f_c0; then as in [mc2010, 5.1-26]
 ///         f_c0 + (f_c - f_c0) (k x - x^2) / (1 + (k - 2) x),  x = (eps - eps_0) / (eps_c1 - eps_0),
 ///         k = E (eps_c1 - eps_0) / (f_c - f_c0), which leaves the elastic line smoothly and peaks at
-///         (eps_c1, f_c); beyond it f_c exp(-(eps - eps_c1) l f_c / G_c)
+///         (eps_c1, f_c);
+///         beyond it f_c exp(-(eps - eps_c1) l f_c / G_c)
+///
 ///
 /// symbol   meaning                                                             unit    shape
 /// l        extent of the cell along the crack normal, frozen when damage starts  m       1
@@ -30,8 +30,8 @@
 /// A crack that crosses a row of leaning cells, normal m, opens it by a jump over the row's thickness, eps =
 /// sym(delta m). The law is to see the crack, not the row: in cells that lean the strain and the stress go
 /// through
-///   eps' = eps + d_t (c sym(delta n) - sym(delta m)),   delta = 2 eps m - (m . eps m) m,   c = m . n, sigma:
-///   its transpose
+///   eps' = eps + d_t (c sym(delta n) - sym(delta m)),   delta = 2 eps m - (m . eps m) m,   c = m . n,
+///   sigma: the transpose of that,
 /// so that pure opening is neither slip nor compression along the crack. Cells with right angles are left as
 /// they are: there the row and the crack differ only where the crack steps.
 ///
@@ -40,10 +40,10 @@
 /// softening stress is 0.7 % of f_t, the plane is fixed, and slip counts from there: pure opening mobilises
 /// nothing. With the strain w = <eps_nn> of the opening, gamma that of the slip beyond what has slid, w' =
 /// sqrt(w^2 + w_c^2), w_c = tau_0 / G, and psi = gamma / w', the faces are a body of their own of the energy
-///   Phi = tau_m w' (psi - atan psi):   tau = tau_m psi^2 / (1 + psi^2),   sigma_n = -tau_m (atan psi - psi /
-///   (1 + psi^2)) w / w'      [li1989], the shape of the contact density model tau_m = tau_0 (1 - l w* / a) /
-///   (1 + 24 l w* / (0.31 (a + 16))),   tau_0 = 0.18 sqrt(f_c) / 0.31    [MPa, mm; vecchio1986,
-///   walraven1981], w* the widest so far, a the largest grain
+///   Phi = tau_m w' (psi - atan psi):  tau = tau_m psi^2 / (1 + psi^2),
+///                                     sigma_n = -tau_m (atan psi - psi / (1 + psi^2)) w / w'      [li1989]
+///   tau_m = tau_0 (1 - l w* / a) / (1 + 24 l w* / (0.31 (a + 16))),  tau_0 = 0.18 sqrt(f_c) / 0.31,  MPa, mm
+///   w* the widest so far, a the largest grain                                   [vecchio1986, walraven1981]
 /// w_c keeps faces that close again no stiffer than the sound concrete in shear. At psi = 3, or where tau and
 /// what the law carries along the same direction reach tau_m, the faces slide and rub; as the crack opens
 /// beyond w* what they store falls with tau_m: both are dissipated.

@@ -5,8 +5,8 @@
 ///   f_t  = 0.3 f_ck^(2/3), f_ck <= 50 MPa; 2.12 ln(1 + 0.1 f_cm) above   5.1-3a, b
 ///   G_F  = 73 f_cm^0.18 N/m                               5.1-9
 ///   eps_c1  by table 5.1-8, linear in between
-///   G_c  = 250 G_F                                        crushing energy beyond the peak; not in the Model
-///   Code [rtd2017, after nakamura2001] f_bc = 1.16 f_cm                                      [kupfer1969]
+///   G_c  = 250 G_F     crushing energy beyond the peak; not in the Model Code [rtd2017, after nakamura2001]
+///   f_bc = 1.16 f_cm                                      [kupfer1969]
 ///
 /// symbol   meaning                                    unit
 /// f_cm     mean cylinder strength, 20 to 130 MPa      Pa

@@ -1,17 +1,17 @@
 /// What a structure had to carry so far: greatest base reactions and member forces of means over
 /// `load_window`, from every step that it makes.
 ///
-///   R(t) = mean of (r - r_0),      V(t), M(t), N(t) = means of the section forces,      peak = max over t
-///   (and stations, and feet) of their sizes
+///   R(t) = mean of (r - r_0),   V(t), M(t), N(t) = means of the section forces,
+///   peak = max over t (and stations, and feet) of their sizes
 ///
 /// Reactions are taken in every step, where they are at hand. Section forces cost as much as their layers of
 /// cells: a sample every `member_bin` stands for the time since the one before. Crack widths, which cost the
 /// law of every cracked cell, are looked at every `width_bin`.
 ///
 /// symbol   meaning                                              unit        shape
-/// r        what the structure presses on its supports           N, N m      6: force, moment; 3 for each
-/// foot: the moment on it about its centroid r_0      the same under permanent load, at the start          N,
-/// N m      6
+/// r        what the structure presses on its supports           N, N m      6: force, moment
+///          for each foot the moment on it about its centroid    N m         3
+/// r_0      the same under permanent load, at the start          N, N m      6
 #pragma once
 #include <cmath>
 #include <span>

@@ -1,14 +1,14 @@
 // Axial capacity of a member by push-down between rigid plates, from the present state.
 //
 //   N = (R_top + R_foot) / 2 - W / 2       the plates' reactions; half the sum cancels what inertia and
-//   damping carry to first order
+//                                          damping carry, to first order
 //
 // The member is cut out of a copy of the structure: only its cells and nodes are computed, its end sections
 // are held where they are, and after the motion has settled the upper one is moved down the axis at a
 // constant speed. Time is counted in
 //
-//   T = max(2 L / c, T_b / 2),   T_b = 2 pi L^2 / (4.730^2 r c)     axial mode; lowest bending mode between
-//   plates [timoshenko1974]
+//   T = max(2 L / c, T_b / 2)              axial mode
+//   T_b = 2 pi L^2 / (4.730^2 r c)         lowest bending mode between plates [timoshenko1974]
 //
 // Damping 2 pi / T is half of the critical one of the axial mode, and at most the critical one of bending: a
 // slender member can follow its bow, which more damping would hold. The law's rate effect is off.

@@ -3,8 +3,8 @@
 ///
 ///   a, b     ends of a segment in its host cell;  D_i = N_i(b) - N_i(a)
 ///   d = d_0 + sum_i D_i u_i,  l = |d|,  eps = (l - L) / L,  sigma by the steel law
-///   f_i = A sigma (d / l) D_i       the gradient of A L psi(eps) with respect to u_i (internal force,
-///   resists motion)
+///   f_i = A sigma (d / l) D_i       internal force (resists motion): the gradient of A L psi(eps) with
+///                                   respect to u_i
 ///
 /// symbol   meaning                                                        unit    shape
 /// u_i      displacements of the host's nodes, VTK order                   m       8 x 3

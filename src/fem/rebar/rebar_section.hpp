@@ -2,14 +2,14 @@
 /// text; static values.
 ///
 /// Shear
-///   V_Rd,c   = [0.18/gamma_c k (100 rho_l f_ck)^(1/3) + 0.15 s_cp] b_w d >= (0.035 k^1.5 f_ck^0.5 + 0.15
-///   s_cp) b_w d        6.2.2 V_Rd,s   = A_sw/s z f_ywd cot t,   V_Rd,max = a_cw b_w z nu_1 f_cd / (cot t +
-///   tan t),  1 <= cot t <= 2.5                6.2.3 k = 1 + sqrt(0.2 m/d) <= 2, rho_l <= 0.02, s_cp <= 0.2
-///   f_cd, nu_1 = 0.6 (1 - f_ck/250 MPa), z = 0.9 d; f_ck in MPa
+///   V_Rd,c = [0.18/gamma_c k (100 rho_l f_ck)^(1/3) + 0.15 s_cp] b_w d                                 6.2.2
+///            >= (0.035 k^1.5 f_ck^0.5 + 0.15 s_cp) b_w d;  k = 1 + sqrt(0.2 m/d) <= 2, rho_l <= 0.02
+///   V_Rd,s = A_sw/s z f_ywd cot t,   V_Rd,max = a_cw b_w z nu_1 f_cd / (cot t + tan t)                 6.2.3
+///            1 <= cot t <= 2.5, s_cp <= 0.2 f_cd, nu_1 = 0.6 (1 - f_ck/250 MPa), z = 0.9 d; f_ck in MPa
 /// Punching
-///   V_Rd = v_Rd,c u_1 d <= 0.4 nu f_cd u_0 d,  u_1 at the distance 2 d 6.4
-/// Axial force and bending: plane sections, parabola-rectangle concrete (2, 3.5 per mille), bilinear steel
-/// without hardening   6.1, 3.1.7
+///   V_Rd   = v_Rd,c u_1 d <= 0.4 nu f_cd u_0 d,  u_1 at the distance 2 d                                 6.4
+/// Axial force and bending: plane sections, parabola-rectangle concrete (2, 3.5 per mille),
+///   bilinear steel without hardening                                                             6.1, 3.1.7
 ///
 /// symbol    meaning                                                         unit
 /// N         axial force, compression positive, at the centre                N

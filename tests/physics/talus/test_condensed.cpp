@@ -3,11 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 
 #include <fmt/format.h>
 
+#include "helpers/resumed.hpp"
 #include "sim/simulation.hpp"
 #include "verify/impact_text.hpp"
 
@@ -282,28 +282,11 @@ TEST(Condensed, ResumesToTheBit) {
   b.integrator = "implicit";
   b.damping = 0.05;
   b.end = 0.2;
-  class Last : public sim::Sink {
-   public:
-    void history(const sim::HistoryRow& row) override {
-      last = row;
-      if (row.time >= stop_at) stop = 15;
-    }
-    sim::HistoryRow last;
-    double stop_at = 1e9;
-    std::atomic<int> stop = 0;
-  } one, broken, two;
-  sim::Simulation whole(scene::read_scene_text(b.text(), "/test.toml"));
-  ASSERT_EQ(whole.run(one).exit_code, 0);
-  broken.stop_at = 0.1;
-  sim::Simulation first(scene::read_scene_text(b.text(), "/test.toml"));
-  EXPECT_EQ(first.run(broken, &broken.stop).status, "interrupted");
-  sim::Simulation second(scene::read_scene_text(b.text(), "/test.toml"));
-  second.restore(first.save());
-  EXPECT_LT(second.time(), 0.15);
-  ASSERT_EQ(second.run(two).exit_code, 0);
-  EXPECT_EQ(one.last.position[0], two.last.position[0]);
-  EXPECT_EQ(one.last.velocity[0], two.last.velocity[0]);
-  EXPECT_EQ(one.last.structures[0].probe_displacement[0], two.last.structures[0].probe_displacement[0]);
+  const auto [whole, resumed, stopped] = test::run_and_resume(b.text(), 0.1);
+  EXPECT_LT(stopped->time(), 0.15);
+  EXPECT_EQ(whole.position[0], resumed.position[0]);
+  EXPECT_EQ(whole.velocity[0], resumed.velocity[0]);
+  EXPECT_EQ(whole.structures[0].probe_displacement[0], resumed.structures[0].probe_displacement[0]);
 }
 
 }  // namespace

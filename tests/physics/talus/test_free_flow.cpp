@@ -1,8 +1,8 @@
 // Free flight of a block that turns and strains: momentum exactly, the frame turns as fast as its spin says.
 #include <gtest/gtest.h>
 
-#include "contact/polyhedron.hpp"
 #include "dda/kinematics.hpp"
+#include "helpers/shapes.hpp"
 
 namespace talus::dda {
 namespace {
@@ -11,21 +11,7 @@ struct Block {
   Model model;
   State state;
   Block() {
-    std::vector<Vec3> corners;
-    for (int i = 0; i < 8; ++i)
-      corners.emplace_back(i & 1 ? 2 : -2, i & 2 ? 2.5 : -2.5, i & 4 ? 2.875 : -2.875);
-    auto shape = std::make_shared<Polyhedron>(make_polyhedron(corners, {{0, 2, 3},
-                                                                        {0, 3, 1},
-                                                                        {4, 5, 7},
-                                                                        {4, 7, 6},
-                                                                        {0, 1, 5},
-                                                                        {0, 5, 4},
-                                                                        {2, 6, 7},
-                                                                        {2, 7, 3},
-                                                                        {0, 4, 6},
-                                                                        {0, 6, 2},
-                                                                        {1, 3, 7},
-                                                                        {1, 7, 5}}));
+    auto shape = std::make_shared<Polyhedron>(test::cuboid(Vec3(4, 5, 5.75)));
     Model::Block b;
     b.shape = shape;
     b.volume = 115;

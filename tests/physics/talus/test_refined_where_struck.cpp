@@ -2,10 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <string>
 
+#include "helpers/resumed.hpp"
 #include "scene/scene.hpp"
 #include "sim/simulation.hpp"
 #include "sim/world.hpp"
@@ -119,31 +119,12 @@ TEST(RefinedWhereStruck, OnlyWhereAndWhenItIsStruck) {
 
 /// A run that is stopped after its cells were halved goes on to the same bits.
 TEST(RefinedWhereStruck, ResumesToTheBit) {
-  class Last : public sim::Sink {
-   public:
-    explicit Last(double stop_at) : stop_at_(stop_at) {}
-    void history(const sim::HistoryRow& row) override {
-      last = row;
-      if (row.time >= stop_at_) stop = 15;
-    }
-    sim::HistoryRow last;
-    std::atomic<int> stop = 0;
-
-   private:
-    double stop_at_;
-  } one(1), broken(0.012), two(1);
-  const auto simulation = [] {
-    return sim::Simulation(scene::read_scene_text(struck_pier("cell_size = 0.25", at_impact), "/test.toml"));
-  };
-  sim::Simulation whole = simulation(), first = simulation(), second = simulation();
-  ASSERT_EQ(whole.run(one).exit_code, 0);
-  EXPECT_EQ(first.run(broken, &broken.stop).status, "interrupted");
-  ASSERT_EQ(first.world().struck.size(), 1u);
-  second.restore(first.save());
-  ASSERT_EQ(second.run(two).exit_code, 0);
-  EXPECT_EQ(one.last.ledger.kinetic, two.last.ledger.kinetic);
-  EXPECT_EQ(one.last.ledger.strain, two.last.ledger.strain);
-  EXPECT_EQ(one.last.ledger.residual, two.last.ledger.residual);
+  const auto [whole, resumed, stopped] =
+      test::run_and_resume(struck_pier("cell_size = 0.25", at_impact), 0.012);
+  ASSERT_EQ(stopped->world().struck.size(), 1u);
+  EXPECT_EQ(whole.ledger.kinetic, resumed.ledger.kinetic);
+  EXPECT_EQ(whole.ledger.strain, resumed.ledger.strain);
+  EXPECT_EQ(whole.ledger.residual, resumed.ledger.residual);
 }
 
 /// What cannot be is said by the scene.

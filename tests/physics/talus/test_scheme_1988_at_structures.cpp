@@ -2,11 +2,10 @@
 // on the structure.
 #include <gtest/gtest.h>
 
-#include <atomic>
-
 #include <fmt/format.h>
 
 #include "core/error.hpp"
+#include "helpers/resumed.hpp"
 #include "sim/simulation.hpp"
 #include "verify/impact_text.hpp"
 
@@ -77,36 +76,12 @@ TEST_P(OneWayRestart, GoesOnToTheSameBits) {
     by_talus.erase(by_talus.find(method), method.size());
     return by_talus;
   }();
-  const Outcome whole = run_scene(text);
-  ASSERT_TRUE(whole.ok()) << whole.result.message;
   for (const double stop_at : {0.0123, 0.1}) {  // before the blow and after
-    sim::Simulation first(scene::read_scene_text(text, "/test.toml"));
-    class StopAt : public sim::Sink {
-     public:
-      StopAt(std::atomic<int>& stop, double time) : stop_(stop), time_(time) {}
-      void progress(double t, double, const sim::RunCounters&, double) override {
-        if (t >= time_) stop_ = 2;
-      }
-
-     private:
-      std::atomic<int>& stop_;
-      double time_;
-    };
-    std::atomic<int> stop{0};
-    StopAt until(stop, stop_at);
-    EXPECT_EQ(first.run(until, &stop).status, "interrupted");
-    sim::Simulation second(scene::read_scene_text(text, "/test.toml"));
-    second.restore(first.save());
-    class Last : public sim::Sink {
-     public:
-      void history(const sim::HistoryRow& row) override { last = row; }
-      sim::HistoryRow last;
-    } sink;
-    EXPECT_EQ(second.run(sink).exit_code, 0);
-    EXPECT_EQ(sink.last.position[0], whole.last().position[0]);
-    EXPECT_EQ(sink.last.structures[0].base_force, whole.last().structures[0].base_force);
-    EXPECT_EQ(sink.last.structures[0].peaks.force.value, whole.last().structures[0].peaks.force.value);
-    EXPECT_EQ(sink.last.ledger.external_work, whole.last().ledger.external_work);
+    const auto [whole, resumed, stopped] = test::run_and_resume(text, stop_at);
+    EXPECT_EQ(resumed.position[0], whole.position[0]);
+    EXPECT_EQ(resumed.structures[0].base_force, whole.structures[0].base_force);
+    EXPECT_EQ(resumed.structures[0].peaks.force.value, whole.structures[0].peaks.force.value);
+    EXPECT_EQ(resumed.ledger.external_work, whole.ledger.external_work);
   }
 }
 

@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
 
+#include "helpers/resumed.hpp"
 #include "sim/simulation.hpp"
 #include "verify/impact_text.hpp"
 
@@ -155,28 +155,10 @@ TEST(StructuresMeet, StepsGrowSlowlyWithoutBlocks) {
 }
 
 TEST(StructuresMeet, StepsThatGrowResumeToTheBit) {
-  class Last : public sim::Sink {
-   public:
-    explicit Last(double stop_at) : stop_at_(stop_at) {}
-    void history(const sim::HistoryRow& row) override {
-      last = row;
-      if (row.time >= stop_at_) stop = 15;
-    }
-    sim::HistoryRow last;
-    std::atomic<int> stop = 0;
-
-   private:
-    double stop_at_;
-  } one(1), broken(3.7e-3), two(1);
-  const auto simulation = [] { return sim::Simulation(scene::read_scene_text(equal_slabs(), "/test.toml")); };
-  sim::Simulation whole = simulation(), first = simulation(), second = simulation();
-  ASSERT_EQ(whole.run(one).exit_code, 0);
-  EXPECT_EQ(first.run(broken, &broken.stop).status, "interrupted");
-  second.restore(first.save());
-  EXPECT_LT(second.time(), 4e-3);
-  ASSERT_EQ(second.run(two).exit_code, 0);
-  EXPECT_EQ(one.last.ledger.kinetic, two.last.ledger.kinetic);
-  EXPECT_EQ(one.last.ledger.strain, two.last.ledger.strain);
+  const auto [whole, resumed, stopped] = test::run_and_resume(equal_slabs(), 3.7e-3);
+  EXPECT_LT(stopped->time(), 4e-3);
+  EXPECT_EQ(whole.ledger.kinetic, resumed.ledger.kinetic);
+  EXPECT_EQ(whole.ledger.strain, resumed.ledger.strain);
 }
 
 /// Two slabs flush side by side, struck at once by a cube on the joint. Nodes on the border of the other's

@@ -3,32 +3,14 @@
 
 #include "contact/apart.hpp"
 #include "contact/detect.hpp"
+#include "helpers/shapes.hpp"
 
 namespace talus::contact {
 namespace {
 
-Polyhedron box(const Vec3& side) {
-  std::vector<Vec3> x;
-  for (int k = 0; k < 8; ++k)
-    x.emplace_back((k & 1 ? 0.5 : -0.5) * side.x(), (k & 2 ? 0.5 : -0.5) * side.y(),
-                   (k & 4 ? 0.5 : -0.5) * side.z());
-  return make_polyhedron(x, {{0, 2, 3},
-                             {0, 3, 1},
-                             {4, 5, 7},
-                             {4, 7, 6},
-                             {0, 1, 5},
-                             {0, 5, 4},
-                             {2, 6, 7},
-                             {2, 7, 3},
-                             {0, 4, 6},
-                             {0, 6, 2},
-                             {1, 3, 7},
-                             {1, 7, 5}});
-}
-
 /// A slab of 10 x 10 x 1 m that leans at 45 degrees.
 struct Slab {
-  Polyhedron shape = box(Vec3(10, 10, 1));
+  Polyhedron shape = test::cuboid(Vec3(10, 10, 1));
   Pose pose;
   Vec3 normal;
   Slab() {
@@ -39,7 +21,7 @@ struct Slab {
 
 TEST(Apart, ObliqueSlabsWhoseBoxesOverlap) {
   const Slab slab;
-  const Polyhedron cube = box(Vec3::Ones());
+  const Polyhedron cube = test::cuboid(Vec3::Ones());
   Pose pose;
   pose.F = slab.pose.F;
   pose.c = 3 * slab.normal + 2 * slab.pose.F.col(0) + 3 * slab.pose.F.col(1);  // 2 m between the faces

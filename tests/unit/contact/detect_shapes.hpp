@@ -3,28 +3,13 @@
 #include <random>
 
 #include "contact/detect.hpp"
+#include "helpers/shapes.hpp"
 
 namespace talus::contact::testing {
 
 using Triangles = std::vector<std::array<int, 3>>;
 
-inline Polyhedron box(double x, double y, double z) {
-  std::vector<Vec3> v;
-  for (int i = 0; i < 8; ++i)
-    v.emplace_back((i & 1 ? x : -x) / 2, (i & 2 ? y : -y) / 2, (i & 4 ? z : -z) / 2);
-  return make_polyhedron(v, {{0, 2, 3},
-                             {0, 3, 1},
-                             {4, 5, 7},
-                             {4, 7, 6},
-                             {0, 1, 5},
-                             {0, 5, 4},
-                             {2, 6, 7},
-                             {2, 7, 3},
-                             {0, 4, 6},
-                             {0, 6, 2},
-                             {1, 3, 7},
-                             {1, 7, 5}});
-}
+inline Polyhedron box(double x, double y, double z) { return talus::test::cuboid(Vec3(x, y, z)); }
 
 /// Prism over a polygon given counter-clockwise with its triangulation, between z0 and z1.
 inline Polyhedron prism(const std::vector<std::pair<double, double>>& outline, const Triangles& cap,

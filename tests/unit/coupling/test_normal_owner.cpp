@@ -5,6 +5,7 @@
 
 #include "contact/narrow_math.hpp"
 #include "coupling/island_body.hpp"
+#include "helpers/shapes.hpp"
 
 namespace talus::coupling {
 namespace {
@@ -26,21 +27,8 @@ struct OnRidge {
     if (zones) s.material.assign(s.triangles.size(), 0);
     env.terrain = std::make_shared<contact::SurfaceIndex>(s);
     env.laws = {1, {ContactLaw{}}};
-    std::vector<Vec3> x;
-    for (int k = 0; k < 8; ++k) x.emplace_back(k & 1 ? 0.5 : -0.5, k & 2 ? 0.5 : -0.5, k & 4 ? 0.5 : -0.5);
     dda::Model::Block block;
-    block.shape = std::make_shared<Polyhedron>(make_polyhedron(x, {{0, 2, 3},
-                                                                   {0, 3, 1},
-                                                                   {4, 5, 7},
-                                                                   {4, 7, 6},
-                                                                   {0, 1, 5},
-                                                                   {0, 5, 4},
-                                                                   {2, 6, 7},
-                                                                   {2, 7, 3},
-                                                                   {0, 4, 6},
-                                                                   {0, 6, 2},
-                                                                   {1, 3, 7},
-                                                                   {1, 7, 5}}));
+    block.shape = std::make_shared<Polyhedron>(test::unit_cube());
     model.blocks = {block};
     const Quat turn(Eigen::AngleAxisd(0.005, Vec3::UnitX()));
     state.c = {-(turn * Vec3(0, -0.5, -0.5))};

@@ -6,26 +6,10 @@
 
 #include "coupling/pair_watch.hpp"
 #include "dda/kinematics.hpp"
+#include "helpers/shapes.hpp"
 
 namespace talus::coupling {
 namespace {
-
-std::shared_ptr<const Polyhedron> cube() {
-  std::vector<Vec3> x;
-  for (int k = 0; k < 8; ++k) x.emplace_back(k & 1 ? 0.5 : -0.5, k & 2 ? 0.5 : -0.5, k & 4 ? 0.5 : -0.5);
-  return std::make_shared<Polyhedron>(make_polyhedron(x, {{0, 2, 3},
-                                                          {0, 3, 1},
-                                                          {4, 5, 7},
-                                                          {4, 7, 6},
-                                                          {0, 1, 5},
-                                                          {0, 5, 4},
-                                                          {2, 6, 7},
-                                                          {2, 7, 3},
-                                                          {0, 4, 6},
-                                                          {0, 6, 2},
-                                                          {1, 3, 7},
-                                                          {1, 7, 5}}));
-}
 
 /// Two cubes of 1 m, the second `apart` above the first.
 struct Pair {
@@ -35,7 +19,7 @@ struct Pair {
   CandidatePair pair{{Partner::Kind::block, 0}, 1};
   explicit Pair(double apart) {
     dda::Model::Block block;
-    block.shape = cube();
+    block.shape = std::make_shared<Polyhedron>(test::unit_cube());
     model.blocks = {block, block};
     state.c = {Vec3::Zero(), Vec3(0.1, 0.2, 1 + apart)};
     state.v = state.w = {Vec3::Zero(), Vec3::Zero()};

@@ -4,7 +4,6 @@
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
@@ -19,6 +18,7 @@
 #include "ensemble/ensemble.hpp"
 #include "ensemble/fragility/strata.hpp"
 #include "ensemble/results.hpp"
+#include "helpers/place.hpp"
 
 namespace talus::ensemble {
 namespace {
@@ -26,23 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-class Place {
- public:
-  Place() {
-    std::string name = (fs::temp_directory_path() / "talus-fragility-XXXXXX").string();
-    path_ = ::mkdtemp(name.data());
-  }
-  ~Place() { fs::remove_all(path_); }
-  fs::path put(const std::string& name, const std::string& text) const {
-    fs::create_directories((path_ / name).parent_path());
-    std::ofstream(path_ / name) << text;
-    return path_ / name;
-  }
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
+using test::Place;
 
 std::string text_of(const fs::path& file) {
   std::ifstream in(file);

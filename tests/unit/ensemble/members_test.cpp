@@ -9,12 +9,11 @@
 #include <map>
 #include <set>
 
-#include <unistd.h>
-
 #include "core/error.hpp"
 #include "ensemble/ensemble.hpp"
 #include "ensemble/results.hpp"
 #include "ensemble/store.hpp"
+#include "helpers/place.hpp"
 #include "io/hdf5_file.hpp"
 #include "sim/world.hpp"
 
@@ -23,22 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class Place {
- public:
-  Place() {
-    std::string name = (fs::temp_directory_path() / "talus-ensemble-XXXXXX").string();
-    path_ = ::mkdtemp(name.data());
-  }
-  ~Place() { fs::remove_all(path_); }
-  fs::path put(const std::string& name, const std::string& text) const {
-    std::ofstream(path_ / name) << text;
-    return path_ / name;
-  }
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
+using test::Place;
 
 /// A box that slides down a plane of 40 degrees along -y, from rest at y = 0, with friction to be drawn. The
 /// line lies at y = -2 in plan.

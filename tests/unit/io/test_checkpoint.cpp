@@ -5,12 +5,12 @@
 #include <limits>
 
 #include "core/error.hpp"
+#include "helpers/place.hpp"
 #include "io/checkpoint.hpp"
 #include "io/files.hpp"
-#include "scratch.hpp"
 
 using namespace talus;
-using talus::test::Scratch;
+using talus::test::Place;
 
 namespace {
 
@@ -37,10 +37,10 @@ std::string message_of(const std::filesystem::path& path, const std::string& has
 }  // namespace
 
 TEST(Checkpoint, ComesBackBitForBit) {
-  const Scratch scratch;
+  const Place scratch;
   const io::Checkpoint c = sample();
-  io::save_checkpoint(scratch.path / "c.h5", c);
-  const io::Checkpoint back = io::load_checkpoint(scratch.path / "c.h5", c.scene_hash, c.version);
+  io::save_checkpoint(scratch.path() / "c.h5", c);
+  const io::Checkpoint back = io::load_checkpoint(scratch.path() / "c.h5", c.scene_hash, c.version);
   EXPECT_EQ(back.integers, c.integers);
   ASSERT_EQ(back.numbers.size(), c.numbers.size());
   for (const auto& [name, values] : c.numbers) {
@@ -52,8 +52,8 @@ TEST(Checkpoint, ComesBackBitForBit) {
 }
 
 TEST(Checkpoint, SaysWhyItRefuses) {
-  const Scratch scratch;
-  const auto path = scratch.path / "c.h5";
+  const Place scratch;
+  const auto path = scratch.path() / "c.h5";
   EXPECT_NE(message_of(path, "x", "1.2.3").find("there is no checkpoint"), std::string::npos);
   io::save_checkpoint(path, sample());
   EXPECT_NE(message_of(path, "another", "1.2.3").find("another scene"), std::string::npos);
@@ -65,8 +65,8 @@ TEST(Checkpoint, SaysWhyItRefuses) {
 }
 
 TEST(Checkpoint, EveryDamageIsNoticed) {
-  const Scratch scratch;
-  const auto path = scratch.path / "c.h5";
+  const Place scratch;
+  const auto path = scratch.path() / "c.h5";
   io::save_checkpoint(path, sample());
   const std::string whole = io::read_file(path);
   for (std::size_t at = 0; at < whole.size(); at += 1 + whole.size() / 211) {

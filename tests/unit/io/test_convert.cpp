@@ -5,15 +5,15 @@
 
 #include "core/error.hpp"
 #include "geometry/block_output.hpp"
+#include "helpers/place.hpp"
 #include "io/block_files.hpp"
 #include "io/convert.hpp"
 #include "io/files.hpp"
 #include "io/hdf5_file.hpp"
-#include "scratch.hpp"
 #include "synthetic.hpp"
 
 using namespace talus;
-using talus::test::Scratch;
+using talus::test::Place;
 using talus::test::SyntheticRun;
 
 namespace {
@@ -30,7 +30,7 @@ std::vector<std::vector<std::string>> cells(const std::string& text) {
 }
 
 struct Converted : testing::Test {
-  Scratch scratch;
+  Place scratch;
   std::string results;
   void SetUp() override {
     SyntheticRun run;
@@ -38,19 +38,19 @@ struct Converted : testing::Test {
     run.cells = {1, 1, 2};
     run.history_interval = 0.05;
     io::RecorderOptions o;
-    o.directory = scratch.path / "out";
+    o.directory = scratch.path() / "out";
     o.paraview = false;
     io::Recorder recorder(o, run.header());
     run.record(recorder, 0, run.rows() - 1, [](int) {});
     recorder.finish({});
-    results = (scratch.path / "out/results.h5").string();
+    results = (scratch.path() / "out/results.h5").string();
   }
 };
 
 }  // namespace
 
 TEST_F(Converted, BlocksComeWithNamesUnitsAndAllDigits) {
-  const std::string out = (scratch.path / "blocks.csv").string();
+  const std::string out = (scratch.path() / "blocks.csv").string();
   io::convert(results + "#/history/blocks", out);
   const auto rows = cells(io::read_file(out));
   ASSERT_EQ(rows.size(), 162u);
@@ -101,9 +101,9 @@ TEST_F(Converted, LedgerStructureContactsAndSingleDatasets) {
 
 /// Shear of members has four axes: time, member, station, direction. Every row of the file is one time.
 TEST(Convert, ForcesOfMembersStandInTheRowOfTheirTime) {
-  const Scratch scratch;
-  const std::string file = (scratch.path / "members.h5").string(),
-                    out = (scratch.path / "shear.csv").string(), group = "/history/structures/V/members/";
+  const Place scratch;
+  const std::string file = (scratch.path() / "members.h5").string(),
+                    out = (scratch.path() / "shear.csv").string(), group = "/history/structures/V/members/";
   {
     io::Hdf5File h5 = io::Hdf5File::create(file);
     const std::vector<double> time{0, 0.5, 1};
@@ -128,15 +128,15 @@ TEST(Convert, ForcesOfMembersStandInTheRowOfTheirTime) {
 }
 
 TEST_F(Converted, BadRequestsSayWhatToDo) {
-  const std::string out = (scratch.path / "x.csv").string();
+  const std::string out = (scratch.path() / "x.csv").string();
   EXPECT_THROW(io::convert(results + "#/history/nothing", out), InputError);
   EXPECT_THROW(io::convert(results + "#history", out), InputError);
   EXPECT_THROW(io::convert("missing.h5#/ledger", out), InputError);
-  EXPECT_THROW(io::convert(results + "#/ledger", (scratch.path / "x.xls").string()), InputError);
+  EXPECT_THROW(io::convert(results + "#/ledger", (scratch.path() / "x.xls").string()), InputError);
   EXPECT_THROW(io::convert("terrain.asc", out), InputError);
   EXPECT_FALSE(std::filesystem::exists(out));
-  io::write_file(scratch.path / "junk.h5", "this is no HDF5");
-  EXPECT_THROW(io::convert((scratch.path / "junk.h5").string(), out), InputError);
+  io::write_file(scratch.path() / "junk.h5", "this is no HDF5");
+  EXPECT_THROW(io::convert((scratch.path() / "junk.h5").string(), out), InputError);
 }
 
 TEST_F(Converted, BlocksOfAnyTimeAreClosedSurfacesThatGoBackToHdf5) {
@@ -144,7 +144,7 @@ TEST_F(Converted, BlocksOfAnyTimeAreClosedSurfacesThatGoBackToHdf5) {
   const auto position = file.read<double>("/history/blocks/position");
   const auto names = file.read_texts("/history/blocks/name");
   const std::size_t blocks = names.size(), last = position.rows() - 1;
-  const std::string obj = (scratch.path / "end.obj").string(), h5 = (scratch.path / "end.h5").string();
+  const std::string obj = (scratch.path() / "end.obj").string(), h5 = (scratch.path() / "end.h5").string();
   geometry::write_mesh(obj, io::read_blocks(results, "end"));
   const auto system = geometry::read_block_system(obj);
   ASSERT_FALSE(system.empty());
@@ -169,10 +169,10 @@ TEST_F(Converted, BlocksOfAnyTimeAreClosedSurfacesThatGoBackToHdf5) {
 }
 
 TEST_F(Converted, FoldersMayHaveAHashInTheirNames) {
-  const auto folder = scratch.path / "site #2";
+  const auto folder = scratch.path() / "site #2";
   std::filesystem::create_directories(folder);
   std::filesystem::copy_file(results, folder / "results.h5");
-  const std::string moved = (folder / "results.h5").string(), out = (scratch.path / "ledger.csv").string();
+  const std::string moved = (folder / "results.h5").string(), out = (scratch.path() / "ledger.csv").string();
   io::convert(moved + "#/ledger", out);
   EXPECT_TRUE(io::read_file(out).starts_with("time [s],"));
   io::convert(moved, out);

@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
 #include "core/error.hpp"
+#include "helpers/place.hpp"
 #include "io/final_state.hpp"
-#include "scratch.hpp"
 
 using namespace talus;
 
@@ -34,9 +34,9 @@ void write(const std::filesystem::path& path, const sim::FinalState& s) {
 }  // namespace
 
 TEST(FinalState, ComesBackBitForBit) {
-  const test::Scratch scratch;
-  write(scratch.path / "a.h5", sample());
-  const sim::FinalState s = io::read_final_state(scratch.path / "a.h5");
+  const test::Place scratch;
+  write(scratch.path() / "a.h5", sample());
+  const sim::FinalState s = io::read_final_state(scratch.path() / "a.h5");
   EXPECT_EQ(s.blocks.at("B 1").w, Vec3(7, 8, 9));
   EXPECT_EQ(s.structures.at("wall").history, sample().structures.at("wall").history);
   EXPECT_EQ(s.bodies, sample().bodies);
@@ -52,15 +52,15 @@ TEST(FinalState, ComesBackBitForBit) {
 }
 
 TEST(FinalState, WithoutContactsAsWell) {
-  const test::Scratch scratch;
-  write(scratch.path / "a.h5", {});
-  EXPECT_TRUE(io::read_final_state(scratch.path / "a.h5").contacts.empty());
+  const test::Place scratch;
+  write(scratch.path() / "a.h5", {});
+  EXPECT_TRUE(io::read_final_state(scratch.path() / "a.h5").contacts.empty());
 }
 
 TEST(FinalState, BodiesThatAreNotInTheListAreRefused) {
-  const test::Scratch scratch;
+  const test::Place scratch;
   sim::FinalState s = sample();
   s.contacts[1].partner = 2;
-  write(scratch.path / "a.h5", s);
-  EXPECT_THROW((void)io::read_final_state(scratch.path / "a.h5"), InputError);
+  write(scratch.path() / "a.h5", s);
+  EXPECT_THROW((void)io::read_final_state(scratch.path() / "a.h5"), InputError);
 }

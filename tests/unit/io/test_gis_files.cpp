@@ -5,14 +5,14 @@
 
 #include "core/error.hpp"
 #include "geometry/raster/raster_module.hpp"
+#include "helpers/place.hpp"
 #include "io/gis_files.hpp"
 #include "io/hdf5_file.hpp"
 #include "io/recorder.hpp"
-#include "scratch.hpp"
 #include "synthetic.hpp"
 
 using namespace talus;
-using talus::test::Scratch;
+using talus::test::Place;
 using talus::test::SyntheticRun;
 
 namespace {
@@ -20,7 +20,7 @@ namespace {
 const Vec3 map_origin(50'000, 200'000, 10);
 
 struct GisFiles : testing::Test {
-  Scratch scratch;
+  Place scratch;
   SyntheticRun run;
   std::filesystem::path results;
   void SetUp() override {
@@ -30,7 +30,7 @@ struct GisFiles : testing::Test {
     header.crs = "EPSG:31254";
     header.map_origin = map_origin;
     io::RecorderOptions o;
-    o.directory = scratch.path / "out";
+    o.directory = scratch.path() / "out";
     o.paraview = false;
     io::Recorder recorder(o, header);
     run.record(recorder, 0, run.rows() - 1, [](int) {});
@@ -117,13 +117,13 @@ TEST_F(GisFiles, DepositKeepsTheVolume) {
 /// Over the edge northwards at 20 m/s after a second, then a free fall: the line ends at the edge, and
 /// nothing lies beyond it.
 TEST(GisTracks, EndWhereTheBlockLeftTheModel) {
-  const Scratch scratch;
+  const Place scratch;
   SyntheticRun run;
   run.structure = false;
   run.blocks = 1;
   run.terrain_nodes = 9;
   io::RecorderOptions o;
-  o.directory = scratch.path / "out";
+  o.directory = scratch.path() / "out";
   o.paraview = false;
   io::Recorder recorder(o, run.header());
   const Vec3 edge = run.offset + Vec3(80, 160, run.ground(80, 160) + 1);
@@ -154,13 +154,13 @@ TEST_F(GisFiles, TheCellIsChosenRoundAndBadRequestsAreTold) {
   EXPECT_THROW(io::results_map(results, "anger", 1), InputError);
   EXPECT_THROW(io::results_map(results, "passages", 1e-3), InputError);
   EXPECT_THROW(io::results_map(results, "passages", 1e30), InputError);
-  EXPECT_THROW(io::tracks_geojson(scratch.path / "missing.h5"), InputError);
+  EXPECT_THROW(io::tracks_geojson(scratch.path() / "missing.h5"), InputError);
 }
 
 TEST(ForeignResults, AreRefusedBeforeTheyAreUsedAsIndices) {
-  const Scratch scratch;
+  const Place scratch;
   const auto written = [&](const char* name, std::size_t velocities, std::int32_t corner) {
-    const auto path = scratch.path / name;
+    const auto path = scratch.path() / name;
     io::Hdf5File file = io::Hdf5File::create(path);
     const std::string h = "/history/blocks/";
     file.write<double>("/history/time", std::vector<double>{0, 1}, {2});

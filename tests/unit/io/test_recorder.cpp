@@ -7,16 +7,16 @@
 #include <numeric>
 
 #include "core/error.hpp"
+#include "helpers/place.hpp"
 #include "io/hdf5_file.hpp"
 #include "io/journal.hpp"
 #include "io/recorder.hpp"
 #include "io/results.hpp"
-#include "scratch.hpp"
 #include "synthetic.hpp"
 
 namespace fs = std::filesystem;
 using namespace talus;
-using talus::test::Scratch;
+using talus::test::Place;
 using talus::test::small;
 using talus::test::SyntheticRun;
 
@@ -29,8 +29,8 @@ io::RecorderOptions options(const fs::path& directory) {
   return o;
 }
 
-fs::path whole_run(const Scratch& scratch, const SyntheticRun& run, const std::string& name = "out") {
-  const fs::path dir = scratch.path / name;
+fs::path whole_run(const Place& scratch, const SyntheticRun& run, const std::string& name = "out") {
+  const fs::path dir = scratch.path() / name;
   io::Recorder recorder(options(dir), run.header());
   run.record(recorder, 0, run.rows() - 1, [](int) {});
   recorder.finish({});
@@ -42,7 +42,7 @@ std::string bytes(const fs::path& p) { return io::read_file(p); }
 }  // namespace
 
 TEST(Recorder, WritesEveryDatasetOfTheContractWithItsShape) {
-  const Scratch scratch;
+  const Place scratch;
   const SyntheticRun run = small();
   const auto file = io::Hdf5File::open(whole_run(scratch, run) / "results.h5");
   const std::size_t nt = static_cast<std::size_t>(run.rows()), nb = 3;
@@ -83,7 +83,7 @@ TEST(Recorder, WritesEveryDatasetOfTheContractWithItsShape) {
 }
 
 TEST(Recorder, KeepsEveryNumberAndGivesNanBeforeBirth) {
-  const Scratch scratch;
+  const Place scratch;
   const SyntheticRun run = small();
   const auto file = io::Hdf5File::open(whole_run(scratch, run) / "results.h5");
   const auto time = file.read<double>("/history/time");
@@ -109,20 +109,20 @@ TEST(Recorder, KeepsEveryNumberAndGivesNanBeforeBirth) {
 }
 
 TEST(Recorder, RefusesADirectoryThatIsNotItsOwn) {
-  const Scratch scratch;
-  const fs::path dir = scratch.path / "mine";
+  const Place scratch;
+  const fs::path dir = scratch.path() / "mine";
   fs::create_directories(dir);
   std::ofstream(dir / "thesis.txt") << "ten years of work";
   EXPECT_THROW(io::Recorder(options(dir), small().header()), InputError);
   EXPECT_EQ(bytes(dir / "thesis.txt"), "ten years of work");
   EXPECT_EQ(std::distance(fs::directory_iterator(dir), fs::directory_iterator{}), 1);  // nothing was written
-  std::ofstream(scratch.path / "file") << "x";
-  EXPECT_THROW(io::Recorder(options(scratch.path / "file"), small().header()), InputError);
-  EXPECT_THROW(io::Recorder(options(scratch.path / "file" / "below"), small().header()), InputError);
+  std::ofstream(scratch.path() / "file") << "x";
+  EXPECT_THROW(io::Recorder(options(scratch.path() / "file"), small().header()), InputError);
+  EXPECT_THROW(io::Recorder(options(scratch.path() / "file" / "below"), small().header()), InputError);
 }
 
 TEST(Recorder, OverwritesItsOwnDirectoryButLeavesForeignFiles) {
-  const Scratch scratch;
+  const Place scratch;
   const fs::path dir = whole_run(scratch, small());
   std::ofstream(dir / "notes.txt") << "keep";
   SyntheticRun shorter = small();
@@ -134,7 +134,7 @@ TEST(Recorder, OverwritesItsOwnDirectoryButLeavesForeignFiles) {
 }
 
 TEST(Recorder, ImpactInTheSummaryHasTheImpulseThatWasPutIn) {
-  const Scratch scratch;
+  const Place scratch;
   const SyntheticRun run = small();
   const auto j = nlohmann::json::parse(bytes(whole_run(scratch, run) / "summary.json"));
   ASSERT_EQ(j["impacts"].size(), 1u);
@@ -193,7 +193,7 @@ TEST(Recorder, WhatCrackedIsNotCalledVerified) {
 
 TEST(Recorder, DesignFormulasStandBesideTheStrongestImpact) {
   using json = nlohmann::json;
-  const Scratch scratch;
+  const Place scratch;
   const json j = json::parse(bytes(whole_run(scratch, small()) / "summary.json"));
   ASSERT_EQ(j["formulas"].size(), 3u);  // no cushion: Hertz, hard impact, punching
   const json impact = j["impacts"][j["formulas"][0]["impact"].get<std::size_t>()];
@@ -412,20 +412,20 @@ TEST(Recorder, ABlockThatStartedBesideTheTerrainTellsNothing) {
 /// What the scene is warned of, and what a run tells on its way, in the summary: once, whether it was stopped
 /// or not.
 TEST(Recorder, WarningsOfTheSceneAndOfTheRunAreInTheSummaryOnce) {
-  const Scratch scratch;
+  const Place scratch;
   SyntheticRun run = small();
   run.end = 0.2;
   sim::RunHeader header = run.header();
   header.warnings = {"scene.toml:4:1: interface.rock/slope.friction = 35: unusually large"};
   std::uint64_t position = 0;
   {
-    io::Recorder recorder(options(scratch.path / "out"), header);
+    io::Recorder recorder(options(scratch.path() / "out"), header);
     run.record(recorder, 0, 10, [](int) {});
     recorder.warning("P2: lost its support");
     position = recorder.checkpoint();
     recorder.warning("told after the checkpoint, and told again by the run that goes on");
   }
-  io::Recorder recorder(options(scratch.path / "out"), position);
+  io::Recorder recorder(options(scratch.path() / "out"), position);
   const std::vector<std::string> expected{header.warnings[0], "P2: lost its support"};
   EXPECT_EQ(recorder.warnings(), expected);
   run.record(recorder, 11, 20, [](int) {});
@@ -530,10 +530,10 @@ TEST(Recorder, TheResidualIsRelativeToWhatMovedOrCouldHave) {
 }
 
 TEST(Recorder, WhatWasFlushedSurvivesACutAtAnyByte) {
-  const Scratch scratch;
+  const Place scratch;
   SyntheticRun run = small();
   run.end = 0.3;
-  const fs::path dir = scratch.path / "out";
+  const fs::path dir = scratch.path() / "out";
   std::string journal;
   {
     io::Recorder recorder(options(dir), run.header());
@@ -556,10 +556,10 @@ TEST(Recorder, WhatWasFlushedSurvivesACutAtAnyByte) {
 }
 
 TEST(Recorder, AFlippedBitEndsTheJournalThere) {
-  const Scratch scratch;
+  const Place scratch;
   SyntheticRun run = small();
   run.end = 0.3;
-  const fs::path dir = scratch.path / "out";
+  const fs::path dir = scratch.path() / "out";
   {
     io::Recorder recorder(options(dir), run.header());
     run.record(recorder, 0, run.rows() - 1, [](int) {});
@@ -578,9 +578,9 @@ TEST(Recorder, AFlippedBitEndsTheJournalThere) {
 }
 
 TEST(Recorder, ResumedRunWritesTheSameBytesAsAnUnbrokenOne) {
-  const Scratch scratch;
+  const Place scratch;
   const SyntheticRun run = small();
-  const fs::path whole = whole_run(scratch, run, "whole"), dir = scratch.path / "cut";
+  const fs::path whole = whole_run(scratch, run, "whole"), dir = scratch.path() / "cut";
   std::uint64_t position = 0;
   {
     io::Recorder recorder(options(dir), run.header());
@@ -599,10 +599,10 @@ TEST(Recorder, ResumedRunWritesTheSameBytesAsAnUnbrokenOne) {
 }
 
 TEST(Recorder, RebuildingAsItGrowsStaysLinear) {
-  const Scratch scratch;
+  const Place scratch;
   SyntheticRun run = small();
   run.structure = false;
-  const fs::path dir = scratch.path / "out";
+  const fs::path dir = scratch.path() / "out";
   io::Recorder recorder(options(dir), run.header());
   int rebuilds = 0;
   fs::file_time_type last{};
@@ -619,7 +619,7 @@ TEST(Recorder, RebuildingAsItGrowsStaysLinear) {
 }
 
 TEST(Recorder, QuietStructuresAreNotWrittenAgain) {
-  const Scratch scratch;
+  const Place scratch;
   const SyntheticRun run = small();
   const fs::path dir = whole_run(scratch, run);
   EXPECT_TRUE(fs::exists(dir / "fields/P2_000000.vtu"));
@@ -633,13 +633,13 @@ TEST(Recorder, QuietStructuresAreNotWrittenAgain) {
 }
 
 /// A run of 0.2 s whose structure has this name.
-fs::path run_of_structure(const Scratch& scratch, const std::string& name) {
+fs::path run_of_structure(const Place& scratch, const std::string& name) {
   SyntheticRun run = small();
   run.end = 0.2;
   run.bars = true;
   sim::RunHeader header = run.header();
   header.structures[0].name = name;
-  const fs::path dir = scratch.path / "out";
+  const fs::path dir = scratch.path() / "out";
   io::Recorder recorder(options(dir), header);
   run.record(recorder, 0, run.rows() - 1, [](int) {});
   recorder.finish({});
@@ -647,7 +647,7 @@ fs::path run_of_structure(const Scratch& scratch, const std::string& name) {
 }
 
 TEST(Recorder, NamesAreEscapedInWhatParaViewOpens) {
-  const Scratch scratch;
+  const Place scratch;
   const fs::path dir = run_of_structure(scratch, "Pier <A> & \"B\"");
   EXPECT_TRUE(fs::exists(dir / "fields/Pier <A> & \"B\"_000000.vtu"));
   const std::string pvd = bytes(dir / "results.pvd"), xdmf = bytes(dir / "results.xdmf"),
@@ -660,7 +660,7 @@ TEST(Recorder, NamesAreEscapedInWhatParaViewOpens) {
 
 /// A structure of the name "blocks" wrote over the files of the blocks.
 TEST(Recorder, NoTwoPartsShareTheirFiles) {
-  const Scratch scratch;
+  const Place scratch;
   const fs::path dir = run_of_structure(scratch, "blocks");
   const std::string pvd = bytes(dir / "results.pvd");
   for (const std::string stem : {"blocks", "blocks_", "blocks__bars"}) {
@@ -673,8 +673,8 @@ TEST(Recorder, NoTwoPartsShareTheirFiles) {
 
 TEST(Recorder, FullDiskIsReportedAndKeepsWhatWasThere) {
   if (!fs::exists("/dev/full")) GTEST_SKIP();
-  const Scratch scratch;
-  const fs::path dir = scratch.path;
+  const Place scratch;
+  const fs::path dir = scratch.path();
   fs::create_symlink("/dev/full", dir / "journal.bin");
   EXPECT_THROW(
       {
@@ -685,8 +685,8 @@ TEST(Recorder, FullDiskIsReportedAndKeepsWhatWasThere) {
 }
 
 TEST(Recorder, SceneWithoutBlocksOrStructuresIsFine) {
-  const Scratch scratch;
-  const fs::path dir = scratch.path / "out";
+  const Place scratch;
+  const fs::path dir = scratch.path() / "out";
   io::Recorder recorder(options(dir), sim::RunHeader{});
   recorder.history(sim::HistoryRow{});
   recorder.field(0, {}, {});

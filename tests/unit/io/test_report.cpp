@@ -5,15 +5,15 @@
 #include <numbers>
 
 #include "core/error.hpp"
+#include "helpers/place.hpp"
 #include "io/files.hpp"
 #include "io/report.hpp"
 #include "io/report_data.hpp"
 #include "io/report_parts.hpp"
-#include "scratch.hpp"
 #include "synthetic.hpp"
 
 using namespace talus;
-using talus::test::Scratch;
+using talus::test::Place;
 using talus::test::SyntheticRun;
 
 TEST(ReportParts, FramesKeepTheEndsAndThickenInTheWindows) {
@@ -112,7 +112,7 @@ TEST(ReportParts, Base64OfTheStandard) {
 }
 
 TEST(Report, IsOneFileWithoutReferencesAndHostileNamesStayText) {
-  const Scratch scratch;
+  const Place scratch;
   SyntheticRun run;
   run.terrain_nodes = 9;
   run.cells = {1, 1, 2};
@@ -121,7 +121,7 @@ TEST(Report, IsOneFileWithoutReferencesAndHostileNamesStayText) {
   header.title = "</script><script>alert(1)</script> & \"quotes\" %%TALUS_DATA%%";
   header.blocks[0].name = "<img src=x onerror=alert(2)>";
   io::RecorderOptions options;
-  options.directory = scratch.path / "out";
+  options.directory = scratch.path() / "out";
   options.paraview = false;
   {
     io::Recorder recorder(options, header);
@@ -156,7 +156,7 @@ std::vector<double> array_of(const io::ReportData& data, const std::string& name
 /// Section forces over the stations of a pier under a known force at 3.4 m; a member's place; where a path
 /// crosses a line.
 TEST(Report, ShowsSectionForcesAlongMembersAndCrossingsOfLines) {
-  const Scratch scratch;
+  const Place scratch;
   SyntheticRun run;
   run.terrain_nodes = 9;
   run.cells = {1, 1, 2};
@@ -164,7 +164,7 @@ TEST(Report, ShowsSectionForcesAlongMembersAndCrossingsOfLines) {
   run.history_interval = 0.005;
   run.members = run.line = true;
   io::RecorderOptions options;
-  options.directory = scratch.path / "out";
+  options.directory = scratch.path() / "out";
   options.paraview = false;
   {
     io::Recorder recorder(options, run.header());
@@ -200,11 +200,11 @@ TEST(Report, ShowsSectionForcesAlongMembersAndCrossingsOfLines) {
 /// What ground laws took has its curves in the plot of the ledger, and none where they took nothing.
 TEST(Report, LedgerPlotHasWhatGroundLawsTook) {
   for (const bool taken : {false, true}) {
-    const Scratch scratch;
+    const Place scratch;
     SyntheticRun run;
     run.structure = run.fragment = false;
     io::RecorderOptions options;
-    options.directory = scratch.path / "out";
+    options.directory = scratch.path() / "out";
     options.paraview = false;
     {
       io::Recorder recorder(options, run.header());
@@ -230,13 +230,13 @@ TEST(Report, LedgerPlotHasWhatGroundLawsTook) {
 /// A blow whose steps are uneven by two orders, with needles in the shortest of them: plot, headline and
 /// impulse are of one force.
 TEST(Report, PlotsTheFilteredForceThatItsHeadlineStates) {
-  const Scratch scratch;
+  const Place scratch;
   SyntheticRun run;
   run.terrain_nodes = 9;
   run.cells = {1, 1, 2};
   run.end = 5.2;
   io::RecorderOptions options;
-  options.directory = scratch.path / "out";
+  options.directory = scratch.path() / "out";
   options.paraview = false;
   Vec3 impulse = Vec3::Zero();
   {
@@ -276,12 +276,12 @@ TEST(Report, PlotsTheFilteredForceThatItsHeadlineStates) {
 /// A piece of a bar at an open crack does not take the colours from all others; its strain is told beside
 /// them.
 TEST(Report, ColoursOfBarsReachToWhereMostOfThemLie) {
-  const Scratch scratch;
+  const Place scratch;
   SyntheticRun run;
   run.terrain_nodes = 9;
   run.bars = true;
   io::RecorderOptions options;
-  options.directory = scratch.path / "out";
+  options.directory = scratch.path() / "out";
   options.paraview = false;
   {
     io::Recorder recorder(options, run.header());
@@ -301,12 +301,12 @@ TEST(Report, ColoursOfBarsReachToWhereMostOfThemLie) {
 }
 
 TEST(Report, SaysHowManyImpactsItDoesNotPlot) {
-  const Scratch scratch;
+  const Place scratch;
   SyntheticRun run;
   run.terrain_nodes = 9;
   run.cells = {1, 1, 2};
   io::RecorderOptions options;
-  options.directory = scratch.path / "out";
+  options.directory = scratch.path() / "out";
   options.paraview = false;
   {
     io::Recorder recorder(options, run.header());
@@ -329,16 +329,16 @@ TEST(Report, SaysHowManyImpactsItDoesNotPlot) {
 }
 
 TEST(Report, NeedsResults) {
-  const Scratch scratch;
-  EXPECT_THROW(io::write_report(scratch.path), InputError);
-  EXPECT_THROW(io::write_report(scratch.path / "nowhere"), InputError);
+  const Place scratch;
+  EXPECT_THROW(io::write_report(scratch.path()), InputError);
+  EXPECT_THROW(io::write_report(scratch.path() / "nowhere"), InputError);
 }
 
 TEST(Report, NamesTheFileThatIsNotAsTheRunWroteIt) {
-  const Scratch scratch;
+  const Place scratch;
   SyntheticRun run;
   io::RecorderOptions options;
-  options.directory = scratch.path / "out";
+  options.directory = scratch.path() / "out";
   options.paraview = false;
   {
     io::Recorder recorder(options, run.header());
