@@ -82,7 +82,7 @@ void FemStructure::divide() {
   std::vector<char> touched(mesh_.nodes.size(), 0);
   operator_->mark_nodes(touched);
   if (bars_) {
-    bars_->divide(*partition_, mesh_, nullptr);
+    bars_->divide(*partition_, mesh_, bars_->surroundings(*partition_, mesh_));
     find_segments();
     bars_->mark_nodes(touched);
   }

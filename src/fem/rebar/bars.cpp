@@ -114,11 +114,11 @@ Bars::Bars(const StructureSpec& spec, const HexMesh& mesh, const Supports& suppo
     const material::Concrete concrete = material::mc2010(input);
     dowel_strength_ = concrete.f_cm, dowel_opening_ = concrete.fracture_energy / concrete.f_t;
   }
-  place(mesh, {});
+  place(mesh, nullptr);
 }
 
 /// Tables and virgin states of the segments here, in cells and nodes of `mesh`.
-void Bars::place(const HexMesh& mesh, std::function<rebar::HostSearch()> concrete) {
+void Bars::place(const HexMesh& mesh, std::shared_ptr<const rebar::Surroundings> around) {
   std::vector<char> hosting(mesh.nodes.size(), 0);
   for (std::size_t k = 0; k < segments(); ++k)
     if (host(k) >= 0)
@@ -132,7 +132,7 @@ void Bars::place(const HexMesh& mesh, std::function<rebar::HostSearch()> concret
   if (f_cm_ > 0) slip_ = std::make_unique<rebar::SlipField>(bars_, f_cm_);
   if (dowel_strength_ > 0)
     dowels_ = std::make_unique<rebar::DowelField>(bars_, mesh.nodes, mesh.hexes, dowel_strength_,
-                                                  dowel_opening_, std::move(concrete));
+                                                  dowel_opening_, std::move(around));
   carrying_stale_ = ties_stale_ = true;
 }
 
@@ -186,25 +186,33 @@ void Bars::see_cracks(const DamageField& damage, const double* u, const std::vec
   }
 }
 
-/// What dowels ask about the concrete beside the bars of a part: the whole mesh about its hosts.
-std::shared_ptr<const Bars::Surroundings> Bars::surroundings(const Partition& partition,
-                                                             const HexMesh& whole) const {
-  if (!dowels_ || partition.holds_all()) return nullptr;
+std::shared_ptr<const rebar::Surroundings> Bars::surroundings(const Partition& partition,
+                                                              const HexMesh& whole) const {
+  if (!dowels_) return nullptr;
   double thickest = 0;
   for (const rebar::Bar& bar : bars_.bars()) thickest = std::max(thickest, bar.diameter);
   Box3 box;
   for (std::size_t k = 0; k < segments(); ++k)
     if (const int cell = partition.cell_here(host(k)); cell >= 0 && partition.local_cells()[cell])
       for (const int n : bars_.host_nodes(k)) box.extend(whole.nodes[static_cast<std::size_t>(n)]);
-  auto around = std::make_shared<Surroundings>();
+  auto around = std::make_shared<rebar::Surroundings>();
   if (box.isEmpty()) return around;
-  const Vec3 reach = Vec3::Constant(rebar::DowelField::beyond_bar * thickest);
-  box = Box3(box.min() - reach, box.max() + reach);
+  const auto within = [&](double diameters) {
+    const Vec3 reach = Vec3::Constant(diameters * thickest);
+    return Box3(box.min() - reach, box.max() + reach);
+  };
+  const Box3 of_bars = within(rebar::DowelField::bar_reach),
+             of_concrete = within(rebar::DowelField::concrete_reach);
+  for (std::size_t k = 0; k < segments(); ++k) {
+    const Vec3 start = bars_.start(k), end = start + bars_.along(k);
+    if (of_bars.intersects(Box3(start.cwiseMin(end), start.cwiseMax(end))))
+      around->bars.push_back({start, bars_.along(k)});
+  }
   std::vector<int> place(whole.nodes.size(), -1);
   for (const auto& hex : whole.hexes) {
     Box3 cell;
     for (const int n : hex) cell.extend(whole.nodes[static_cast<std::size_t>(n)]);
-    if (!box.intersects(cell)) continue;
+    if (!of_concrete.intersects(cell)) continue;
     auto& copy = around->hexes.emplace_back(hex);
     for (int& n : copy) {
       int& at = place[static_cast<std::size_t>(n)];
@@ -217,7 +225,8 @@ std::shared_ptr<const Bars::Surroundings> Bars::surroundings(const Partition& pa
   return around;
 }
 
-void Bars::divide(Partition& partition, const HexMesh& mesh, std::shared_ptr<const Surroundings> around) {
+void Bars::divide(Partition& partition, const HexMesh& mesh,
+                  std::shared_ptr<const rebar::Surroundings> around) {
   std::vector<double> state;
   save(state, false);
   const auto local = [&](int cell) {
@@ -238,11 +247,7 @@ void Bars::divide(Partition& partition, const HexMesh& mesh, std::shared_ptr<con
   number_.shrink_to_fit();
   bars_ = bars_.part(number_, local, [&](int n) { return partition.node_here(n); });
   partition_ = &partition;
-  place(
-      mesh, around == nullptr ? std::function<rebar::HostSearch()>{} : [around] {
-        return rebar::HostSearch([around, search = rebar::host_search(around->nodes, around->hexes)](
-                                     const Vec3& p) { return search(p); });
-      });
+  place(mesh, std::move(around));
   std::vector<double> asked;
   for (std::size_t k = 0; k < segments(); ++k)
     if (host(k) < 0) asked.push_back(number_[k]);

@@ -40,13 +40,10 @@ class Bars {
   /// nodes in its part of the mesh, `mesh`; sums are those of own cells. With bond slip a bar is one piece:
   /// whoever has a segment of it computes its slips from the strains of all, and counts its bond if the first
   /// segment is its own. All ranks call together, with add_forces() and what is said to ask the others.
-  /// `around`: of surroundings(), where the part is not the whole.
-  struct Surroundings {
-    std::vector<Vec3> nodes;
-    std::vector<std::array<int, 8>> hexes;
-  };
-  std::shared_ptr<const Surroundings> surroundings(const Partition& partition, const HexMesh& whole) const;
-  void divide(Partition& partition, const HexMesh& mesh, std::shared_ptr<const Surroundings> around);
+  /// `around`: of surroundings().
+  std::shared_ptr<const rebar::Surroundings> surroundings(const Partition& partition,
+                                                          const HexMesh& whole) const;
+  void divide(Partition& partition, const HexMesh& mesh, std::shared_ptr<const rebar::Surroundings> around);
   void mark_nodes(std::vector<char>& touched) const;
   void add_mass(double density, std::vector<double>& mass) const;
 
@@ -97,7 +94,7 @@ class Bars {
   int number(std::size_t segment) const {
     return partition_ == nullptr ? static_cast<int>(segment) : number_[segment];
   }
-  void place(const HexMesh& mesh, std::function<rebar::HostSearch()> concrete);
+  void place(const HexMesh& mesh, std::shared_ptr<const rebar::Surroundings> around);
   void share_strains(const std::vector<char>& live);
   std::size_t state_width() const { return 6 + (slip_ ? rebar::SlipField::record_width : 0); }
   void write_state(std::size_t segment, std::vector<double>& state) const;

@@ -97,17 +97,18 @@ Dowel::Result Dowel::operator()(const std::array<double, 2>& slip, double steel_
 
 DowelField::DowelField(const EmbeddedBars& bars, std::span<const Vec3> nodes,
                        std::span<const std::array<int, 8>> hexes, double f_c, double opening,
-                       std::function<HostSearch()> concrete)
+                       std::shared_ptr<const Surroundings> around)
     : bars_(&bars),
       nodes_(nodes),
       hexes_(hexes),
       f_c_(f_c),
       opening_(opening),
-      concrete_(std::move(concrete)),
+      around_(std::move(around)),
       place_(bars.segments().size(), -1) {}
 
 const HostSearch& DowelField::host() const {
-  if (!host_) host_ = concrete_ ? concrete_() : host_search(nodes_, hexes_, 1e-6);
+  if (!host_)
+    host_ = around_ ? host_search(around_->nodes, around_->hexes) : host_search(nodes_, hexes_, 1e-6);
   return host_;
 }
 
@@ -190,18 +191,19 @@ DowelField::Crossing DowelField::crossing(std::size_t segment) const {
 double DowelField::width_beside(std::size_t segment, const Vec3& middle, const Vec3& along,
                                 const Vec3& side) const {
   const double diameter = bars_->bars()[static_cast<std::size_t>(bars_->segments()[segment].bar)].diameter;
-  double width = beyond_bar * diameter;
-  for (const Bar& bar : bars_->bars())
-    for (std::size_t i = 1; i < bar.points.size(); ++i) {
-      const Vec3 leg = bar.points[i] - bar.points[i - 1], from = bar.points[i - 1] - middle;
-      const double run = leg.dot(along);
-      if (run * run < 0.5 * leg.squaredNorm()) continue;  // nearer to across than to along
-      const double share = -from.dot(along) / run;
-      if (share < 0 || share > 1) continue;
-      const Vec3 offset = from + share * leg;
-      const double away = offset.dot(side);
-      if (away > diameter && offset.squaredNorm() <= 2 * away * away) width = std::min(width, 0.5 * away);
-    }
+  double width = concrete_reach * diameter;
+  const std::size_t others = around_ ? around_->bars.size() : bars_->segments().size();
+  for (std::size_t k = 0; k < others; ++k) {
+    const Vec3 leg = around_ ? around_->bars[k][1] : bars_->along(k),
+               from = (around_ ? around_->bars[k][0] : bars_->start(k)) - middle;
+    const double run = leg.dot(along);
+    if (run * run < 0.5 * leg.squaredNorm()) continue;  // nearer to across than to along
+    const double share = -from.dot(along) / run;
+    if (share < 0 || share > 1) continue;
+    const Vec3 offset = from + share * leg;
+    const double away = offset.dot(side);
+    if (away > diameter && offset.squaredNorm() <= 2 * away * away) width = std::min(width, 0.5 * away);
+  }
   double inside = 0.5 * diameter, outside = inside;  // its surface lies in the concrete
   while (outside < width) {
     outside = std::min(outside + 0.5 * diameter, width);

@@ -108,6 +108,7 @@ class EmbeddedBars {
   std::pair<Vec3, Vec3> ends(std::size_t segment, const double* u) const;
   /// From end to end as placed, d_0.
   const Vec3& along(std::size_t segment) const { return along_[segment]; }
+  const Vec3& start(std::size_t segment) const { return start_[segment]; }  ///< its first end as placed
   /// Adds the nodal forces of a segment so pulled.
   void add_pull(std::size_t segment, const Vec3& pull, double* force) const;
 
