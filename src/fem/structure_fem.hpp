@@ -173,6 +173,7 @@ class FemStructure : public Structure, public RefinableStructure, public Divided
   // leave, and what is asked for from outside, which have those of the whole
   bool divides_memory(const HexMesh& whole) const;
   void take_part(HexMesh&& whole);
+  void make_bars(const HexMesh& whole);
   bool divided() const { return partition_ && !partition_->holds_all(); }
   void divide();
   void watch();  // finds the nodes that others ask for
@@ -187,9 +188,8 @@ class FemStructure : public Structure, public RefinableStructure, public Divided
   void motion_changed();               // u_, v_ and histories are those of own nodes and cells
   const double* seen(int node) const;  // u, v of the skin and of probes
   std::size_t seen_place(int node) const;
-  void share_prediction() const;  // v_hat there
-  void share_motion();            // u_, v_ everywhere
-  void share_bars() const;
+  void share_prediction() const;                                 // v_hat there
+  void share_motion();                                           // u_, v_ everywhere
   std::vector<int> joined(const std::vector<int>& cells) const;  // lists of all ranks, ascending
   // structure_linear.cpp
   void synchronise(double t);
@@ -290,6 +290,7 @@ class FemStructure : public Structure, public RefinableStructure, public Divided
   void find_places(const HexMesh& whole);  // of members and feet
   void find_feet(const HexMesh& whole);
   void set_members();
+  void find_segments();  // of members and their cuts
   void begin_loads();
   void watch_loads(double t, double h);  // of the step that has come to t, its impulses in place
   std::vector<MemberState> find_member_states(bool widths) const;
@@ -357,8 +358,7 @@ class FemStructure : public Structure, public RefinableStructure, public Divided
     std::vector<double> built, motion, prediction;
   };  // of each watched node: place as built, mass, directions held, 0; u, v; v_hat
   mutable Seen seen_;
-  double bars_broken_ = 0;  // segments, as of the last step
-  mutable bool skin_shared_ = true, prediction_shared_ = true, bars_shared_ = true;
+  mutable bool skin_shared_ = true, prediction_shared_ = true;
 
   // state
   std::vector<char> live_;  // cells

@@ -171,6 +171,14 @@ void FemStructure::set_loads(const Box3& extent) {
   for (std::size_t k = 0; k < loads_.size(); ++k) check_area(spec_, spec_.loads[k], largest(loads_[k].area));
 }
 
+void FemStructure::make_bars(const HexMesh& whole) {
+  if (spec_.rebar_file.empty() && spec_.rebar_rules.empty()) return;
+  std::vector<rebar::Member> shapes;
+  for (const Pier& pier : find_piers(spec_)) shapes.push_back(pier.shape);
+  bars_ = std::make_unique<Bars>(spec_, whole, supports_, std::move(shapes),
+                                 [&](const std::string& text) { report_("warning: " + text); });
+}
+
 void FemStructure::set_masses() {
   const std::size_t n = mesh_.nodes.size();
   cells_at_node_.assign(n, 0);
@@ -194,13 +202,7 @@ void FemStructure::set_masses() {
       for (int a = 0; a < 8; ++a) mass_[mesh_.hexes[cell][a]] += w * shape[a];
     }
   }
-  if (!spec_.rebar_file.empty() || !spec_.rebar_rules.empty()) {
-    std::vector<rebar::Member> shapes;
-    for (const Pier& pier : find_piers(spec_)) shapes.push_back(pier.shape);
-    bars_ = std::make_unique<Bars>(spec_, mesh_, supports_, std::move(shapes),
-                                   [&](const std::string& text) { report_("warning: " + text); });
-    bars_->add_mass(steel_density - spec_.density, mass_);
-  }
+  if (bars_) bars_->add_mass(steel_density - spec_.density, mass_);
   settle_hanging_nodes();
   if (partition_) partition_->exchange_numbers(mass_);
   built_mass_ = mass_;
@@ -250,8 +252,11 @@ void FemStructure::preload() {
     discretisation_.condense(f_int_);
     for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
       for (int c = 0; c < 3; ++c)
-        if (const int d = dofs_.number[i][c]; d >= 0)
-          b[d] -= f_int_[4 * i + c], pressed += f_int_[4 * i + c] * f_int_[4 * i + c];
+        if (const int d = dofs_.number[i][c]; d >= 0) {
+          b[d] -= f_int_[4 * i + c];
+          if (own_node(static_cast<int>(i))) pressed += f_int_[4 * i + c] * f_int_[4 * i + c];
+        }
+    sum({&pressed, 1});
   }
   const bool factored = !divided() && n <= largest_factored_system;
   // Small strain: one solve. Total Lagrangian: the same factor, until the forces balance.

@@ -87,8 +87,9 @@ history_interval = "0.25 ms"
 # Explicit alone, and nothing to be brought to rest: memory is divided too.
 ALONE = [('cell_size', 'integrator = "explicit"\npreload = "none"\ncell_size')]
 BARE = ELASTIC.replace("DURATION", "4 ms").replace(*ALONE[0])
-CRACKING = STRUCK.replace(*ALONE[0])
-CRACKING = CRACKING[: CRACKING.index("[[structure.rebar]]")] + CRACKING[CRACKING.index("[[block]]") :]
+REINFORCED = STRUCK.replace(*ALONE[0])
+CRACKING = REINFORCED[: REINFORCED.index("[[structure.rebar]]")] + REINFORCED[REINFORCED.index("[[block]]") :]
+SLIPPING = REINFORCED.replace("cell_size =", 'bond = "mc2010"\ncell_size =').replace('duration = "7 ms"', 'duration = "4 ms"')
 LARGE = ELASTIC.replace("DURATION", "2 ms").replace("section = [1.0, 1.0]\nheight = 3.0", "section = [4.5, 4.5]\nheight = 4.75").replace(
     "region = { min = [-0.6, -0.6, 2.0], max = [-0.4, 0.6, 2.5] }", "region = { min = [-2.3, -0.6, 2.0], max = [-2.2, 0.6, 2.5] }")
 
@@ -160,34 +161,49 @@ def held(out):
 
 def memory_divides():
     """Large enough to be held whole without being told: what one rank holds of the same cells is in its plan."""
-    scene = write("bare", BARE.replace('cell_size = "0.125 m"', "cells = [24, 24, 40]"))
-    outs = {ranks: run(scene, WORK / f"bare{ranks}", ranks)[0] for ranks in (1, 2, 3)}
+    large = ('cell_size = "0.125 m"', "cells = [24, 24, 40]")
+    divides("bare", BARE.replace(*large), ("mesh", "fields", "elements"))
+    stirrups = ('spacing = "200 mm"', 'spacing = "75 mm"')   # as evenly divided as the cells
+    divides("barred", REINFORCED.replace(*large).replace(*stirrups).replace('duration = "7 ms"', 'duration = "3.5 ms"'), ("mesh", "fields", "elements", "bars"))
+
+
+def divides(name, scene, tables):
+    scene = write(name, scene)
+    outs = {ranks: run(scene, WORK / f"{name}{ranks}", ranks)[0] for ranks in (1, 2, 3)}
     whole, parts = held(outs[1])
     for ranks in (2, 3):
         assert f"divided over {ranks} ranks, its memory too" in outs[ranks]
         here, mine = held(outs[ranks])
-        for name in ("mesh", "fields", "elements"):
-            assert mine[name] < (1 / ranks + 0.1) * parts[name], f"{name}: {mine[name]} of {parts[name]} MB on {ranks} ranks"
-        sums_only(differences(WORK / "bare1", WORK / f"bare{ranks}"))
+        for table in tables:
+            assert mine[table] < (1 / ranks + 0.1) * parts[table], f"{table}: {mine[table]} of {parts[table]} MB on {ranks} ranks"
+        sums_only(differences(WORK / f"{name}1", WORK / f"{name}{ranks}"))
 
 
-def same_cracks_and_resume_in_parts():
-    scene = write("cracking", CRACKING)
-    run(scene, WORK / "cracking1", 1)
-    process = started(scene, WORK / "cracking2", 2)
+def same_cracks_and_resume_in_parts(name="cracking", text=CRACKING, damaged=0.01):
+    scene = write(name, text)
+    run(scene, WORK / f"{name}1", 1)
+    process = started(scene, WORK / f"{name}2", 2)
     until = time.time() + 100
-    while time.time() < until and not (WORK / "cracking2" / "journal.bin").exists():
+    while time.time() < until and not (WORK / f"{name}2" / "journal.bin").exists():
         time.sleep(0.01)
     ranks = subprocess.run(["pgrep", "-P", str(process.pid)], capture_output=True, text=True).stdout.split()
     os.kill(int(ranks[-1]), signal.SIGTERM)
     out, err = process.communicate(timeout=200)
     assert process.returncode == 143 and "its memory too" in out, f"{process.returncode}\n{out}\n{err}"
-    run(scene, WORK / "cracking2", 3, "--resume")
-    sums_only(differences(WORK / "cracking1", WORK / "cracking2"))
-    run(scene, WORK / "crackingwhole", 4)   # some of which have no cracks
-    sums_only(differences(WORK / "cracking1", WORK / "crackingwhole"))
-    with h5py.File(WORK / "crackingwhole" / "results.h5") as results:
-        assert results["history/structures/pier/damaged_volume"][-1] > 0.01
+    run(scene, WORK / f"{name}2", 3, "--resume")
+    sums_only(differences(WORK / f"{name}1", WORK / f"{name}2"))
+    run(scene, WORK / f"{name}whole", 4)   # some of which have no cracks
+    sums_only(differences(WORK / f"{name}1", WORK / f"{name}whole"))
+    with h5py.File(WORK / f"{name}whole" / "results.h5") as results:
+        assert results["history/structures/pier/damaged_volume"][-1] > damaged
+
+
+def same_bars_in_parts():
+    same_cracks_and_resume_in_parts("reinforced", REINFORCED)
+
+
+def same_slips_in_parts():
+    same_cracks_and_resume_in_parts("slipping", SLIPPING, 0.001)
 
 
 def same_rest_in_parts():
@@ -254,7 +270,7 @@ def mpi_starts_with_mpirun_alone():
 
 subprocess.run(["rm", "-rf", str(WORK)], check=True)
 WORK.mkdir(parents=True)
-CHECKS = (mpi_starts_with_mpirun_alone, one_message, memory_divides, same_motion_when_elastic, same_motion_by_modes, same_damage_and_resume, same_cracks_and_resume_in_parts, same_rest_in_parts)
+CHECKS = (mpi_starts_with_mpirun_alone, one_message, memory_divides, same_motion_when_elastic, same_motion_by_modes, same_damage_and_resume, same_cracks_and_resume_in_parts, same_bars_in_parts, same_slips_in_parts, same_rest_in_parts)
 for check in [c for c in CHECKS if not sys.argv[4:] or c.__name__ in sys.argv[4:]]:
     begin = time.time()
     check()

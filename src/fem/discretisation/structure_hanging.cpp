@@ -53,6 +53,7 @@ Box3 FemStructure::make_cells() {
     if (divides_memory(coarse)) {
       find_places(coarse);
       find_feet(coarse);
+      make_bars(coarse);
       check_supports(coarse);
       take_part(std::move(coarse));
       return extent;
@@ -71,6 +72,7 @@ Box3 FemStructure::make_cells() {
   if (impact_refinement(spec_).cell_size == 0) discretisation_.forget_cells();
   settle(mesh_);
   find_places(mesh_);
+  make_bars(mesh_);
   return extent;
 }
 

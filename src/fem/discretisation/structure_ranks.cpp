@@ -23,7 +23,7 @@ bool FemStructure::divides_memory(const HexMesh& whole) const {
   if (!worth_dividing(whole) || !struck_zones_.empty() || impact_refinement(spec_).cell_size > 0 ||
       (refines_locally(spec_) && !spec_.refinements.empty()))
     return false;
-  if (spec_.kind == "viaduct" || !spec_.rebar_file.empty() || !spec_.rebar_rules.empty()) return false;
+  if (spec_.kind == "viaduct") return false;
   long free = 0;
   for (const auto& held : supports_.held) free += 3 - (held[0] + held[1] + held[2]);
   const bool explicit_alone =
@@ -46,6 +46,7 @@ void FemStructure::take_part(HexMesh&& whole) {
     if (part.node_here(all.nodes[i]) >= 0 && !foot_of_.empty()) feet.push_back(foot_of_[i]);
   foot_of_ = std::move(feet);
   const std::vector<ElementOperator::Lane> lanes = ElementOperator::lanes_of(whole);
+  const auto around = bars_ ? bars_->surroundings(part, whole) : nullptr;
   HexMesh mine = part.part_of(whole);
   std::vector<ElementOperator::Lane> lanes_here;
   for (std::size_t cell = 0; cell < mine.hexes.size(); ++cell)
@@ -65,6 +66,7 @@ void FemStructure::take_part(HexMesh&& whole) {
   discretisation_.forget_cells();
   operator_ = std::make_unique<ElementOperator>(mesh_, shear_, bulk_, spec_.damage != "none", lanes_here);
   operator_->count_only(part.own_cells());
+  if (bars_) bars_->divide(*partition_, mesh_, around);
   own_ = part.own_nodes();
 }
 
@@ -80,7 +82,8 @@ void FemStructure::divide() {
   std::vector<char> touched(mesh_.nodes.size(), 0);
   operator_->mark_nodes(touched);
   if (bars_) {
-    bars_->divide(*partition_);
+    bars_->divide(*partition_, mesh_, bars_->surroundings(*partition_, mesh_));
+    find_segments();
     bars_->mark_nodes(touched);
   }
   if (bearings_)
@@ -122,7 +125,7 @@ void FemStructure::sum(std::span<double> values) const {
 
 double FemStructure::largest(double value) const { return partition_ ? partition_->largest(value) : value; }
 
-void FemStructure::motion_changed() { skin_shared_ = prediction_shared_ = bars_shared_ = !partition_; }
+void FemStructure::motion_changed() { skin_shared_ = prediction_shared_ = !partition_; }
 
 // What is seen from outside is whole for whoever asks; which numbers have already been fetched is not part of
 // the state.
@@ -156,12 +159,6 @@ void FemStructure::share_motion() {
   partition_->gather(fields);
 }
 
-void FemStructure::share_bars() const {
-  if (bars_shared_) return;
-  if (bars_) bars_->share_states();
-  bars_shared_ = true;
-}
-
 std::vector<std::pair<std::string, std::size_t>> FemStructure::memory_consumption() const {
   const auto of = [](const auto& list) { return list.capacity() * sizeof(list[0]); };
   std::size_t fields = of(mass_) + of(built_mass_) + of(cells_at_node_) + of(live_) + of(cell_mass_) +
@@ -181,6 +178,7 @@ std::vector<std::pair<std::string, std::size_t>> FemStructure::memory_consumptio
           {"fields", fields},
           {"elements", elements},
           {"damage", damage_ ? damage_->memory_consumption() : 0},
+          {"bars", bars_ ? bars_->memory_consumption() : 0},
           {"skin", skin},
           {"partition", partition_ ? partition_->memory_consumption() : 0}};
 }

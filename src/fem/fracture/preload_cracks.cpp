@@ -62,7 +62,8 @@ void FemStructure::warn_of_cracks() const {
   constexpr double worth_saying = 1e-3;
   std::vector<char> barred(mesh_.hexes.size(), 0);
   if (bars_)
-    for (std::size_t k = 0; k < bars_->segments(); ++k) barred[static_cast<std::size_t>(bars_->host(k))] = 1;
+    for (std::size_t k = 0; k < bars_->segments(); ++k)
+      if (const int host = bars_->host(k); host >= 0) barred[static_cast<std::size_t>(host)] = 1;
   Beyond tension, compression;
   double whole = 0;
   for (int cell = 0; cell < static_cast<int>(mesh_.hexes.size()); ++cell) {

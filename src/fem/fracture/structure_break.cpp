@@ -58,7 +58,7 @@ std::vector<double> FemStructure::of_cells(const std::vector<int>& cells, std::s
 }
 
 double FemStructure::link_energy(const std::vector<int>& cells) const {
-  double energy = bars_ ? bars_->stored_in(cells) : 0.0;
+  double energy = bars_ ? bars_->stored_in(partition_ ? partition_->cells_here(cells) : cells) : 0.0;
   if (bearings_ && first_rank()) energy += bearings_->stored_at(cells, live_);
   sum({&energy, 1});
   return energy;

@@ -120,7 +120,7 @@ std::vector<int> FemStructure::piece_labels() const {
   std::vector<int> label(static_cast<std::size_t>(cells), -1);
   if (!partition_) {
     if (bars_)
-      bars_->ties([&](int a, int b) {
+      bars_->ties([&](int, int a, int b) {
         if (live_[a] && live_[b]) sets.join(a, b);
       });
     for (int cell = 0; cell < cells; ++cell)
@@ -140,13 +140,11 @@ std::vector<int> FemStructure::piece_labels() const {
     if (std::any_of(hex.begin(), hex.end(), [&](int n) { return !own_node(n); }))
       tell(static_cast<std::size_t>(partition_->whole_cell(cell)), cell);
   }
-  std::size_t tie = partition_->cells_in_all();
   if (bars_)
-    bars_->ties([&](int a, int b) {
-      if (live_[a] && live_[b])
-        for (const int cell : {a, b})
-          if (own_cell(cell)) tell(tie, cell);
-      ++tie;
+    bars_->ties([&](int tie, int a, int b) {  // of which both cells are told of if both are there
+      for (const int cell : {a, b})
+        if (cell >= 0 && own_cell(cell) && live_[cell])
+          tell(partition_->cells_in_all() + static_cast<std::size_t>(tie), cell);
     });
   const std::vector<double> all = partition_->records(2, mine);
   std::map<int, int> lower;  // labels that stand for a lower one

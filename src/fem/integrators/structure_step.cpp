@@ -82,7 +82,6 @@ void FemStructure::forces(double t) {
       stored_part_ = 0.5 * sum_of(twice);
     }
     if (bars_) {
-      bars_->share_motion(u_);
       bars_->add_forces(u_.data(), h_last_, live_, f_int_.data());
       stored_part_ += bars_->stored();
     }
@@ -236,11 +235,11 @@ void FemStructure::correct(double t, double h, std::span<const NodeImpulse> give
   double stored = stored_part_;
   const std::vector<int> eroding = damage_ ? spent_cells() : std::vector<int>{};
   auto spent = static_cast<double>(eroding.size());
-  double broken = bars_ ? bars_->broken() : 0.0;
+  double breaking = bars_ ? bars_->breaking() : 0.0;
   double jumped = sum_of(sums.jump);
-  std::array<double*, 15> parts{&contact,  &damping,  &external, &viscous, &power,
-                                &kinetic,  &internal, &gravity,  &own,     &plastic,
-                                &cracking, &stored,   &spent,    &broken,  &jumped};
+  std::array<double*, 15> parts{&contact,  &damping,  &external, &viscous,  &power,
+                                &kinetic,  &internal, &gravity,  &own,      &plastic,
+                                &cracking, &stored,   &spent,    &breaking, &jumped};
   if (partition_) {
     std::array<double, parts.size()> values;
     for (std::size_t k = 0; k < parts.size(); ++k) values[k] = *parts[k];
@@ -275,8 +274,7 @@ void FemStructure::correct(double t, double h, std::span<const NodeImpulse> give
     still_ = true, still_since_ = time_;
   if (bars_) {
     bars_->accept();
-    if (broken != bars_broken_) share_bars();  // every rank knows which bars hold cells together
-    bars_broken_ = broken;
+    if (partition_ && breaking > 0) bars_->find_broken();
   }
   if (bearings_) bearings_->accept();
   if (damage_) {

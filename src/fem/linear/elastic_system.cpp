@@ -24,6 +24,7 @@ void ElasticSystem::apply(AlignedVector& x, AlignedVector& y) const {
     // Their stiffness by a difference, so small that neither rotation nor yielding shows.
     double most = 0;
     for (double value : x) most = std::max(most, std::abs(value));
+    if (p_.partition) most = p_.partition->largest(most);
     const double factor = 1e-7 / most;
     AlignedVector probe(x), zero(x.size(), 0.0), with(x.size(), 0.0), without(x.size(), 0.0);
     for (double& value : probe) value *= factor;

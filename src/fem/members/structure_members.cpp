@@ -51,14 +51,11 @@ void FemStructure::set_members() {
       if (divided()) std::erase_if(cut.cells, [this](int cell) { return !own_cell(cell); });
       m.cut_packs.push_back(operator_->pack_of(cut.cells));
     }
-    if (bars_) {
-      m.segments = bars_->segments_in(m.place.cells);
-      for (const Cut& cut : m.place.cuts) m.cut_segments.push_back(bars_->segments_in(cut.cells));
-    }
     for (int cell : m.place.cells)
       members_[k].volume += own_cell(cell) ? cell_mass_[cell] / spec_.density : 0.0;
     sum({&members_[k].volume, 1});
   }
+  find_segments();
   const std::vector<MemberState> start = member_states();
   for (std::size_t k = 0; k < members_.size(); ++k) {
     const double axial = start[k].axial.front(), rounding = 1e-9 * 9.81 * spec_.density * members_[k].volume;
@@ -75,6 +72,15 @@ void FemStructure::set_members() {
   }
 }
 
+void FemStructure::find_segments() {
+  for (MemberPlace& m : member_places_) {
+    if (!bars_) return;
+    m.segments = bars_->segments_in(m.place.cells);
+    m.cut_segments.clear();
+    for (const Cut& cut : m.place.cuts) m.cut_segments.push_back(bars_->segments_in(cut.cells));
+  }
+}
+
 std::vector<MemberState> FemStructure::member_states() const {
   if (member_states_.empty()) member_states_ = find_member_states(true);
   return member_states_;
@@ -84,7 +90,6 @@ std::vector<MemberState> FemStructure::member_states() const {
 std::vector<MemberState> FemStructure::find_member_states(bool widths) const {
   std::vector<MemberState> states;
   if (members_.empty()) return states;
-  share_bars();
   AlignedVector force(u_.size(), 0.0);
   for (std::size_t k = 0; k < members_.size(); ++k) states.push_back(member_state(k, force, widths));
   return states;

@@ -313,7 +313,7 @@ std::string FemStructure::plan() const {
             ? fmt::format(", faces of cracks interlock (grains of {:.3g} mm)", 1e3 * spec_.aggregate)
             : "");
   text += bars_ ? fmt::format("{}: {} bars in {} segments, {:.4g} m^3 of steel, {}\n", spec_.name,
-                              bars_->count(), bars_->segments(), bars_->steel_volume(),
+                              bars_->count(), bars_->segments_in_all(), bars_->steel_volume(),
                               bars_->slips() ? "bond slip by the Model Code" : "perfect bond")
                 : fmt::format("{}: no reinforcement\n", spec_.name);
   if (bearings_)
@@ -360,7 +360,6 @@ void FemStructure::save(std::vector<double>& state, bool here) const {
                     cells_in_all = gathers ? partition_->cells_in_all() : live_.size();
   state.reserve(state.size() + 10 * nodes_in_all +
                 cells_in_all);  // most of it: else twice as much is asked for on the way
-  share_bars();
   state.insert(state.end(), {h_last_,
                              power_,
                              power_valid_ ? 1.0 : 0.0,
@@ -386,7 +385,7 @@ void FemStructure::save(std::vector<double>& state, bool here) const {
       *to++ = u_[i], *to++ = v_[i], *to++ = contact_impulse_[i];
   });
   save_linear(state);
-  if (bars_) bars_->save(state);
+  if (bars_) bars_->save(state, here);
   if (bearings_) bearings_->save(state);
   if (damage_ || bearings_) {
     state.insert(state.end(), {static_cast<double>(breaks_), static_cast<double>(cuts_seen_), dust_mass_,
@@ -454,7 +453,7 @@ void FemStructure::restore(std::span<const double> state, bool here) {
       u_[i] = *from++, v_[i] = *from++, contact_impulse_[i] = *from++;
   }
   at += restore_linear(state.subspan(at));
-  if (bars_) at += bars_->restore(state.subspan(at));
+  if (bars_) at += bars_->restore(state.subspan(at), here);
   if (bearings_) at += bearings_->restore(state.subspan(at));
   if (damage_ || bearings_) {
     breaks_ = static_cast<long>(next()), cuts_seen_ = static_cast<long>(next()), dust_mass_ = next(),
@@ -503,9 +502,7 @@ void FemStructure::restore(std::span<const double> state, bool here) {
   struck_.clear();
   for (std::size_t i = 0; i < mass_.size(); ++i)
     if (Vec3(&contact_impulse_[4 * i]) != Vec3::Zero()) struck_.push_back(static_cast<int>(i));
-  bars_broken_ = -1;
   motion_changed();
-  bars_shared_ = true;
   moved();
   if (!loads_known) begin_loads();
 }
@@ -527,7 +524,6 @@ void FemStructure::start_over() {
 }
 
 Structure::Snapshot FemStructure::snapshot() const {
-  share_bars();
   const auto of_node = [this](int n, double* to) {
     to = std::copy_n(mesh_.nodes[n].data(), 3, to);
     to = std::copy_n(&u_[4 * static_cast<std::size_t>(n)], 3, to);
@@ -580,9 +576,7 @@ Structure::Snapshot FemStructure::snapshot() const {
     for (int cell = 0; cell < static_cast<int>(mesh_.hexes.size()); ++cell)
       if (live_[cell]) of_cell(cell, values), take_cell(values);
   }
-  if (!bars_) return s;
-  const_cast<FemStructure&>(*this).share_motion();
-  bars_->snapshot(u_.data(), s);
+  if (bars_) bars_->snapshot(u_.data(), s);
   return s;
 }
 

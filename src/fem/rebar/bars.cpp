@@ -101,23 +101,39 @@ Bars::Bars(const StructureSpec& spec, const HexMesh& mesh, const Supports& suppo
     warn(short_ends);
   const std::vector<rebar::Segment> segments = rebar::embed(all, host, key);
   rebar::check_surfaces(all, segments, host, key);
-  std::vector<char> hosting(mesh.nodes.size(), 0);
-  for (const rebar::Segment& s : segments)
-    for (int n : mesh.hexes[s.cell]) hosting[n] = 1;
-  for (std::size_t n = 0; n < hosting.size(); ++n)
-    if (hosting[n]) node_.push_back(static_cast<int>(n));
   bars_ = rebar::EmbeddedBars(all, segments, mesh.nodes, mesh.hexes);
-  old_ = next_ = bars_.initial_states();
-  old_strain_.assign(segments.size(), 0.0);
-  next_strain_ = old_strain_;
-  if (spec.bond == "mc2010") slip_ = std::make_unique<rebar::SlipField>(bars_, spec.f_cm);
+  segments_in_all_ = segments.size();
+  for (std::size_t k = 0; k < segments.size(); ++k) {
+    if (k == 0 || segments[k].bar != segments[k - 1].bar) first_.push_back(static_cast<int>(k));
+    steel_volume_ += segments[k].area * bars_.segments()[k].length;
+  }
+  if (spec.bond == "mc2010") f_cm_ = spec.f_cm;
   if (spec.damage != "none" && spec.f_cm > 0) {
     material::ConcreteInput input;
     input.f_cm = spec.f_cm, input.f_t = spec.tensile_strength, input.fracture_energy = spec.fracture_energy;
     const material::Concrete concrete = material::mc2010(input);
-    dowels_ = std::make_unique<rebar::DowelField>(bars_, mesh.nodes, mesh.hexes, concrete.f_cm,
-                                                  concrete.fracture_energy / concrete.f_t);
+    dowel_strength_ = concrete.f_cm, dowel_opening_ = concrete.fracture_energy / concrete.f_t;
   }
+  place(mesh, nullptr);
+}
+
+/// Tables and virgin states of the segments here, in cells and nodes of `mesh`.
+void Bars::place(const HexMesh& mesh, std::shared_ptr<const rebar::Surroundings> around) {
+  std::vector<char> hosting(mesh.nodes.size(), 0);
+  for (std::size_t k = 0; k < segments(); ++k)
+    if (host(k) >= 0)
+      for (const int n : bars_.host_nodes(k)) hosting[static_cast<std::size_t>(n)] = 1;
+  node_ = {};
+  for (std::size_t n = 0; n < hosting.size(); ++n)
+    if (hosting[n]) node_.push_back(static_cast<int>(n));
+  old_ = bars_.initial_states(), next_ = bars_.initial_states();  // in memory of their own length
+  old_strain_ = std::vector<double>(segments(), 0.0), next_strain_ = std::vector<double>(segments(), 0.0);
+  changed_.clear();
+  if (f_cm_ > 0) slip_ = std::make_unique<rebar::SlipField>(bars_, f_cm_);
+  if (dowel_strength_ > 0)
+    dowels_ = std::make_unique<rebar::DowelField>(bars_, mesh.nodes, mesh.hexes, dowel_strength_,
+                                                  dowel_opening_, std::move(around));
+  carrying_stale_ = ties_stale_ = true;
 }
 
 void Bars::find_carrying(const std::vector<char>& live) {
@@ -125,8 +141,7 @@ void Bars::find_carrying(const std::vector<char>& live) {
   carrying_.clear();
   for (std::size_t k = 0; k < bars_.segments().size(); ++k) {
     const int cell = bars_.segments()[k].cell;
-    if (live[cell] && (!partition_ || slip_ || partition_->local_cells()[cell]))
-      carrying_.push_back(static_cast<int>(k));
+    if (cell < 0 || live[static_cast<std::size_t>(cell)]) carrying_.push_back(static_cast<int>(k));
   }
   changed_.clear();
   next_ = old_;
@@ -139,17 +154,17 @@ void Bars::add_forces(const double* u, double h, const std::vector<char>& live, 
   changed_.clear();
   if (slip_) {
     bars_.host_strains(u, host_);
-    bond_ = slip_->solve(host_, h, old_, old_strain_, live.data());
+    share_strains(live);
+    bond_ = slip_->solve(host_, h, old_, old_strain_,
+                         [this](int first) { return own(static_cast<std::size_t>(first)); });
   }
-  const bool part = partition_ && !slip_;
   sums_ = bars_.forces(u, h, old_, old_strain_, next_, next_strain_, changed_, f, &carrying_,
                        slip_ ? slip_->strain() : std::span<const double>{},
-                       part ? partition_->own_cells().data() : nullptr);
+                       partition_ ? partition_->own_cells().data() : nullptr, host_);
   if (dowels_) {
     const auto stress = [this](std::size_t k) { return steel_stress(k, next_[k], next_strain_[k]); };
-    const char* const local = partition_ ? partition_->local_cells().data() : nullptr;
-    dowel_sums_ = dowels_->forces(u, stress, live.data(), local,
-                                  partition_ ? partition_->own_cells().data() : nullptr, f);
+    dowel_sums_ =
+        dowels_->forces(u, stress, live.data(), partition_ ? partition_->own_cells().data() : nullptr, f);
   }
   evaluated_ = true;
 }
@@ -165,46 +180,119 @@ void Bars::see_cracks(const DamageField& damage, const double* u, const std::vec
   if (carrying_stale_) find_carrying(live);
   for (const int k : carrying_) {
     const int cell = bars_.segments()[static_cast<std::size_t>(k)].cell;
-    if (damage.has(cell) && dowels_->possible(static_cast<std::size_t>(k), damage.largest_strain(cell)))
+    if (cell >= 0 && damage.has(cell) &&
+        dowels_->possible(static_cast<std::size_t>(k), damage.largest_strain(cell)))
       dowels_->open(static_cast<std::size_t>(k), u);
   }
 }
 
-void Bars::divide(Partition& partition) {
-  partition_ = &partition;
-  carrying_stale_ = true;
-}
-
-void Bars::share_motion(AlignedVector& u) {
-  if (!partition_ || !slip_) return;
-  std::vector<double> values(3 * node_.size(), 0.0);  // each from its owner
-  for (std::size_t k = 0; k < node_.size(); ++k)
-    if (partition_->owns_node(node_[k]))
-      std::copy_n(&u[4 * static_cast<std::size_t>(node_[k])], 3, &values[3 * k]);
-  partition_->sum(values);
-  for (std::size_t k = 0; k < node_.size(); ++k)
-    std::copy_n(&values[3 * k], 3, &u[4 * static_cast<std::size_t>(node_[k])]);
-}
-
-void Bars::share_states() {
-  if (partition_ && dowels_) {
-    std::vector<double> mine;
-    dowels_->save(mine, [this](std::size_t k) { return partition_->owns_cell(bars_.segments()[k].cell); });
-    dowels_->learn(partition_->collect(mine), [this](std::size_t k) {
-      return partition_->local_cells()[bars_.segments()[k].cell] != 0;
-    });
+std::shared_ptr<const rebar::Surroundings> Bars::surroundings(const Partition& partition,
+                                                              const HexMesh& whole) const {
+  if (!dowels_) return nullptr;
+  double thickest = 0;
+  for (const rebar::Bar& bar : bars_.bars()) thickest = std::max(thickest, bar.diameter);
+  Box3 box;
+  for (std::size_t k = 0; k < segments(); ++k)
+    if (const int cell = partition.cell_here(host(k)); cell >= 0 && partition.local_cells()[cell])
+      for (const int n : bars_.host_nodes(k)) box.extend(whole.nodes[static_cast<std::size_t>(n)]);
+  auto around = std::make_shared<rebar::Surroundings>();
+  if (box.isEmpty()) return around;
+  const auto within = [&](double diameters) {
+    const Vec3 reach = Vec3::Constant(diameters * thickest);
+    return Box3(box.min() - reach, box.max() + reach);
+  };
+  const Box3 of_bars = within(rebar::DowelField::bar_reach),
+             of_concrete = within(rebar::DowelField::concrete_reach);
+  for (std::size_t k = 0; k < segments(); ++k) {
+    const Vec3 start = bars_.start(k), end = start + bars_.along(k);
+    if (of_bars.intersects(Box3(start.cwiseMin(end), start.cwiseMax(end))))
+      around->bars.push_back({start, bars_.along(k)});
   }
-  if (!partition_ || slip_) return;
-  std::vector<double> mine;
-  for (std::size_t k = 0; k < old_.size(); ++k)
-    if (partition_->owns_cell(bars_.segments()[k].cell)) {
-      mine.push_back(static_cast<double>(k));
-      write_state(k, mine);
+  std::vector<int> place(whole.nodes.size(), -1);
+  for (const auto& hex : whole.hexes) {
+    Box3 cell;
+    for (const int n : hex) cell.extend(whole.nodes[static_cast<std::size_t>(n)]);
+    if (!of_concrete.intersects(cell)) continue;
+    auto& copy = around->hexes.emplace_back(hex);
+    for (int& n : copy) {
+      int& at = place[static_cast<std::size_t>(n)];
+      if (at < 0)
+        at = static_cast<int>(around->nodes.size()),
+        around->nodes.push_back(whole.nodes[static_cast<std::size_t>(n)]);
+      n = at;
     }
-  const std::vector<double> all = partition_->collect(mine);
-  for (std::size_t i = 0; i < all.size(); i += 1 + state_width)
-    read_state(static_cast<std::size_t>(all[i]), &all[i + 1]);
-  carrying_stale_ = true;  // the next states of others' segments are to be these, too
+  }
+  return around;
+}
+
+void Bars::divide(Partition& partition, const HexMesh& mesh,
+                  std::shared_ptr<const rebar::Surroundings> around) {
+  std::vector<double> state;
+  save(state, false);
+  const auto local = [&](int cell) {
+    const int here = partition.cell_here(cell);
+    return here >= 0 && partition.local_cells()[here] ? here : -1;
+  };
+  std::vector<char> kept(segments(), 0);
+  for (std::size_t k = 0; k < segments(); ++k) kept[k] = local(host(k)) >= 0;
+  const auto& all = bars_.segments();
+  for (std::size_t first = 0, last = 0; slip_ && first < all.size(); first = last) {
+    while (last < all.size() && all[last].bar == all[first].bar) ++last;
+    const auto begin = kept.begin() + static_cast<std::ptrdiff_t>(first),
+               end = kept.begin() + static_cast<std::ptrdiff_t>(last);
+    if (std::find(begin, end, 1) != end) std::fill(begin, end, 1);
+  }
+  for (std::size_t k = 0; k < kept.size(); ++k)
+    if (kept[k]) number_.push_back(static_cast<int>(k));
+  number_.shrink_to_fit();
+  bars_ = bars_.part(number_, local, [&](int n) { return partition.node_here(n); });
+  partition_ = &partition;
+  place(mesh, std::move(around));
+  std::vector<double> asked;
+  for (std::size_t k = 0; k < segments(); ++k)
+    if (host(k) < 0) asked.push_back(number_[k]);
+  if (slip_) asked = partition.collect(asked);
+  heard_.assign(asked.begin(), asked.end());
+  std::sort(heard_.begin(), heard_.end());
+  heard_.erase(std::unique(heard_.begin(), heard_.end()), heard_.end());
+  restore(state, false);
+}
+
+/// Strains of the concrete along segments of other ranks, from their owners; NaN where it is gone.
+void Bars::share_strains(const std::vector<char>& live) {
+  for (std::size_t k = 0; k < segments(); ++k)
+    if (host(k) >= 0 && !live[static_cast<std::size_t>(host(k))]) host_[k] = NAN;
+  if (heard_.empty()) return;
+  std::vector<double> values(heard_.size(), 0.0);
+  const auto each = [&](auto&& use) {
+    for (std::size_t i = 0, k = 0; i < heard_.size(); ++i) {
+      while (k < number_.size() && number_[k] < heard_[i]) ++k;
+      if (k < number_.size() && number_[k] == heard_[i]) use(k, values[i]);
+    }
+  };
+  each([&](std::size_t k, double& value) {
+    if (own(k)) value = host_[k];
+  });
+  partition_->sum(values);
+  each([&](std::size_t k, double value) {
+    if (host(k) < 0) host_[k] = value;
+  });
+}
+
+void Bars::find_broken() {
+  std::vector<double> mine;
+  for (std::size_t k = 0; k < segments(); ++k)
+    if (own(k) && old_[k].broken > 0) mine.push_back(number(k));
+  if (partition_ != nullptr) mine = partition_->collect(mine);
+  broken_.assign(mine.begin(), mine.end());
+  std::sort(broken_.begin(), broken_.end());
+  ties_stale_ = true;
+}
+
+std::size_t Bars::memory_consumption() const {
+  const auto of = [](const auto& list) { return list.capacity() * sizeof(list[0]); };
+  return bars_.memory_consumption() + of(node_) + of(old_) + of(next_) + of(old_strain_) + of(next_strain_) +
+         of(number_) + of(heard_) + of(carrying_) + of(host_) + of(ties_) + of(tied_);
 }
 
 void Bars::mark_nodes(std::vector<char>& touched) const {
@@ -217,23 +305,18 @@ void Bars::accept() {
   for (const int k : changed_) old_[static_cast<std::size_t>(k)] = next_[static_cast<std::size_t>(k)];
   changed_.clear();
   old_strain_.swap(next_strain_);
-  ties_stale_ = ties_stale_ || sums_.breaking > 0;
+  if (sums_.breaking > 0 && partition_ == nullptr) find_broken();
   if (slip_) slip_->accept();
   if (dowels_) dowels_->accept();
 }
 
 void Bars::add_mass(double density, std::vector<double>& mass) const { bars_.add_mass(density, mass); }
 
-double Bars::steel_volume() const {
-  double volume = 0;
-  for (const auto& s : bars_.segments()) volume += s.area * s.length;
-  return volume;
-}
-
 std::vector<Spring> Bars::springs(const std::vector<Mat3>* frames) const {
   std::vector<Spring> list;
   for (std::size_t k = 0; k < bars_.segments().size(); ++k) {
     const rebar::Segment& s = bars_.segments()[k];
+    if (s.cell < 0) continue;
     Spring spring;
     Vec3 along = bars_.along(k);
     for (int i = 0; i < 8; ++i) {
@@ -248,23 +331,31 @@ std::vector<Spring> Bars::springs(const std::vector<Mat3>* frames) const {
   return list;
 }
 
-void Bars::ties(const std::function<void(int, int)>& visit) const {
+void Bars::ties(const std::function<void(int, int, int)>& visit) const {
   if (ties_stale_) {
     ties_stale_ = false;
     ties_.clear();
     tied_.clear();
-    const auto& s = bars_.segments();
-    for (std::size_t k = 1; k < s.size(); ++k)
-      if (s[k].bar == s[k - 1].bar && !(old_[k].broken > 0) && !(old_[k - 1].broken > 0))
-        ties_.push_back({s[k - 1].cell, s[k].cell});
+    const auto holds = [this](int k) { return !std::binary_search(broken_.begin(), broken_.end(), k); };
+    // The pair k is of segments k and k + 1 of the whole.
+    for (std::size_t k = 0; k < segments(); ++k) {
+      const int n = number(k);
+      const bool seen = k > 0 && number(k - 1) == n - 1, next = k + 1 < segments() && number(k + 1) == n + 1;
+      if (!seen && !starts(n) && holds(n - 1) && holds(n)) ties_.push_back({n - 1, -1, host(k)});
+      if (n + 1 < static_cast<int>(segments_in_all_) && !starts(n + 1) && holds(n) && holds(n + 1))
+        ties_.push_back({n, host(k), next ? host(k + 1) : -1});
+    }
   }
-  for (const auto& [a, b] : ties_) visit(a, b);
+  for (const auto& [number, a, b] : ties_) visit(number, a, b);
 }
 
 const std::vector<char>& Bars::tied(std::size_t cells) const {
   if (!ties_stale_ && tied_.size() == cells) return tied_;
   std::vector<char> held(cells, 0);
-  ties([&](int a, int b) { held[static_cast<std::size_t>(a)] = held[static_cast<std::size_t>(b)] = 1; });
+  ties([&](int, int a, int b) {
+    for (const int cell : {a, b})
+      if (cell >= 0) held[static_cast<std::size_t>(cell)] = 1;
+  });
   tied_.swap(held);
   return tied_;
 }
@@ -283,11 +374,9 @@ double Bars::stored_in(const std::vector<int>& cells) const {
   const auto& strains = evaluated_ ? next_strain_ : old_strain_;
   double sum = 0;
   for (const int k : segments_in(cells)) {
-    if (dowels_ && (!partition_ || partition_->owns_cell(host(static_cast<std::size_t>(k)))))
-      sum += dowels_->stored(static_cast<std::size_t>(k));
-    if (!counts()) continue;
+    if (!own(static_cast<std::size_t>(k))) continue;
+    if (dowels_) sum += dowels_->stored(static_cast<std::size_t>(k));
     const rebar::Segment& s = bars_.segments()[static_cast<std::size_t>(k)];
-    if (partition_ && !slip_ && !partition_->owns_cell(s.cell)) continue;
     material::Steel::State after;
     sum +=
         s.area * s.length *
@@ -309,66 +398,111 @@ void Bars::add_forces_of(const std::vector<int>& segments, const double* u, cons
 }
 
 Bars::Counts Bars::count(const std::vector<int>& segments) const {
-  std::vector<int> yielded, broken;
-  for (int k : segments) {
-    if (old_[k].accumulated > 0) yielded.push_back(bars_.segments()[k].bar);
-    if (old_[k].broken > 0) broken.push_back(bars_.segments()[k].bar);
-  }
-  const auto different = [](std::vector<int>& list) {
-    std::sort(list.begin(), list.end());
-    return static_cast<int>(std::unique(list.begin(), list.end()) - list.begin());
+  std::vector<double> found;  // twice the number of a bar, one more if it is broken
+  const auto once = [&] {
+    std::sort(found.begin(), found.end());
+    found.erase(std::unique(found.begin(), found.end()), found.end());
   };
-  return {different(yielded), different(broken)};
+  for (const int segment : segments) {
+    const auto k = static_cast<std::size_t>(segment);
+    const double bar = 2.0 * bars_.segments()[k].bar;
+    if (!own(k)) continue;
+    if (old_[k].accumulated > 0) found.push_back(bar);
+    if (old_[k].broken > 0) found.push_back(bar + 1);
+  }
+  once();
+  if (partition_ != nullptr) found = partition_->collect(found), once();
+  const auto broken = std::count_if(found.begin(), found.end(), [](double x) { return std::fmod(x, 2) > 0; });
+  return {static_cast<int>(found.size()) - static_cast<int>(broken), static_cast<int>(broken)};
 }
 
 void Bars::snapshot(const double* u, Structure::Snapshot& out) const {
-  for (std::size_t k = 0; k < bars_.segments().size(); ++k) {
+  constexpr std::size_t width = 10;
+  std::vector<double> values;
+  for (std::size_t k = 0; k < segments(); ++k) {
+    if (!own(k)) continue;
     const auto [a, b] = bars_.ends(k, u);
+    values.push_back(number(k));
+    for (const Vec3* end : {&a, &b}) values.insert(values.end(), end->data(), end->data() + 3);
+    values.insert(values.end(), {old_strain_[k], bars_.pull(k, u, old_[k], slip_strain(k)).stress,
+                                 old_[k].broken > 0        ? 2.0
+                                 : old_[k].accumulated > 0 ? 1.0
+                                                           : 0.0});
+  }
+  if (partition_ != nullptr) values = partition_->records(width, values);
+  for (std::size_t at = 0; at < values.size(); at += width) {
     const int first = static_cast<int>(out.bar_points.size());
-    out.bar_points.push_back(a);
-    out.bar_points.push_back(b);
+    out.bar_points.emplace_back(&values[at + 1]);
+    out.bar_points.emplace_back(&values[at + 4]);
     out.bars.push_back({first, first + 1});
-    out.bar_strain.push_back(old_strain_[k]);
-    out.bar_stress.push_back(bars_.pull(k, u, old_[k], slip_strain(k)).stress);
-    out.bar_state.push_back(old_[k].broken > 0 ? 2 : old_[k].accumulated > 0 ? 1 : 0);
+    out.bar_strain.push_back(values[at + 7]);
+    out.bar_stress.push_back(values[at + 8]);
+    out.bar_state.push_back(static_cast<int>(values[at + 9]));
   }
 }
 
-void Bars::write_state(std::size_t k, std::vector<double>& state) const {
-  const auto& s = old_[k];
-  state.insert(state.end(), {s.plastic, s.accumulated, s.back_stress, s.yield, s.broken, old_strain_[k]});
-}
-
-void Bars::read_state(std::size_t k, const double* from) {
-  auto& s = old_[k];
-  ties_stale_ = true;
-  for (double* value : {&s.plastic, &s.accumulated, &s.back_stress, &s.yield, &s.broken, &old_strain_[k]})
-    *value = *from++;
-}
-
-void Bars::save(std::vector<double>& state) const {
-  for (std::size_t k = 0; k < old_.size(); ++k) write_state(k, state);
-  if (slip_) slip_->save(state);
-  if (!dowels_) return;
+/// Accepted states of the segments, then how many numbers dowels have, and these.
+void Bars::save(std::vector<double>& state, bool here) const {
+  const bool gathers = partition_ != nullptr && !here;
+  const auto width = state_width() + (gathers ? 1 : 0);
   std::vector<double> records;
-  dowels_->save(records, [](std::size_t) { return true; });
+  for (std::size_t k = 0; k < segments(); ++k) {
+    if (gathers && !own(k)) continue;
+    if (gathers) records.push_back(number(k));
+    const auto& s = old_[k];
+    records.insert(records.end(),
+                   {s.plastic, s.accumulated, s.back_stress, s.yield, s.broken, old_strain_[k]});
+    if (slip_) slip_->write(k, records);
+  }
+  if (gathers) records = partition_->records(static_cast<int>(width), records);
+  for (std::size_t at = gathers ? 1 : 0; at < records.size(); at += width)
+    state.insert(state.end(), &records[at], &records[at] + state_width());
+  if (!dowels_) return;
+  records.clear();
+  dowels_->save(records, [&](std::size_t k) { return !gathers || own(k); });
+  if (gathers) {
+    for (std::size_t at = 0; at < records.size(); at += rebar::DowelField::record_width)
+      records[at] = number(static_cast<std::size_t>(records[at]));
+    records = partition_->records(rebar::DowelField::record_width, records);
+  }
   state.push_back(static_cast<double>(records.size()));
   state.insert(state.end(), records.begin(), records.end());
 }
 
-std::size_t Bars::restore(std::span<const double> state) {
-  const std::size_t size = state_width * old_.size();
-  if (state.size() < size) throw NumericalFailure("the saved bars belong to another structure");
-  for (std::size_t k = 0; k < old_.size(); ++k) read_state(k, &state[state_width * k]);
+std::size_t Bars::restore(std::span<const double> state, bool here) {
+  const bool whole = partition_ != nullptr && !here;
+  const std::size_t width = state_width();
+  std::size_t at = width * (whole ? segments_in_all_ : segments());
+  if (state.size() < at) throw NumericalFailure("the saved bars belong to another structure");
+  for (std::size_t k = 0; k < segments(); ++k) {
+    const double* from = &state[width * (whole ? static_cast<std::size_t>(number(k)) : k)];
+    auto& s = old_[k];
+    for (double* value : {&s.plastic, &s.accumulated, &s.back_stress, &s.yield, &s.broken, &old_strain_[k]})
+      *value = *from++;
+    if (slip_) slip_->read(k, from);
+  }
   next_ = old_;
   changed_.clear();
   next_strain_ = old_strain_;
-  std::size_t at = size + (slip_ ? slip_->restore(state.subspan(size)) : 0);
+  find_broken();
   if (!dowels_) return at;
+  constexpr std::size_t record = rebar::DowelField::record_width;
   const std::size_t numbers = at < state.size() ? static_cast<std::size_t>(state[at++]) : 0;
   if (at + numbers > state.size()) throw NumericalFailure("the saved dowels belong to another structure");
-  dowels_->restore(state.subspan(at, numbers));
-  return at + numbers;
+  std::vector<double> mine;
+  for (std::size_t end = at + numbers; at < end; at += record) {
+    double k = state[at];
+    if (whole) {
+      const auto found = std::lower_bound(number_.begin(), number_.end(), static_cast<int>(k));
+      if (found == number_.end() || *found != static_cast<int>(k)) continue;
+      k = static_cast<double>(found - number_.begin());
+      if (host(static_cast<std::size_t>(k)) < 0) continue;
+    }
+    mine.push_back(k);
+    mine.insert(mine.end(), &state[at + 1], &state[at] + record);
+  }
+  dowels_->restore(mine);
+  return at;
 }
 
 }  // namespace talus::fem

@@ -1,6 +1,8 @@
 /// The reinforcement of a structure: bars from file and by rule, their state, and their forces on the nodes.
 #pragma once
+#include <algorithm>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -34,29 +36,32 @@ class Bars {
   std::size_t dowels() const { return dowels_ ? dowels_->count() : 0; }  ///< on this rank
   /// To be called once cells have gone or come back, before the next forces.
   void cells_changed() { carrying_stale_ = true; }
-  /// Divides the work: from now on only the segments of the partition's local cells are computed, and sums
-  /// are those of own cells. With bond slip a bar is one piece, and every rank computes all of them; rank 0
-  /// counts them.
-  void divide(Partition& partition);
-  /// Current positions and states of all segments on every rank.
-  void share_motion(AlignedVector& u);
-  void share_states();
+  /// Of several ranks each keeps from now on the segments in its local cells, by the numbers of cells and
+  /// nodes in its part of the mesh, `mesh`; sums are those of own cells. With bond slip a bar is one piece:
+  /// whoever has a segment of it computes its slips from the strains of all, and counts its bond if the first
+  /// segment is its own. All ranks call together, with add_forces() and what is said to ask the others.
+  /// `around`: of surroundings().
+  std::shared_ptr<const rebar::Surroundings> surroundings(const Partition& partition,
+                                                          const HexMesh& whole) const;
+  void divide(Partition& partition, const HexMesh& mesh, std::shared_ptr<const rebar::Surroundings> around);
   void mark_nodes(std::vector<char>& touched) const;
   void add_mass(double density, std::vector<double>& mass) const;
 
-  double stored() const { return (counts() ? sums_.energy + bond_.energy : 0) + dowel_sums_.energy; }
-  double dissipation() const {
-    return (counts() ? sums_.dissipation + bond_.dissipation : 0) + dowel_sums_.dissipation;
-  }
+  double stored() const { return sums_.energy + bond_.energy + dowel_sums_.energy; }
+  double dissipation() const { return sums_.dissipation + bond_.dissipation + dowel_sums_.dissipation; }
   /// What the segments in these cells store by the last evaluation, this rank's part [J].
   double stored_in(const std::vector<int>& cells) const;
-  /// Broken segments of the last evaluation.
-  double broken() const { return counts() ? sums_.broken : 0; }
+  /// Segments that the last evaluation breaks, in local cells.
+  double breaking() const { return sums_.breaking; }
+  /// To be called once any rank's have broken and are accepted: asks the others which.
+  void find_broken();
   bool slips() const { return slip_ != nullptr; }
-  std::size_t segments() const { return bars_.segments().size(); }
+  std::size_t segments() const { return bars_.segments().size(); }  ///< on this rank
+  std::size_t segments_in_all() const { return segments_in_all_; }
   std::size_t count() const { return bars_.bars().size(); }
-  int host(std::size_t segment) const { return bars_.segments()[segment].cell; }
-  double steel_volume() const;
+  int host(std::size_t segment) const { return bars_.segments()[segment].cell; }  ///< -1: not here
+  double steel_volume() const { return steel_volume_; }
+  std::size_t memory_consumption() const;  ///< [bytes]
   /// Axial stiffness of every segment, unstrained, between the nodes of its host, turned with the frames of
   /// the cells where these are given.
   std::vector<Spring> springs(const std::vector<Mat3>* frames = nullptr) const;
@@ -66,22 +71,32 @@ class Bars {
   /// f += forces of these segments at u (in live cells), from the accepted states; nothing is kept.
   void add_forces_of(const std::vector<int>& segments, const double* u, const std::vector<char>& live,
                      double* f) const;
-  /// Number of bars that have yielded, and that are broken, among these segments.
+  /// Number of bars that have yielded, and that are broken, among these segments; asks the others.
   struct Counts {
     int yielded = 0, broken = 0;
   };
   Counts count(const std::vector<int>& segments) const;
-  /// Calls with pairs of cells that an unbroken bar holds together.
-  void ties(const std::function<void(int, int)>& visit) const;
+  /// Calls with the number of every pair of cells that an unbroken bar holds together, the same on all ranks,
+  /// and those of the two that are in this rank's part; -1: it is not.
+  void ties(const std::function<void(int, int, int)>& visit) const;
   /// Of each of so many cells, whether an unbroken bar holds it to another.
   const std::vector<char>& tied(std::size_t cells) const;
-  void snapshot(const double* u, Structure::Snapshot& s) const;
-  void save(std::vector<double>& state) const;
-  std::size_t restore(std::span<const double> state);
+  void snapshot(const double* u, Structure::Snapshot& s) const;  ///< of the whole; asks the others
+  /// `here`: what this rank holds; else the whole, from and for any number of ranks.
+  void save(std::vector<double>& state, bool here) const;
+  std::size_t restore(std::span<const double> state, bool here);
 
  private:
-  bool counts() const { return !partition_ || !slip_ || partition_->first_rank(); }
-  static constexpr std::size_t state_width = 6;  // numbers of one segment's accepted state
+  bool own(std::size_t segment) const {
+    return partition_ == nullptr || (host(segment) >= 0 && partition_->owns_cell(host(segment)));
+  }
+  bool starts(int number) const { return std::binary_search(first_.begin(), first_.end(), number); }
+  int number(std::size_t segment) const {
+    return partition_ == nullptr ? static_cast<int>(segment) : number_[segment];
+  }
+  void place(const HexMesh& mesh, std::shared_ptr<const rebar::Surroundings> around);
+  void share_strains(const std::vector<char>& live);
+  std::size_t state_width() const { return 6 + (slip_ ? rebar::SlipField::record_width : 0); }
   void write_state(std::size_t segment, std::vector<double>& state) const;
   void read_state(std::size_t segment, const double* from);
   rebar::EmbeddedBars bars_;
@@ -92,7 +107,7 @@ class Bars {
   std::vector<double> old_strain_, next_strain_;
   double slip_strain(std::size_t segment) const { return slip_ ? slip_->strain()[segment] : 0.0; }
   bool evaluated_ = false;                        // since the last accept()
-  mutable std::vector<std::array<int, 2>> ties_;  // pairs of cells that an unbroken bar holds together
+  mutable std::vector<std::array<int, 3>> ties_;  // what ties() says
   mutable std::vector<char> tied_;  // of each cell, whether it is in one of them; empty: to be found
   mutable bool ties_stale_ = true;
   rebar::EmbeddedBars::Sums sums_;
@@ -102,10 +117,17 @@ class Bars {
   rebar::DowelField::Sums dowel_sums_;         // of this rank's own cells
   double steel_stress(std::size_t segment, const material::Steel::State& state, double strain) const;
   std::vector<double> host_;
+  double f_cm_ = 0, dowel_strength_ = 0, dowel_opening_ = 0;  // [Pa]; [Pa], 0: no dowels; [m]
+  double steel_volume_ = 0;
+  std::size_t segments_in_all_ = 0;
+  std::vector<int> first_;   // of the whole, the first segment of each bar; ascending
+  std::vector<int> broken_;  // segments, of all ranks by their numbers in the whole, ascending
+  // Several ranks
   Partition* partition_ = nullptr;  // null: all segments here
+  std::vector<int> number_;         // of each segment here, in the whole; ascending
+  std::vector<int> heard_;  // of the whole, segments of which some rank asks for the strain; ascending
   void find_carrying(const std::vector<char>& live);
-  std::vector<int>
-      carrying_;  // segments in live (local) cells: those that are computed. Of a broken viaduct few
+  std::vector<int> carrying_;  // segments in live cells: those that are computed. Of a broken viaduct few
   bool carrying_stale_ = true;
 };
 

@@ -13,7 +13,6 @@ namespace {
 
 constexpr double linear_share = 0.01;  // of s_1 that the chord k spans: a tenth of V_max
 constexpr double torn_after = 2.5e-3;  // slip from the splitting of the cover until it holds nothing [m]
-constexpr double beyond_bar = 31;      // diameters: with that width the cover is stronger than any bar
 
 /// Gradients of the shape functions [1/m] and the Jacobian at a reference point.
 struct Gradients {
@@ -97,16 +96,19 @@ Dowel::Result Dowel::operator()(const std::array<double, 2>& slip, double steel_
 }
 
 DowelField::DowelField(const EmbeddedBars& bars, std::span<const Vec3> nodes,
-                       std::span<const std::array<int, 8>> hexes, double f_c, double opening)
+                       std::span<const std::array<int, 8>> hexes, double f_c, double opening,
+                       std::shared_ptr<const Surroundings> around)
     : bars_(&bars),
       nodes_(nodes),
       hexes_(hexes),
       f_c_(f_c),
       opening_(opening),
+      around_(std::move(around)),
       place_(bars.segments().size(), -1) {}
 
 const HostSearch& DowelField::host() const {
-  if (!host_) host_ = host_search(nodes_, hexes_, 1e-6);
+  if (!host_)
+    host_ = around_ ? host_search(around_->nodes, around_->hexes) : host_search(nodes_, hexes_, 1e-6);
   return host_;
 }
 
@@ -116,6 +118,10 @@ bool DowelField::possible(std::size_t segment, double largest_strain) {
     reach_.reserve(place_.size());
     for (const Segment& s : bars_->segments()) {
       double longest = 0;
+      if (s.cell < 0) {
+        reach_.push_back(0);
+        continue;
+      }
       const auto& hex = hexes_[static_cast<std::size_t>(s.cell)];
       for (const int a : hex)
         for (const int b : hex)
@@ -185,11 +191,13 @@ DowelField::Crossing DowelField::crossing(std::size_t segment) const {
 double DowelField::width_beside(std::size_t segment, const Vec3& middle, const Vec3& along,
                                 const Vec3& side) const {
   const double diameter = bars_->bars()[static_cast<std::size_t>(bars_->segments()[segment].bar)].diameter;
-  double width = beyond_bar * diameter;
-  for (std::size_t k = 0; k < bars_->segments().size(); ++k) {
-    const Vec3 leg = bars_->along(k), from = bars_->start(k) - middle;
+  double width = concrete_reach * diameter;
+  const std::size_t others = around_ ? around_->bars.size() : bars_->segments().size();
+  for (std::size_t k = 0; k < others; ++k) {
+    const Vec3 leg = around_ ? around_->bars[k][1] : bars_->along(k),
+               from = (around_ ? around_->bars[k][0] : bars_->start(k)) - middle;
     const double run = leg.dot(along);
-    if (k == segment || run * run < 0.5 * leg.squaredNorm()) continue;  // nearer to across than to along
+    if (run * run < 0.5 * leg.squaredNorm()) continue;  // nearer to across than to along
     const double share = -from.dot(along) / run;
     if (share < 0 || share > 1) continue;
     const Vec3 offset = from + share * leg;
@@ -234,12 +242,12 @@ void DowelField::add(const Crossing& c, const Motion& m, const std::array<double
 }
 
 DowelField::Sums DowelField::forces(const double* u, const std::function<double(std::size_t)>& stress,
-                                    const char* live, const char* local, const char* counted, double* force) {
+                                    const char* live, const char* counted, double* force) {
   Sums sums;
   for (Crossing& c : crossings_) {
     const int cell = bars_->segments()[c.segment].cell;
     c.next = c.old;
-    if (!live[cell] || (local != nullptr && !local[cell])) continue;
+    if (!live[cell]) continue;
     const Motion m = motion(c, u);
     const Dowel::Result r = c.law(m.slip, stress(c.segment), c.old, c.next);
     add(c, m, r.force, force);
@@ -281,26 +289,14 @@ void DowelField::save(std::vector<double>& records, const std::function<bool(std
 void DowelField::restore(std::span<const double> records) {
   for (const Crossing& c : crossings_) place_[c.segment] = -1;
   crossings_.clear();
-  learn(records, [](std::size_t) { return false; });
-}
-
-void DowelField::learn(std::span<const double> records, const std::function<bool(std::size_t)>& known) {
   for (std::size_t at = 0; at + record_width <= records.size(); at += record_width) {
     const auto segment = static_cast<std::size_t>(records[at]);
     if (segment >= place_.size()) throw NumericalFailure("the saved dowels belong to another structure");
-    if (place_[segment] >= 0 && known(segment)) continue;
-    Crossing c =
-        place_[segment] < 0 ? crossing(segment) : crossings_[static_cast<std::size_t>(place_[segment])];
+    place_[segment] = static_cast<int>(crossings_.size());
+    Crossing& c = crossings_.emplace_back(crossing(segment));
     c.before = {records[at + 1], records[at + 2]};
     c.old = c.next = {records[at + 3], records[at + 4], records[at + 5], records[at + 6]};
-    if (place_[segment] >= 0)
-      crossings_[static_cast<std::size_t>(place_[segment])] = std::move(c);
-    else
-      crossings_.push_back(std::move(c));
   }
-  std::sort(crossings_.begin(), crossings_.end(),
-            [](const Crossing& a, const Crossing& b) { return a.segment < b.segment; });
-  for (std::size_t i = 0; i < crossings_.size(); ++i) place_[crossings_[i].segment] = static_cast<int>(i);
 }
 
 }  // namespace talus::rebar

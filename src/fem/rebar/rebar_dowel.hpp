@@ -39,6 +39,7 @@
 #pragma once
 #include <array>
 #include <functional>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -77,6 +78,13 @@ class Dowel {
   std::array<double, 2> splitting_;
 };
 
+/// What lies about the bars of a part of a structure, as far as dowels ask for it.
+struct Surroundings {
+  std::vector<Vec3> nodes;  ///< of the concrete, as built
+  std::vector<std::array<int, 8>> hexes;
+  std::vector<std::array<Vec3, 2>> bars;  ///< of each segment its first end as placed, and d_0
+};
+
 /// The crossings of cracks and bars of a structure.
 class DowelField {
  public:
@@ -84,9 +92,12 @@ class DowelField {
     double energy = 0, dissipation = 0;
   };  ///< [J]
   /// nodes and hexes: the mesh as built; all must outlive the field. opening: of a crack that a bar bridges,
-  /// G_F / f_t [m].
+  /// G_F / f_t [m]. `around`: where bars and hexes are a part alone; null: they are the whole.
   DowelField(const EmbeddedBars& bars, std::span<const Vec3> nodes, std::span<const std::array<int, 8>> hexes,
-             double f_c, double opening);
+             double f_c, double opening, std::shared_ptr<const Surroundings> around = nullptr);
+  /// Concrete and other bars further from one than so many of its diameters are of no account: 31, with which
+  /// the cover is stronger than any bar; other bars narrow it by half of the way, up to as far aside as away.
+  static constexpr double concrete_reach = 31, bar_reach = 88;
 
   /// Whether a crack can cross the segment in a cell whose points strain by at most so much (Frobenius norm).
   bool possible(std::size_t segment, double largest_strain);
@@ -96,10 +107,10 @@ class DowelField {
   std::size_t count() const { return crossings_.size(); }
 
   /// Adds internal forces at displacements u of the crossings in `live` cells. stress: of a segment's steel
-  /// now [Pa], infinite where it is broken. Crossings in cells that are not `local` (null: all are) are left
-  /// alone, those in cells not in `counted` (null: all) do not enter the sums.
+  /// now [Pa], infinite where it is broken. Crossings in cells not in `counted` (null: all) do not enter the
+  /// sums.
   Sums forces(const double* u, const std::function<double(std::size_t)>& stress, const char* live,
-              const char* local, const char* counted, double* force);
+              const char* counted, double* force);
   /// Adds the forces of a segment's crossing from its accepted state; nothing is kept.
   void add_forces_of(std::size_t segment, const double* u, double stress, double* force) const;
   double stored(std::size_t segment) const;  ///< by the last evaluation [J]
@@ -107,10 +118,7 @@ class DowelField {
 
   static constexpr std::size_t record_width = 7;  // numbers of a crossing in a saved state
   void save(std::vector<double>& records, const std::function<bool(std::size_t)>& which) const;
-  void restore(std::span<const double> records);
-  /// Takes over the accepted states of crossings that are not `known` here. Those that are keep theirs, and
-  /// what the last evaluation made of them, which is not accepted yet.
-  void learn(std::span<const double> records, const std::function<bool(std::size_t)>& known);
+  void restore(std::span<const double> records);  ///< ascending
 
  private:
   struct Crossing {
@@ -138,6 +146,7 @@ class DowelField {
   std::span<const Vec3> nodes_;
   std::span<const std::array<int, 8>> hexes_;
   double f_c_, opening_;
+  std::shared_ptr<const Surroundings> around_;
   mutable HostSearch host_;          // made when the first crack asks for it
   std::vector<float> reach_;         // of each segment's cell, the largest extent [m]
   std::vector<int> place_;           // of each segment in crossings_, -1: none

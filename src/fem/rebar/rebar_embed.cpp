@@ -282,7 +282,8 @@ EmbeddedBars::EmbeddedBars(std::vector<Bar> bars, std::vector<Segment> segments,
     : bars_(std::move(bars)), segments_(std::move(segments)) {
   laws_.reserve(bars_.size());
   for (const Bar& b : bars_) laws_.emplace_back(b.steel);
-  nodes_.reserve(segments_.size());
+  nodes_.reserve(segments_.size()), start_.reserve(segments_.size()), along_.reserve(segments_.size()),
+      compact_.reserve(segments_.size());
   for (Segment& s : segments_) {
     nodes_.push_back(hexes[s.cell]);
     Vec3 d = Vec3::Zero(), start = Vec3::Zero();
@@ -301,25 +302,50 @@ EmbeddedBars::EmbeddedBars(std::vector<Bar> bars, std::vector<Segment> segments,
   }
 }
 
+EmbeddedBars EmbeddedBars::part(const std::vector<int>& segments, const std::function<int(int)>& cell,
+                                const std::function<int(int)>& node) const {
+  EmbeddedBars part;
+  part.bars_ = bars_, part.laws_ = laws_;
+  const auto make_room = [&](auto&... lists) { (lists.reserve(segments.size()), ...); };
+  make_room(part.segments_, part.compact_, part.nodes_, part.start_, part.along_);
+  for (const int number : segments) {
+    const auto k = static_cast<std::size_t>(number);
+    Segment& s = part.segments_.emplace_back(segments_[k]);
+    Compact& c = part.compact_.emplace_back(compact_[k]);
+    c.cell = s.cell = cell(s.cell);
+    for (int& n : c.node) n = s.cell < 0 ? -1 : node(n);
+    part.nodes_.push_back(c.node);
+    part.start_.push_back(start_[k]), part.along_.push_back(along_[k]);
+  }
+  return part;
+}
+
+std::size_t EmbeddedBars::memory_consumption() const {
+  const auto of = [](const auto& list) { return list.capacity() * sizeof(list[0]); };
+  return of(bars_) + of(segments_) + of(nodes_) + of(start_) + of(along_) + of(compact_) + of(laws_);
+}
+
 EmbeddedBars::Sums EmbeddedBars::forces(const double* u, double h,
                                         std::span<const material::Steel::State> old,
                                         std::span<const double> old_strain,
                                         std::span<material::Steel::State> next, std::span<double> next_strain,
                                         std::vector<int>& changed, double* force,
                                         const std::vector<int>* which, std::span<const double> slip_strain,
-                                        const char* counted) const {
+                                        const char* counted, std::span<const double> host_strain) const {
   using material::V4, material::load4, material::store4;
   Sums sums;
   for (std::size_t i = 0, count = which ? which->size() : compact_.size(); i < count; ++i) {
     const std::size_t k = which ? static_cast<std::size_t>((*which)[i]) : i;
     const Compact& s = compact_[k];
+    const bool here = s.cell >= 0;
+    if (!here && std::isnan(host_strain[k])) continue;
     V4 d = load4(s.along.data());
-    for (int a = 0; a < 8; ++a) d += s.delta[a] * load4(u + 4L * s.node[a]);
-    const double l = length(d[0], d[1], d[2]);
-    const double strain = (l - s.length) / s.length + (slip_strain.empty() ? 0.0 : slip_strain[k]);
+    for (int a = 0; a < 8 && here; ++a) d += s.delta[a] * load4(u + 4L * s.node[a]);
+    const double l = length(d[0], d[1], d[2]), of_host = here ? (l - s.length) / s.length : host_strain[k];
+    const double strain = of_host + (slip_strain.empty() ? 0.0 : slip_strain[k]);
     const double volume = s.area * s.length;
     const material::Steel& law = laws_[s.bar];
-    const bool in_sums = !counted || counted[s.cell];
+    const bool in_sums = here && (!counted || counted[s.cell]);
     double stress, energy;
     if (law.elastic(strain, old[k], stress, energy)) {
       if (in_sums) {
@@ -344,7 +370,7 @@ EmbeddedBars::Sums EmbeddedBars::forces(const double* u, double h,
       }
     }
     next_strain[k] = strain;
-    if (stress == 0) continue;
+    if (stress == 0 || !here) continue;
     const V4 f = (s.area * stress / l) * d;
     for (int a = 0; a < 8; ++a)
       store4(force + 4L * s.node[a], load4(force + 4L * s.node[a]) + s.delta[a] * f);
@@ -362,6 +388,7 @@ Vec3 EmbeddedBars::span_now(std::size_t k, const double* u) const {
 void EmbeddedBars::host_strains(const double* u, std::vector<double>& strain) const {
   strain.resize(segments_.size());
   for (std::size_t k = 0; k < segments_.size(); ++k) {
+    if (segments_[k].cell < 0) continue;
     const Vec3 d = span_now(k, u);
     strain[k] = (length(d.x(), d.y(), d.z()) - segments_[k].length) / segments_[k].length;
   }
@@ -393,6 +420,7 @@ void EmbeddedBars::add_pull(std::size_t k, const Vec3& pull, double* force) cons
 void EmbeddedBars::add_mass(double density, std::span<double> mass) const {
   for (std::size_t k = 0; k < segments_.size(); ++k) {
     const Segment& s = segments_[k];
+    if (s.cell < 0) continue;
     const double m = density * s.area * s.length;
     for (int i = 0; i < 8; ++i) mass[nodes_[k][i]] += 0.5 * m * (s.start[i] + s.end[i]);
   }

@@ -50,8 +50,8 @@ HostSearch host_search(std::span<const Vec3> nodes, std::span<const std::array<i
                        double tolerance = 1e-6);
 
 struct Segment {
-  int bar = 0;  ///< index into the bars
-  int cell = 0;
+  int bar = 0;                           ///< index into the bars
+  int cell = 0;                          ///< -1: on another process, from which its strain is heard
   std::array<double, 8> start{}, end{};  ///< shape functions at both ends
   double length = 0, area = 0;           ///< L, A
   double arc = 0;                        ///< distance of its start from the start of the bar [m]
@@ -86,13 +86,13 @@ class EmbeddedBars {
   /// written; `next` may be `old`. Only the segments `which` (null: all) carry something, the states of
   /// others are left alone; those in cells not in `counted` (null: all) carry force, but do not enter the
   /// sums. `slip_strain` (empty: perfect bond) is added to the strain of the host; strains in and out are the
-  /// bar's own.
+  /// bar's own. `host_strain`: of segments on other processes, NaN: their cells are gone.
   Sums forces(const double* u, double h, std::span<const material::Steel::State> old,
               std::span<const double> old_strain, std::span<material::Steel::State> next,
               std::span<double> next_strain, std::vector<int>& changed, double* force,
               const std::vector<int>* which = nullptr, std::span<const double> slip_strain = {},
-              const char* counted = nullptr) const;
-  /// Strain of the concrete along every segment.
+              const char* counted = nullptr, std::span<const double> host_strain = {}) const;
+  /// Strain of the concrete along every segment of this process; those of others stay.
   void host_strains(const double* u, std::vector<double>& strain) const;
 
   /// Strain, stress and force of one segment now (force: what its end must be pulled with), its state left as
@@ -112,6 +112,11 @@ class EmbeddedBars {
   /// Adds the nodal forces of a segment so pulled.
   void add_pull(std::size_t segment, const Vec3& pull, double* force) const;
 
+  /// These segments alone, ascending, with cells and nodes by the numbers that they have elsewhere, cells -1
+  /// for none; what was found of them on the whole mesh keeps its bits.
+  EmbeddedBars part(const std::vector<int>& segments, const std::function<int(int)>& cell,
+                    const std::function<int(int)>& node) const;
+
   const std::vector<Bar>& bars() const { return bars_; }
   const std::vector<Segment>& segments() const { return segments_; }
   const std::array<int, 8>& host_nodes(std::size_t segment) const { return nodes_[segment]; }
@@ -123,6 +128,7 @@ class EmbeddedBars {
   void add_mass(double density, std::span<double> mass) const;
   /// Axial stiffness E A / L of each segment: bounds the critical step.
   double stiffness(std::size_t segment) const;
+  std::size_t memory_consumption() const;  ///< [bytes]
 
  private:
   std::vector<Bar> bars_;

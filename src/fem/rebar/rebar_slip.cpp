@@ -53,6 +53,7 @@ SlipField::SlipField(const EmbeddedBars& bars, double f_cm) : bars_(&bars), law_
     const Bar& bar = bars.bars()[run.bar];
     const std::vector<double> held = anchors(bar);
     for (int j = run.first; j <= run.last; ++j) {
+      if (j < run.last) point_.push_back(static_cast<int>(surface_.size()));
       const double before = j > run.first ? segments[j - 1].length : 0,
                    after = j < run.last ? segments[j].length : 0;
       const double arc = j < run.last ? segments[j].arc : segments[j - 1].arc + segments[j - 1].length;
@@ -72,22 +73,26 @@ SlipField::SlipField(const EmbeddedBars& bars, double f_cm) : bars_(&bars), law_
 
 SlipField::Sums SlipField::solve(std::span<const double> host, double h,
                                  std::span<const material::Steel::State> old,
-                                 std::span<const double> old_strain, const char* alive) {
+                                 std::span<const double> old_strain, const std::function<bool(int)>& counts) {
   Sums sums;
-  for (const Run& run : runs_) solve_run(run, host, h, old, old_strain, alive);
-  for (std::size_t j = 0; j < surface_.size(); ++j) {
-    if (surface_[j] == 0) continue;
-    const auto r = law_(next_slip_[j], old_[j], next_[j]);
-    sums.energy += surface_[j] * r.energy;
-    sums.dissipation += surface_[j] * r.dissipation;
-    sums.largest = std::max(sums.largest, std::abs(next_slip_[j]));
+  for (const Run& run : runs_) {
+    solve_run(run, host, h, old, old_strain);
+    const bool counted = !counts || counts(run.first);
+    const auto first = static_cast<std::size_t>(run.point);
+    for (std::size_t j = first; j <= first + static_cast<std::size_t>(run.last - run.first); ++j) {
+      if (surface_[j] == 0) continue;
+      const auto r = law_(next_slip_[j], old_[j], next_[j]);
+      if (!counted) continue;
+      sums.energy += surface_[j] * r.energy;
+      sums.dissipation += surface_[j] * r.dissipation;
+      sums.largest = std::max(sums.largest, std::abs(next_slip_[j]));
+    }
   }
   return sums;
 }
 
 void SlipField::solve_run(const Run& run, std::span<const double> host, double h,
-                          std::span<const material::Steel::State> old, std::span<const double> old_strain,
-                          const char* alive) {
+                          std::span<const material::Steel::State> old, std::span<const double> old_strain) {
   const auto& segments = bars_->segments();
   const int n = run.last - run.first + 1;
   const Bar& bar = bars_->bars()[run.bar];
@@ -106,7 +111,7 @@ void SlipField::solve_run(const Run& run, std::span<const double> host, double h
     for (int i = 0; i + 1 < n; ++i) {
       const int k = run.first + i;
       if (matrix) off[i] = 0;
-      if (alive && !alive[segments[k].cell]) continue;
+      if (std::isnan(host[k])) continue;
       const double length = segments[k].length, strain = host[k] + (at[i + 1] - at[i]) / length;
       material::Steel::State unused;
       const auto r = steel(strain, h > 0 ? (strain - old_strain[k]) / h : 0.0, old[k], unused);
@@ -174,22 +179,21 @@ void SlipField::accept() {
   old_ = next_;
 }
 
-void SlipField::save(std::vector<double>& state) const {
-  for (std::size_t j = 0; j < slip_.size(); ++j)
-    state.insert(state.end(), {slip_[j], old_[j].plastic, old_[j].largest});
-  // Strains stay what they were where no solve has followed the restart.
-  state.insert(state.end(), strain_.begin(), strain_.end());
+void SlipField::write(std::size_t segment, std::vector<double>& record) const {
+  const auto start = static_cast<std::size_t>(point_[segment]);
+  for (const std::size_t j : {start, start + 1})
+    record.insert(record.end(), {slip_[j], old_[j].plastic, old_[j].largest});
+  record.push_back(strain_[segment]);
 }
 
-std::size_t SlipField::restore(std::span<const double> state) {
-  const std::size_t size = 3 * slip_.size() + strain_.size();
-  if (state.size() < size) throw NumericalFailure("the saved bond belongs to another structure");
-  for (std::size_t j = 0; j < slip_.size(); ++j)
-    slip_[j] = state[3 * j], old_[j].plastic = state[3 * j + 1], old_[j].largest = state[3 * j + 2];
-  std::copy_n(state.begin() + static_cast<std::ptrdiff_t>(3 * slip_.size()), strain_.size(), strain_.begin());
-  next_slip_ = slip_;
-  next_ = old_;
-  return size;
+void SlipField::read(std::size_t segment, const double* record) {
+  const auto start = static_cast<std::size_t>(point_[segment]);
+  for (const std::size_t j : {start, start + 1}) {
+    slip_[j] = next_slip_[j] = *record++;
+    old_[j].plastic = *record++, old_[j].largest = *record++;
+    next_[j] = old_[j];
+  }
+  strain_[segment] = *record;
 }
 
 }  // namespace talus::rebar

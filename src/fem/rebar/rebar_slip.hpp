@@ -12,6 +12,7 @@
 /// s_j      slip of the bar against the concrete at its point j    m
 /// p l_j    surface of the bar that belongs to the point           m^2
 #pragma once
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -28,28 +29,32 @@ class SlipField {
   SlipField(const EmbeddedBars& bars, double f_cm);
 
   /// Slips and their strains (added to those of the concrete) for the strains `host` of the concrete after a
-  /// time h; the steel starts from `old` and the total strains `old_strain`. Results wait for accept().
-  /// Throws NumericalFailure if a bar finds no balance.
+  /// time h, NaN where it is gone; the steel starts from `old` and the total strains `old_strain`. `counts`:
+  /// of the first segment of a bar, whether its bond enters the sums; null: all do. Results wait for
+  /// accept(). Throws NumericalFailure if a bar finds no balance.
   Sums solve(std::span<const double> host, double h, std::span<const material::Steel::State> old,
-             std::span<const double> old_strain, const char* alive);
+             std::span<const double> old_strain, const std::function<bool(int)>& counts = {});
   void accept();
   std::span<const double> strain() const { return strain_; }  ///< of the last solve, per segment
   double slip(std::size_t point) const { return next_slip_[point]; }
 
-  void save(std::vector<double>& state) const;
-  std::size_t restore(std::span<const double> state);
+  /// Of a segment: slips and bond at both of its ends, and its strain, which stays what it was where no solve
+  /// follows the restart. Every point is in the records of both segments that it joins.
+  static constexpr std::size_t record_width = 7;
+  void write(std::size_t segment, std::vector<double>& record) const;
+  void read(std::size_t segment, const double* record);
 
  private:
   struct Run {
     int bar, first, last, point;
   };  // segments [first, last) in one piece; its points start at `point`
   void solve_run(const Run& run, std::span<const double> host, double h,
-                 std::span<const material::Steel::State> old, std::span<const double> old_strain,
-                 const char* alive);
+                 std::span<const material::Steel::State> old, std::span<const double> old_strain);
 
   const EmbeddedBars* bars_;
   material::BondSlip law_;
   std::vector<Run> runs_;
+  std::vector<int> point_;       // at the start of each segment
   std::vector<double> surface_;  // p l_j per point; 0: anchored
   std::vector<double> slip_, next_slip_, strain_;
   std::vector<material::BondSlip::State> old_, next_;

@@ -157,7 +157,7 @@ struct Cracked {
       std::copy_n(to.data(), 3, &u[4 * n]);
     }
     const DowelField::Sums sums = field->forces(
-        u.data(), [](std::size_t) { return 0.0; }, live.data(), nullptr, nullptr, f.data());
+        u.data(), [](std::size_t) { return 0.0; }, live.data(), nullptr, f.data());
     field->accept();
     for (std::size_t i = 0; i < u.size(); ++i) work += 0.5 * (force[i] + f[i]) * (u[i] - before[i]);
     dissipated += sums.dissipation, stored = sums.energy;
