@@ -1,5 +1,8 @@
 /// Convex against convex: separating axes for the normal, clipping for the points.
 #include "contact/narrow_convex.hpp"
+
+#include <algorithm>
+
 #include "contact/narrow_manifold.hpp"
 #include "contact/tolerances.hpp"
 
@@ -9,7 +12,7 @@ namespace {
 struct ConvexScratch {
   Hull a, b;
   ManifoldScratch clip;
-  std::vector<ContactPoint> points;
+  std::vector<ContactPoint> points, corners;
 };
 thread_local ConvexScratch convex_scratch;
 
@@ -44,6 +47,31 @@ void meet(const HullPair& pair, const Axis& of_a, const Axis& of_b, const EdgeAx
   c.area = 0;
   c.key = first ? make_key(Form::face_vertex, f, q) : make_key(Form::vertex_face, q, f);
   points.push_back(c);
+}
+
+/// Faces near to parallel that are apart, their closest points on the rim of what they share: with them its
+/// corners, which a turn about the closest points would bring in unseen. None is nearer than the two are; the
+/// closest points stand for those that would be.
+void complete_flat(const HullPair& pair, const Axis& of_a, const Axis& of_b, const Separation& sep,
+                   std::vector<ContactPoint>& corners, std::vector<ContactPoint>& points) {
+  const bool by_a = of_a.gap >= of_b.gap;
+  const Vec3 n = by_a ? pair.A.normal(of_a.face) : Vec3(-pair.B.normal(of_b.face));
+  if (points.empty() || n.dot(sep.normal) < tolerances().parallel_cosine()) return;
+  double area = 0, closest = 0;
+  face_manifold(pair, by_a, by_a ? of_a.face : of_b.face, corners, area);
+  if (!(area > 0)) return;
+  const std::size_t first = points.size();
+  const auto stands_for = [&](const ContactPoint& c) {
+    return c.gap <= sep.distance + pair.touch ||
+           std::any_of(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(first),
+                       [&](const ContactPoint& p) { return p.key == c.key; });
+  };
+  for (const ContactPoint& c : corners)
+    if (stands_for(c))
+      closest += c.area;
+    else
+      points.push_back(c);
+  points.front().area = closest;
 }
 
 /// True if the line of the centres parts the two by more than the margin, as it does most candidates of a
@@ -117,8 +145,10 @@ int convex_convex(const Polyhedron& a, const Pose& pose_a, const Polyhedron& b, 
     if (sep.beyond) return 0;
     if (sep.overlap)
       tied_faces(pair, face_gap, points);
-    else if (sep.distance <= margin)
+    else if (sep.distance <= margin) {
       emit_closest(pair, sep, points);
+      complete_flat(pair, of_a, of_b, sep, s.corners, points);
+    }
   }
   for (auto& c : points) {
     c.point_a += pose_a.c;

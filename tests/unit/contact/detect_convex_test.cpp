@@ -313,6 +313,40 @@ double brute_gap(const Polyhedron& A, const Pose& pa, const Polyhedron& B, const
   return d;
 }
 
+/// Regular pentagonal prism, its centre at the origin.
+Polyhedron pentagon() {
+  std::vector<std::pair<double, double>> outline;
+  for (int k = 0; k < 5; ++k) outline.emplace_back(std::cos(0.4 * M_PI * k), std::sin(0.4 * M_PI * k));
+  return prism(outline, {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}}, -0.5, 0.5);
+}
+
+TEST(ConvexContact, FacesApartWhoseRimsAreNearestHaveAllTheirCorners) {
+  // Turned by 36 degrees each has its corners beyond the other's face: the closest points lie on the rims,
+  // wherever the upper one leans to.
+  const Polyhedron p = pentagon();
+  for (const double lean : {1e-9, 1e-8, 1e-7, 1e-5, 1e-3})
+    for (int k = 0; k < 7; ++k) {
+      const Vec3 about(std::cos(0.9 * k), std::sin(0.9 * k), 0);
+      const Mat3 turned =
+          (Eigen::AngleAxisd(lean, about) * Eigen::AngleAxisd(0.2 * M_PI, Vec3::UnitZ())).toRotationMatrix();
+      const auto c = contacts(p, {Vec3::Zero()}, p, {Vec3(0, 0, 1 + 1.5 * lean), turned}, 1e-2);
+      EXPECT_GE(c.size(), 8u) << lean << " " << k;
+      EXPECT_GT(least_gap(c), 0) << lean << " " << k;
+      EXPECT_GT(total_area(c), 1.5) << lean << " " << k;
+      // No corner of what they share is far from a point that was found.
+      for (int corner = 0; corner < 10; ++corner) {
+        const double angle = 0.2 * M_PI * corner + 0.1 * M_PI,
+                     rim = std::cos(0.2 * M_PI) / std::cos(0.1 * M_PI);
+        double nearest = 1;
+        for (const auto& q : c)
+          nearest = std::min(
+              nearest,
+              (q.point_a.head<2>() - rim * Eigen::Vector2d(std::cos(angle), std::sin(angle))).norm());
+        EXPECT_LE(nearest, 0.6) << lean << " " << k << " " << corner;
+      }
+    }
+}
+
 void compare_with_brute_force(const std::vector<Polyhedron>& shapes, int pairs, double lo, double hi) {
   std::mt19937 rng(11);
   std::uniform_real_distribution<double> u(lo, hi);
