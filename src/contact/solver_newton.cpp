@@ -148,7 +148,7 @@ double Newton::contradiction(const System& system) {
     square += balance_[k] * balance_[k];
     speed += here_.v[k] * here_.v[k];
   }
-  const double most = work + 2 * std::sqrt(speed * square);
+  const double most = work + (std::sqrt(speed) + system.most_moving) * std::sqrt(square);
   return most < 0 ? -most / pressed : 0;
 }
 

@@ -35,7 +35,7 @@ struct NewtonOptions {
 struct NewtonOutcome {
   int newton = 0, outer = 0;
   double residual = 0;
-  double least = 0;  // no velocities leave less: the rows contradict each other by as much [m/s]
+  double least = 0;  // no velocities that bodies would have leave less: the rows contradict each other [m/s]
 };
 
 class Newton {
@@ -61,9 +61,9 @@ class Newton {
                     const Point& from);
   /// Of hard rows u_n = J_n v + b_n >= 0 those that contradict each other press ever more, outer iteration
   /// after outer iteration. By how much they do, any d >= 0 tells, here the growth of p_n: at velocities v'
-  /// of no more than |v|
+  /// of no more than V, what the bodies have or are asked for (System::most_moving),
   ///
-  ///   sum d u_n(v') = sum d u_n(v) + (v' - v) . J_n^T d <= sum d u_n(v) + 2 |v| |J_n^T d|,
+  ///   sum d u_n(v') = sum d u_n(v) + (v' - v) . J_n^T d <= sum d u_n(v) + (|v| + V) |J_n^T d|,
   ///
   /// so that where this is negative some u_n is below it over sum d. [m/s], 0: nothing is told.
   double contradiction(const System& system);

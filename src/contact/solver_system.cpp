@@ -316,7 +316,7 @@ void System::fill(const ContactProblem& problem, int contact) {
             t.law.mu * length(t.slip.c1, t.slip.c2) < 1;
 }
 
-void System::find_most_pressed() {
+void System::find_bounds() {
   double fastest = 0;
   for (const Touch& t : touch)
     fastest = std::max({fastest, -t.bias.x(), std::abs(t.bias.y()), std::abs(t.bias.z())});
@@ -329,10 +329,14 @@ void System::find_most_pressed() {
     if (square > 0) least[term.body] = std::min(least[term.body], square / 3);
   }
   most_pressed = 0;
+  double square = 0, mass = 0;
   for (std::size_t b = 0; b < body.size(); ++b) {
     const Eigen::Map<const VecX> free(v_hat.data() + offset[b], ndof[b]);
     most_pressed += free.norm() / std::sqrt(least[b]) + fastest / least[b];
+    square += free.squaredNorm();
+    mass += 1 / least[b];
   }
+  most_moving = std::sqrt(square) + fastest * std::sqrt(mass);
 }
 
 void System::assemble(const ContactProblem& problem, bool exact_coulomb) {
@@ -343,7 +347,7 @@ void System::assemble(const ContactProblem& problem, bool exact_coulomb) {
   in_ranges(contacts(), contacts_at_once, [&](int from, int to) {
     for (int i = from; i < to; ++i) fill(problem, i);
   });
-  find_most_pressed();
+  find_bounds();
   list();
 }
 

@@ -86,6 +86,9 @@ struct System {
   /// |b| / |J|^2, b the rows' fastest approach. Impulses far beyond it do not bear a load: they grow between
   /// rows that contradict each other, and their last digits are no excuse.
   double most_pressed = 0;
+  /// Of the velocities that the bodies have or are asked for, in which every mass is one: |v_hat| + |b| (sum
+  /// 1 / |J|^2)^(1/2).
+  double most_moving = 0;
   // contacts
   std::vector<Touch> touch;
   std::vector<TouchTerm> terms;
@@ -156,7 +159,7 @@ struct System {
     return u;
   }
   void number(const ContactProblem& problem, bool exact_coulomb);
-  void find_most_pressed();
+  void find_bounds();
   void take_body(const ContactProblem& problem, int active);
   void fill(const ContactProblem& problem, int contact);
 
