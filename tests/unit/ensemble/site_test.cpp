@@ -7,13 +7,12 @@
 #include <filesystem>
 #include <fstream>
 
-#include <unistd.h>
-
 #include "core/error.hpp"
 #include "ensemble/barrier.hpp"
 #include "ensemble/ensemble.hpp"
 #include "ensemble/fragility/hits.hpp"
 #include "ensemble/results.hpp"
+#include "helpers/place.hpp"
 
 namespace talus::ensemble {
 namespace {
@@ -25,22 +24,19 @@ namespace fs = std::filesystem;
 class Site {
  public:
   explicit Site(double x = 652400) {
-    std::string name = (fs::temp_directory_path() / "talus-site-XXXXXX").string();
-    path_ = ::mkdtemp(name.data());
-    std::ofstream grid(path_ / "dem.asc");
+    std::ofstream grid(place_.path() / "dem.asc");
     grid << "ncols 41\nnrows 41\nxllcenter 652300\nyllcenter 5241800\ncellsize 5\nNODATA_value -9999\n";
     for (int i = 0; i < 41; ++i) {
       for (int j = 0; j < 41; ++j) grid << "1200 ";
       grid << "\n";
     }
-    std::ofstream area(path_ / "source.geojson");
+    std::ofstream area(place_.path() / "source.geojson");
     area.precision(12);
     area << R"({"type": "Polygon", "coordinates": [[[)" << x << ", 5241900], [" << x + 40 << ", 5241900], ["
          << x + 40 << ", 5241920], [" << x << ", 5241920], [" << x << ", 5241900]]]}";
   }
-  ~Site() { fs::remove_all(path_); }
   fs::path scene(const std::string& more) const {
-    std::ofstream(path_ / "scene.toml") << R"(schema = 1
+    std::ofstream(place_.path() / "scene.toml") << R"(schema = 1
 [simulation]
 duration = "1 s"
 [site]
@@ -69,11 +65,11 @@ report = false
 [ensemble]
 members = 70
 )" << more;
-    return path_ / "scene.toml";
+    return place_.path() / "scene.toml";
   }
 
  private:
-  fs::path path_;
+  talus::test::Place place_;
 };
 
 const std::string drawn = "[[ensemble.vary]]\nkey = \"block.B.release\"\n";
