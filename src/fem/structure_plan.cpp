@@ -19,9 +19,9 @@ namespace {
 // Measured on viaducts and boxes of 2,000 to 260,000 cells, rounded up [bytes].
 constexpr double bytes_of_cell = 2400,
                  bytes_of_damaged_cell = 6000;  // triangulation, then kernels and fields; with its history
-constexpr double bytes_by_multigrid = 12000;    // of a cell, while the whole is solved for
+constexpr double bytes_by_multigrid = 1500;     // of a cell, while the whole is solved for
 constexpr double bytes_by_factor = 20000;       // of a cell up to largest_factored_system degrees of freedom
-constexpr double seconds_by_multigrid = 2e-4,
+constexpr double seconds_by_multigrid = 1e-4,
                  seconds_by_factor = 2e-4;  // of CPU, of a cell, for each solution that is asked for
 constexpr double dofs_of_cell = 4.8;        // of thin-walled sections; a solid has some 3.3
 

@@ -213,7 +213,8 @@ def same_rest_in_parts():
     out, _ = run(scene, WORK / "large2", 2)
     assert "its memory too" in out
     for name, difference in differences(WORK / "large1", WORK / "large2"):
-        assert difference < 1e-10 or name in ("ledger/residual", "ledger/algorithmic", "ledger/step_dependence"), f"{name} differs by {difference:g}"
+        one_rounding = 2.0**-23 if name.startswith("fields/") else 0   # fields are of single precision; the state is compared in double
+        assert difference < max(1e-10, one_rounding) or name in ("ledger/residual", "ledger/algorithmic", "ledger/step_dependence"), f"{name} differs by {difference:g}"
 
 
 def same_motion_by_modes():

@@ -16,6 +16,27 @@ inline const HangingNode* hanging_node(const HexMesh& mesh, int n) {
   return at == mesh.hanging.end() || at->node != n ? nullptr : &*at;
 }
 
+/// Nodes with which a node moves, and their shares: itself, unless it hangs between larger cells.
+class Followed {
+ public:
+  explicit Followed(const HexMesh& mesh)
+      : mesh_(mesh), place_(mesh.hanging.empty() ? 0 : mesh.nodes.size(), -1) {
+    for (std::size_t k = 0; k < mesh.hanging.size(); ++k)
+      place_[static_cast<std::size_t>(mesh.hanging[k].node)] = static_cast<int>(k);
+  }
+  template <class Use>
+  void each(int node, Use&& use) const {
+    if (place_.empty() || place_[static_cast<std::size_t>(node)] < 0) return use(node, 1.0);
+    for (const auto& [master, weight] :
+         mesh_.hanging[static_cast<std::size_t>(place_[static_cast<std::size_t>(node)])].masters)
+      use(master, weight);
+  }
+
+ private:
+  const HexMesh& mesh_;
+  std::vector<int> place_;
+};
+
 /// Nodes that a cell moves with, ascending: its corners, and those that its hanging corners follow. None of
 /// them may go while the cell is there.
 std::vector<int> carriers(const HexMesh& mesh, int cell);

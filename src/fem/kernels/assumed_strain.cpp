@@ -96,4 +96,13 @@ ElementMatrix element_stiffness(const HexMesh& mesh, int cell, double shear, dou
   return k;
 }
 
+bool same_shape(const HexMesh& mesh, int a, int b) {
+  for (int i = 1; i < 8; ++i) {
+    const Vec3 da = mesh.nodes[mesh.hexes[a][i]] - mesh.nodes[mesh.hexes[a][0]],
+               db = mesh.nodes[mesh.hexes[b][i]] - mesh.nodes[mesh.hexes[b][0]];
+    if ((da - db).norm() > 1e-13 * da.norm()) return false;
+  }
+  return true;
+}
+
 }  // namespace talus::fem

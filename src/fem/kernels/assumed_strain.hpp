@@ -51,6 +51,9 @@ struct CellDirections {
 };
 CellDirections cell_directions(const HexMesh& mesh, int cell);
 
+/// Whether two cells have the same stiffness: one is the other, shifted.
+bool same_shape(const HexMesh& mesh, int a, int b);
+
 /// Stiffness of an elastic cell, node by node xyz [N/m].
 ElementMatrix element_stiffness(const HexMesh& mesh, int cell, double shear, double bulk);
 

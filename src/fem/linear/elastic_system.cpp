@@ -5,9 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
-#include "core/disjoint_sets.hpp"
 #include "core/error.hpp"
 #include "fem/linear/lowest_eigenvalue.hpp"
 #include "fem/linear/reproducible_sum.hpp"
@@ -32,15 +30,8 @@ void ElasticSystem::apply(AlignedVector& x, AlignedVector& y) const {
     p_.bars->add_forces(zero.data(), 0, p_.live, without.data());
     for (std::size_t i = 0; i < x.size(); ++i) y[i] += (with[i] - without[i]) / factor;
   }
-  for (const Spring& spring : p_.bearings ? p_.bearings->springs() : std::vector<Spring>{}) {
-    Vec3 d = Vec3::Zero();
-    for (std::size_t k = 0; k < spring.node.size(); ++k)
-      d += spring.weight[k] *
-           Vec3(x[4 * spring.node[k]], x[4 * spring.node[k] + 1], x[4 * spring.node[k] + 2]);
-    const Vec3 force = spring.stiffness * d;
-    for (std::size_t k = 0; k < spring.node.size(); ++k)
-      for (int c = 0; c < 3; ++c) y[4 * spring.node[k] + c] += spring.weight[k] * force[c];
-  }
+  for (const Spring& spring : p_.bearings ? p_.bearings->springs() : std::vector<Spring>{})
+    spring.add_force(x, y);
   p_.cells.condense(y);
 }
 
@@ -72,47 +63,8 @@ const CholeskyFactor& ElasticSystem::factor() {
 }
 
 LinearSolver& ElasticSystem::multigrid() {
-  if (multigrid_) return *multigrid_;
-  const HexMesh& mesh = p_.cells.mesh();
-  const int nodes = static_cast<int>(mesh.nodes.size());
-  DisjointSets bodies(nodes);
-  for (const auto& hex : mesh.hexes)
-    for (const int n : hex) bodies.join(hex[0], n);
-  for (const HangingNode& h : mesh.hanging)
-    for (const auto& [master, weight] : h.masters) bodies.join(h.node, master);
-  std::vector<Vec3> position(p_.dofs.size);
-  std::vector<int> direction(p_.dofs.size), body(p_.dofs.size);
-  for (int i = 0; i < nodes; ++i)
-    for (int c = 0; c < 3; ++c)
-      if (const int d = p_.dofs.number[i][c]; d >= 0)
-        position[d] = mesh.nodes[i], direction[d] = c, body[d] = bodies.root(i);
-  const bool divided = p_.partition && !p_.partition->holds_all();
-  multigrid_ =
-      make_multigrid(assemble_stiffness(mesh, p_.dofs, p_.shear, p_.bulk, springs()), position, direction,
-                     divided ? std::vector<int>{} : body, divided ? &shared_dofs() : nullptr);
+  if (!multigrid_) multigrid_ = make_multigrid(p_.cells, p_.dofs, p_.elements, springs(), p_.partition.get());
   return *multigrid_;
-}
-
-const SharedDofs& ElasticSystem::shared_dofs() {
-  if (!shared_.number.empty()) return shared_;
-  Partition& partition = *p_.partition;
-  const auto& numbers = p_.dofs.number;
-  shared_.own.assign(static_cast<std::size_t>(p_.dofs.size), 0);
-  shared_.number.assign(static_cast<std::size_t>(p_.dofs.size), 0);
-  double count = 0;
-  const auto each = [&](bool own, auto&& use) {
-    for (std::size_t node = 0; node < numbers.size(); ++node)
-      for (std::size_t c = 0; c < 3 && partition.owns_node(static_cast<int>(node)) == own; ++c)
-        if (const int d = numbers[node][c]; d >= 0) use(4 * node + c, static_cast<std::size_t>(d));
-  };
-  each(true, [&](std::size_t, std::size_t d) { shared_.own[d] = 1, ++count; });
-  const std::vector<double> counts = partition.collect({&count, 1});
-  double next = std::accumulate(counts.begin(), counts.begin() + partition.rank(), 0.0);
-  AlignedVector field(4 * numbers.size(), 0.0);
-  each(true, [&](std::size_t i, std::size_t d) { shared_.number[d] = static_cast<int>(field[i] = next++); });
-  partition.exchange(field);
-  each(false, [&](std::size_t i, std::size_t d) { shared_.number[d] = static_cast<int>(field[i]); });
-  return shared_;
 }
 
 double ElasticSystem::highest_frequency(const std::vector<double>& mass,

@@ -63,9 +63,7 @@ class ElasticSystem {
   bool owns(int node) const { return !p_.partition || p_.partition->owns_node(node); }
 
  private:
-  const SharedDofs& shared_dofs();
   Parts p_;
-  SharedDofs shared_;          // empty on one process
   SymmetricMatrix stiffness_;  // empty until needed
   std::unique_ptr<CholeskyFactor> factor_;
   std::unique_ptr<LinearSolver> multigrid_;

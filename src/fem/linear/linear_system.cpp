@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "fem/discretisation/hanging.hpp"
+
 namespace talus::fem {
 
 void SymmetricMatrix::multiply(const double* x, double* y) const {
@@ -21,6 +23,15 @@ void SymmetricMatrix::multiply(const double* x, double* y) const {
   }
 }
 
+void Spring::add_force(const AlignedVector& u, AlignedVector& f) const {
+  Vec3 d = Vec3::Zero();
+  for (std::size_t k = 0; k < node.size(); ++k)
+    d += weight[k] * Vec3(u[4 * node[k]], u[4 * node[k] + 1], u[4 * node[k] + 2]);
+  const Vec3 force = stiffness * d;
+  for (std::size_t k = 0; k < node.size(); ++k)
+    for (int c = 0; c < 3; ++c) f[4 * node[k] + c] += weight[k] * force[c];
+}
+
 namespace {
 
 /// T K_ab T^T, node by node.
@@ -30,27 +41,6 @@ ElementMatrix framed(const ElementMatrix& k, const Mat3& t) {
     for (Eigen::Index a = 0; a < 24; a += 3) out.block<3, 3>(a, b) = t * k.block<3, 3>(a, b) * t.transpose();
   return out;
 }
-
-/// Nodes with which a node moves, and their shares: itself, unless it hangs between larger cells.
-class Followed {
- public:
-  explicit Followed(const HexMesh& mesh)
-      : mesh_(mesh), place_(mesh.hanging.empty() ? 0 : mesh.nodes.size(), -1) {
-    for (std::size_t k = 0; k < mesh.hanging.size(); ++k)
-      place_[static_cast<std::size_t>(mesh.hanging[k].node)] = static_cast<int>(k);
-  }
-  template <class Use>
-  void each(int node, Use&& use) const {
-    if (place_.empty() || place_[static_cast<std::size_t>(node)] < 0) return use(node, 1.0);
-    for (const auto& [master, weight] :
-         mesh_.hanging[static_cast<std::size_t>(place_[static_cast<std::size_t>(node)])].masters)
-      use(master, weight);
-  }
-
- private:
-  const HexMesh& mesh_;
-  std::vector<int> place_;
-};
 
 /// Springs between the nodes that theirs follow.
 std::vector<Spring> followed(const Followed& follows, const std::vector<Spring>& springs) {
@@ -122,20 +112,10 @@ SymmetricMatrix assemble_stiffness(const HexMesh& mesh, const DofMap& dofs, doub
     else
       m.value[at - m.row.begin()] += value;
   };
-  ElementMatrix shared, k;
-  int of = -1;
-  const auto same_shape = [&](int a, int b) {
-    for (int i = 1; i < 8; ++i) {
-      const Vec3 da = mesh.nodes[mesh.hexes[a][i]] - mesh.nodes[mesh.hexes[a][0]],
-                 db = mesh.nodes[mesh.hexes[b][i]] - mesh.nodes[mesh.hexes[b][0]];
-      if ((da - db).norm() > 1e-13 * da.norm()) return false;
-    }
-    return true;
-  };
-  for (int cell = 0; cell < static_cast<int>(mesh.hexes.size()); ++cell) {
-    if (live != nullptr && !(*live)[cell]) continue;
-    if (of < 0 || !same_shape(of, cell)) shared = element_stiffness(mesh, cell, shear, bulk), of = cell;
-    k = frames != nullptr ? framed(shared, (*frames)[static_cast<std::size_t>(cell)]) : shared;
+  each_stiffness(mesh, shear, bulk, [&](int cell, const ElementMatrix& shared) {
+    if (live != nullptr && !(*live)[cell]) return;
+    const ElementMatrix k =
+        frames != nullptr ? framed(shared, (*frames)[static_cast<std::size_t>(cell)]) : shared;
     for (int b = 0; b < 24; ++b) {
       follows.each(mesh.hexes[cell][b / 3], [&](int of_column, double by_column) {
         const int column = dofs.number[of_column][b % 3];
@@ -147,7 +127,7 @@ SymmetricMatrix assemble_stiffness(const HexMesh& mesh, const DofMap& dofs, doub
           });
       });
     }
-  }
+  });
   for (const Spring& spring : springs)
     for (std::size_t b = 0; b < spring.node.size(); ++b)
       for (std::size_t a = 0; a < spring.node.size(); ++a)

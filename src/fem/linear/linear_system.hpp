@@ -29,7 +29,19 @@ struct Spring {
   std::vector<int> node;
   std::vector<double> weight;
   Mat3 stiffness = Mat3::Zero();  // [N/m]
+  /// f += its force at u; nodes x 4.
+  void add_force(const AlignedVector& u, AlignedVector& f) const;
 };
+
+/// Calls with each cell and its stiffness; that of cells of one shape in a row is made once.
+template <class Use>
+void each_stiffness(const HexMesh& mesh, double shear, double bulk, Use&& use) {
+  ElementMatrix k;
+  for (int cell = 0, of = -1; cell < static_cast<int>(mesh.hexes.size()); ++cell) {
+    if (of < 0 || !same_shape(mesh, of, cell)) k = element_stiffness(mesh, cell, shear, bulk), of = cell;
+    use(cell, k);
+  }
+}
 
 /// `live`: cells that count, per cell; null: all. `frames`: T of each cell, whose stiffness is T K_e T^T node
 /// by node; null: 1. `like`: has the entries already, of the same mesh; null: they are found anew.
@@ -39,6 +51,8 @@ SymmetricMatrix assemble_stiffness(const HexMesh& mesh, const DofMap& dofs, doub
                                    const std::vector<Mat3>* frames = nullptr,
                                    const SymmetricMatrix* like = nullptr);
 
+class ElementOperator;
+class Partition;
 class Factorization;
 
 /// L^-1 P e of one degree of freedom: zero but for the columns of the supernodes from its own to the root of
@@ -80,13 +94,6 @@ class CholeskyFactor {
   std::unique_ptr<Factorization> factorization_;
 };
 
-/// Degrees of freedom of a part of a structure that several processes hold.
-struct SharedDofs {
-  std::vector<char> own;  // of each here, whether it is this process's
-  std::vector<int>
-      number;  // of each here, among those of all: first those of the first rank, then the second's
-};
-
 /// Set up once, solves for any number of right-hand sides.
 class LinearSolver {
  public:
@@ -96,14 +103,12 @@ class LinearSolver {
   virtual int solve(const double* b, double* x, double tolerance) = 0;
 };
 
-/// Conjugate gradients preconditioned by smoothed aggregation (Trilinos ML) with the six rigid-body motions
-/// in the near null space; for systems too large to factor. `position` holds the node of each degree of
-/// freedom and its direction. The matrix is used up. Of several bodies that springs alone hold together
-/// `body` numbers that of each degree of freedom; empty: one body. `shared`: all processes solve together;
-/// the rows of own degrees of freedom are complete in `a`, and solve() reads and writes those alone.
-std::unique_ptr<LinearSolver> make_multigrid(SymmetricMatrix&& a, const std::vector<Vec3>& position,
-                                             const std::vector<int>& direction,
-                                             const std::vector<int>& body = {},
-                                             const SharedDofs* shared = nullptr);
+/// Conjugate gradients for systems too large to factor, K u = f of the cells and springs on the free degrees
+/// of freedom; no matrix is stored but that of aggregates of nodes. `partition`: of a divided structure,
+/// whose ranks solve together; solve() reads and writes own degrees of freedom alone. What is given outlives
+/// it.
+std::unique_ptr<LinearSolver> make_multigrid(const Discretisation& cells, const DofMap& dofs,
+                                             ElementOperator& elements, std::vector<Spring> springs,
+                                             Partition* partition = nullptr);
 
 }  // namespace talus::fem
