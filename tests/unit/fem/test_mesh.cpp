@@ -10,7 +10,10 @@
 
 #include "core/error.hpp"
 #include "core/solid_mesh.hpp"
+#include "fem/discretisation/discretisation.hpp"
 #include "fem/discretisation/lattice.hpp"
+#include "fem/kernels/element_operator.hpp"
+#include "fem/linear/linear_system.hpp"
 #include "unit/fem/fem_specs.hpp"
 
 using namespace talus;
