@@ -2,11 +2,11 @@
 /// stretch of time.
 ///
 /// A step of length h:
-///   1. free flow of every block, exact without contact (dda/kinematics.hpp); v_hat of the structures
-///   (contact/structure.hpp)
+///   1. free flow of every block, exact without contact (dda/kinematics.hpp);
+///      v_hat of the structures (contact/structure.hpp)
 ///   2. one contact problem over blocks and touched structure nodes (contact/problem.hpp)
-///   3. positions:  x_np = x_free + h sum_i theta_i A^-1 J_i^T p_i,  momenta exact:  P_np = P_free + sum_i
-///   J_i^T p_i
+///   3. positions:  x_np = x_free + h sum_i theta_i A^-1 J_i^T p_i,
+///      momenta exact:  P_np = P_free + sum_i J_i^T p_i
 ///   4. drift of closed hard contacts projected back to gap >= 0, its energy booked
 /// Small islands are event driven: the step ends at the next onset, which is an impulse of no duration. In
 /// large islands and at structures onsets are rows on the gap at the end of the step (order 1). Structures
