@@ -217,9 +217,9 @@ class IslandStepper {
   double touch_gap() const { return contact::tolerances().touch_gap * length_; }
   double near_gap() const {
     return std::max(touch_gap(), contact::tolerances().near_gap * settings_.accuracy * length_);
-  }  // within which what moves slower than slow_speed() is in contact [m]
-  double slow_speed() const;
-  double speed_of_none() const;
+  }  // within which what moves slower than impact_speed() is in contact [m]
+  double relative_speed(const Touch& t) const;
+  double slow_speed(const Touch& t) const;
   static constexpr int most_unsolved = 2;
   /// For the rest of the stretch: the island goes as a large one, and no row asks for motion.
   bool jammed() const { return unsolved_ >= (island_->structures.empty() ? most_unsolved : 1); }
