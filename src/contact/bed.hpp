@@ -5,8 +5,8 @@
 /// surface at the depth d below it:
 ///
 ///   s = d - max(0, y)                  compression of the column; y: crushed for good there [m]
-///   F = sum_c A_c k clamp(s, 0, L) g_c A_c: area across the normal, k: stiffness per area, L = p/k, p:
-///   crushing pressure [N]
+///   F = sum_c A_c k clamp(s, 0, L) g_c   [N]
+///   A_c: area across the normal, k: stiffness per area, L = p/k, p: crushing pressure
 ///
 /// so that an elastic bed gives k times the volume sunk in, and a crushing one p times the area across the
 /// normal, whatever the shape. Columns come as triangles, over which d and s are linear: the sums are

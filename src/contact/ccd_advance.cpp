@@ -3,8 +3,8 @@
 /// At s the pair has a separating (or least overlapping) axis n with gap g. Seen from the body that owns the
 /// axis (frame K, turning with it) a vertex y of the other body moves along n as
 ///
-///   h(t) >= h_0 + h' t + ... + h'''' t^4 / 24 - J t^5 / 120,    J = (|w_K| + |w|)^5 r + |w_K|^5 C + 5
-///   |w_K|^4 C' + 10 |w_K|^3 C''
+///   h(t) >= h_0 + h' t + ... + h'''' t^4 / 24 - J t^5 / 120
+///   J = (|w_K| + |w|)^5 r + |w_K|^5 C + 5 |w_K|^4 C' + 10 |w_K|^3 C''
 ///
 /// which bounds the gap from below over [s, s + T] whatever the true normal does. T is the longest step for
 /// which the bound stays above the level sought, so no crossing is ever stepped over.
@@ -66,8 +66,8 @@ Vec3 velocity(const Motion& m, double s) { return m.displacement + (2 * s - 1) *
 ///
 /// In the owner's frame h^(k) = n . D^k (c + R x) with D u = u' - w_K x u, so that with n_m = (w_K x)^m n
 ///
-///   h^(k) = X_k . x + n_k . c + k n_(k-1) . c' + k (k-1) / 2 n_(k-2) . c'',    X_k = sum over j of C(k, j)
-///   (-w x)^j n_(k-j)
+///   h^(k) = X_k . x + n_k . c + k n_(k-1) . c' + k (k-1) / 2 n_(k-2) . c''
+///   X_k = sum over j of C(k, j) (-w x)^j n_(k-j)
 ///
 /// is linear in the place x of a vertex. h is at least its Taylor polynomial of order 4 less J T^5 / 120; of
 /// the polynomial the larger of two bounds holds: that of its parabola at its lowest and of the rest at its

@@ -99,8 +99,8 @@ struct Motion {
 ///
 /// The rule, with g(s) the signed gap (distance, or minus the least overlap) and g_0 = g(0):
 ///   g_0 >  tolerance   the first s with g(s) <= tolerance; the gap found lies in [0.9, 1] tolerance
-///   g_0 <= tolerance   the pair is in contact already, and contact is not an event: the first s at which it
-///   is pressed
+///   g_0 <= tolerance   the pair is in contact already, and contact is not an event:
+///                      the first s at which it is pressed
 ///                      deeper, g(s) <= min(0, g_0) - 10 tolerance (found within 0.1 tolerance below).
 ///                      Separating, resting, sliding and rolling pairs therefore give 2.
 /// For a surface and for concave bodies g is taken over all triangles (pieces). In contact, a triangle not

@@ -1,8 +1,8 @@
 /// Distance of two convex hulls by the Gilbert-Johnson-Keerthi iteration on the vertices of B - A
 /// [gilbert1988], with the features that carry the closest points.
 ///
-///   v = argmin { |x| : x in B - A },   stops when |v|^2 - v . w(v) <= eps |v|^2   (w: support of B - A along
-///   -v)
+///   v = argmin { |x| : x in B - A },   stops when |v|^2 - v . w(v) <= eps |v|^2
+///   w: support of B - A along -v
 ///
 /// symbol   meaning                                      unit   shape
 /// v        shortest vector from A to B                  m      3

@@ -4,8 +4,8 @@
 ///   optimality:        A (v - v_hat) = sum_i J_i^T p_i,
 ///   per contact i:     u_i = J_i v + b_i + R_i p_i (+ De Saxce shift mu |u_t| on the normal),
 ///                      p_i in C_i,   -u_i in the normal cone of C_i at p_i
-///   C_i = { p_n >= -T_i, |p_t| <= mu_i p_n + c_i }: the Coulomb cone, its apex moved by cohesion, cut off in
-///   tension.
+///   C_i = { p_n >= -T_i, |p_t| <= mu_i p_n + c_i }: the Coulomb cone, its apex moved by cohesion,
+///         cut off in tension
 ///
 /// symbol   meaning                                                   unit         shape
 /// v        generalised velocities at the end of the step             m/s, rad/s   sum of ndof

@@ -3,8 +3,8 @@
 ///   C = { p : p_n >= -T, |p_t| <= mu p_n + c }            (Mohr-Coulomb with tension cut-off)
 ///   associated:  p = argmin over C of  r_n (p_n - z_n)^2 + r_t |p_t - z_t|^2
 ///   exact:       p_n = max(floor, z_n),  p_t = z_t limited to the disk |p_t| <= mu p_n + c   [alart1991]
-///   D = -dp/du where z = const - u / r, so D >= 0 for the associated law; it is unsymmetric for exact
-///   Coulomb.
+///   D = -dp/du where z = const - u / r, so D >= 0 for the associated law;
+///   it is unsymmetric for exact Coulomb
 ///
 /// symbol   meaning                                              unit      shape
 /// z        trial impulse                                        N s       3

@@ -11,8 +11,8 @@ namespace {
 /// Slip under exact Coulomb with u_n = 0: the direction d of p_t = g d by Newton's method on its angle, g the
 /// bound that d leaves.
 ///
-///   g (1 + mu c . d) = cohesion - mu k q_n,   (g S d + r) x d = 0,   (g S d + r) . d <= 0,      r = q_t - c
-///   q_n
+///   g (1 + mu c . d) = cohesion - mu k q_n,   (g S d + r) x d = 0,   (g S d + r) . d <= 0
+///   r = q_t - c q_n
 ///
 /// From the direction of `start`, else against r. False where it does not settle, or the contact would open.
 bool slip_direction(const Touch& t, const Vec3& q, const Vec3& start, double change, Vec3& p) {

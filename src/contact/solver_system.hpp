@@ -29,8 +29,8 @@ namespace talus::contact::detail {
 /// W_i without its normal impulse, which keeps u_n = 0: what a contact that slips or sticks solves in its
 /// plane.
 ///
-///   n = -k q_n - c . p_t,   u_t = S p_t + q_t - c q_n,      k = 1 / W_nn,  c = W_nt / W_nn,  S = W_tt - W_tn
-///   W_nt / W_nn
+///   n = -k q_n - c . p_t,   u_t = S p_t + q_t - c q_n
+///   k = 1 / W_nn,  c = W_nt / W_nn,  S = W_tt - W_tn W_nt / W_nn
 struct Eliminated {
   double k = 0;
   double c1 = 0, c2 = 0;

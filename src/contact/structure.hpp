@@ -243,8 +243,8 @@ class Structure {
   /// Condensed steps: one step of the midpoint rule, an affine map of the contact impulses on touched nodes
   /// (docs/theory/coupling.md),
   ///
-  ///   v_np = v_hat + W p,     u_np = u_n + h (v_n + v_np) / 2,     velocities at the time of the
-  ///   displacements
+  ///   v_np = v_hat + W p,     u_np = u_n + h (v_n + v_np) / 2
+  ///   velocities at the time of the displacements
   ///
   /// Longest such step that resolves its motion to the relative `accuracy`; 0: none now (explicit by its own
   /// settings, damage grows, or waves of a blow still run) [s].

@@ -136,7 +136,7 @@ bool IslandStepper::has_closed() const {
     // A spring that meets has a row from here on; on which side of zero round-off put its gap must not tell.
     if (t.stiffness > 0
             ? t.at.gap <= 0 || (t.at.gap <= touch_gap() && t.approach < 0) || t.pulls()
-            : t.at.gap <= touch_gap() || (t.at.gap <= near_gap() && std::abs(t.approach) <= slow_speed()))
+            : t.at.gap <= touch_gap() || (t.at.gap <= near_gap() && std::abs(t.approach) <= impact_speed(t)))
       return true;
   return false;
 }

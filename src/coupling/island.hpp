@@ -2,11 +2,11 @@
 /// stretch of time.
 ///
 /// A step of length h:
-///   1. free flow of every block, exact without contact (dda/kinematics.hpp); v_hat of the structures
-///   (contact/structure.hpp)
+///   1. free flow of every block, exact without contact (dda/kinematics.hpp);
+///      v_hat of the structures (contact/structure.hpp)
 ///   2. one contact problem over blocks and touched structure nodes (contact/problem.hpp)
-///   3. positions:  x_np = x_free + h sum_i theta_i A^-1 J_i^T p_i,  momenta exact:  P_np = P_free + sum_i
-///   J_i^T p_i
+///   3. positions:  x_np = x_free + h sum_i theta_i A^-1 J_i^T p_i,
+///      momenta exact:  P_np = P_free + sum_i J_i^T p_i
 ///   4. drift of closed hard contacts projected back to gap >= 0, its energy booked
 /// Small islands are event driven: the step ends at the next onset, which is an impulse of no duration. In
 /// large islands and at structures onsets are rows on the gap at the end of the step (order 1). Structures
@@ -217,9 +217,9 @@ class IslandStepper {
   double touch_gap() const { return contact::tolerances().touch_gap * length_; }
   double near_gap() const {
     return std::max(touch_gap(), contact::tolerances().near_gap * settings_.accuracy * length_);
-  }  // within which what moves slower than slow_speed() is in contact [m]
-  double slow_speed() const;
-  double speed_of_none() const;
+  }  // within which what moves slower than impact_speed() is in contact [m]
+  double relative_speed(const Touch& t) const;
+  double slow_speed(const Touch& t) const;
   static constexpr int most_unsolved = 2;
   /// For the rest of the stretch: the island goes as a large one, and no row asks for motion.
   bool jammed() const { return unsolved_ >= (island_->structures.empty() ? most_unsolved : 1); }

@@ -103,7 +103,7 @@ double IslandStepper::first_impact() const {
 /// Comes on fast enough to be thrown back.
 bool IslandStepper::rebounds(const Touch& t) const {
   return t.stiffness == 0 && t.law->restitution.value_or(0) > 0 &&
-         t.approach < -std::max(slow_speed(), impact_speed(t));
+         t.approach < -std::max(slow_speed(t), impact_speed(t));
 }
 
 /// Something that is to be thrown back has closed.
@@ -386,7 +386,7 @@ bool IslandStepper::locate_event(double& h, int passes) {
   };
   // Nor is what comes on slowly an onset, while it is near.
   const auto slow = [&](const Touch& t) {
-    return t.stiffness == 0 && t.approach >= -slow_speed() && t.at.gap >= -near_gap();
+    return t.stiffness == 0 && t.approach >= -impact_speed(t) && t.at.gap >= -near_gap();
   };
   // What went in and is on its way back at the end crossed all the same. What strains seems to be by the
   // rates of its strains, which turn about many times within a long step, and the search, whose motion does

@@ -19,29 +19,36 @@ bool strains(const dda::Model& model, const Touch& t) {
 
 }  // namespace
 
+/// No point of one of the two moves faster as the other's centroid sees it [m/s].
+double IslandStepper::relative_speed(const Touch& t) const {
+  Vec3 v = -partner_velocity(state_, env_, t);
+  double turning = 0;
+  const auto turn = [&](int block) {
+    const auto k = static_cast<std::size_t>(block);
+    turning += model_.blocks[k].shape->radius * state_.w[k].norm();
+    return state_.v[k];
+  };
+  if (t.a.kind == Partner::Kind::block) v = -turn(t.a.index);
+  if (t.b >= 0) v += turn(t.b);
+  return v.norm() + turning;
+}
+
 /// Normal speed of the slowest impact that rebounds: a bounce too low for the accuracy asked for is none, nor
-/// is a parting as slow. An error u of velocity acts over the time L / V in which the island goes by its
-/// size, V its speed or that of a fall by L: 0.03 accuracy V is a thirtieth of what the accuracy allows
-/// [m/s].
-double IslandStepper::slow_speed() const {
+/// is a parting as slow. An error u of velocity acts over the time L / V in which the two go by the size of a
+/// block, V their speed against each other or that of a fall by L: 0.03 accuracy V is a thirtieth of what the
+/// accuracy allows [m/s].
+double IslandStepper::slow_speed(const Touch& t) const {
   return contact::tolerances().lowest_bounce * settings_.accuracy *
-         std::max(speed_, std::sqrt(2 * model_.gravity.norm() * length_));
+         std::max(relative_speed(t), std::sqrt(2 * model_.gravity.norm() * length_));
 }
 
-/// Normal speed that is none by the error of a step, v_o = eta / (4 t_c) with t_c = L / V, V the island's
-/// speed: accuracy^(3/2) V / 4 (docs/theory/contact.md, 3) [m/s].
-double IslandStepper::speed_of_none() const {
-  return 0.25 * settings_.accuracy * std::sqrt(settings_.accuracy) * speed_;
-}
-
+/// Approach below which a touch is resting contact and no impact: round-off, or none beside the motion of the
+/// two against each other, however slow that has become. A touch that carried force in the last step moves at
+/// its normal only by what the step's own error leaves [m/s].
 double IslandStepper::impact_speed(const Touch& t) const {
-  // Slower than this a touch is resting contact, not an impact, and restitution is nil. A touch that carried
-  // force in the last step moves at its normal only by what the step's own error leaves; one that meets
-  // slower than the error of a step is brought to rest by the step's own row, as a gap that drift has left
-  // open is closed (fill_row).
-  if (t.persistent) return contact::tolerances().pressed_still * speed_;
-  if (!t.law->restitution) return std::max(contact::tolerances().still * speed_, speed_of_none());
-  return slow_speed();
+  const double part = t.persistent ? contact::tolerances().pressed_still
+                                   : 0.25 * settings_.accuracy * std::sqrt(settings_.accuracy);
+  return std::max(contact::tolerances().still * speed_, part * relative_speed(t));
 }
 
 bool IslandStepper::meets_hard(const Touch& t) const {
@@ -66,7 +73,7 @@ IslandStepper::Restitution IslandStepper::impact_rows(const Restitution& part) {
     c.compliance.setZero();
     c.cohesion = c.tension = 0;
     c.impulse.setZero();
-    if (t.law->restitution && t.approach < -impact_speed(t)) {
+    if (t.law->restitution && t.approach < -std::max(slow_speed(t), impact_speed(t))) {
       const double approach = strains(model_, t) ? std::min(t.u_ref, 0.0) : t.approach,
                    restitution = t.law->restitution_at(approach);
       c.bias[0] = part.normal * restitution * approach;

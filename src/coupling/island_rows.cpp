@@ -373,7 +373,8 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
       // An opening left by the drift may close, but no faster than what is no motion by the error of a step;
       // a crossing is projected, never pushed.
       if (t.at.gap > contact::tolerances().located_gap * length_)
-        c.bias[0] += std::min(0.5 * t.at.gap / h, speed_of_none());
+        c.bias[0] +=
+            std::min(0.5 * t.at.gap / h, 0.25 * settings_.accuracy * std::sqrt(settings_.accuracy) * speed_);
       break;
     case Mode::end: {
       t.theta = 1;
@@ -464,13 +465,14 @@ void IslandStepper::assemble(double h, bool lumped, bool first_pass) {
       } else if (at_structure) {
         if (t.at.gap + h * t.approach < contact::tolerances().structure_near * length_) t.mode = Mode::end;
       } else if (t.at.gap <= touch_gap() ||
-                 (t.at.gap <= near_gap() && std::abs(t.approach) <= slow_speed())) {
+                 (t.at.gap <= near_gap() &&
+                  std::abs(t.approach) <= (lumped ? slow_speed(t) : impact_speed(t)))) {
         const double resting =
             lumped && t.at.gap <= touch_gap()
                 ? 1e-3 * model_.gravity.norm() * h + contact::tolerances().still * speed_
-                : std::max(slow_speed(), (t.persistent ? contact::tolerances().pressed_still
-                                                       : contact::tolerances().still) *
-                                             speed_);
+                : std::max(slow_speed(t), (t.persistent ? contact::tolerances().pressed_still
+                                                        : contact::tolerances().still) *
+                                              speed_);
         if (t.approach > resting)
           t.mode = lumped ? Mode::end : Mode::idle;
         else if ((t.approach < -resting && lumped) || (settling_ && t.approach > 0))

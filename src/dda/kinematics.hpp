@@ -2,8 +2,8 @@
 ///
 ///   A = M + h^2 K / 4 + h C / 2         (strain by the trapezoidal rule, Kelvin-Voigt C = tau K)
 ///   M = integral rho T^T T, its rotation and shear rows couple unless S is isotropic
-///   free flow: c by the parabola, L exact, R by a fourth-order composition of principal-axis rotations
-///   [mclachlan1993]
+///   free flow: c by the parabola, L exact,
+///              R by a fourth-order composition of principal-axis rotations [mclachlan1993]
 #pragma once
 #include "dda/state.hpp"
 

@@ -3,8 +3,8 @@
 ///   T(x) = [ I | -[x^]_x | strain columns ],  x^ = x - c                                        Eq. (3)
 ///   M = integral rho T^T T dV = m T_0^T T_0 + sum_kl S_kl T_k^T T_l,   T = T_0 + sum_k x^_k T_k
 ///   Eq. (4): x^' = (I + E(eps) + C(r)) x^,
-///     C = [cos ry + cos rz - 2, -sin rz, sin ry; sin rz, cos rx + cos rz - 2, -sin rx; -sin ry, sin rx, cos
-///     rx + cos ry - 2]
+///     C = [cos ry + cos rz - 2, -sin rz, sin ry; sin rz, cos rx + cos rz - 2, -sin rx;
+///          -sin ry, sin rx, cos rx + cos ry - 2]
 ///
 /// symbol   meaning                                        unit     shape
 /// S        second moment of mass about c, world axes      kg m^2   3 x 3

@@ -1,8 +1,8 @@
 /// One sub-step of the 1988 scheme: Eq. (9) set up at its start, the open-close iteration, and what is kept
 /// of it.
 ///
-///   (2 M / h^2 + K) D = 2 M Ddot_0 / h + F,   Ddot = 2 D / h - Ddot_0                          Eqs. (5) to
-///   (8)
+///   (2 M / h^2 + K) D = 2 M Ddot_0 / h + F,   Ddot = 2 D / h - Ddot_0
+///   Eqs. (5) to (8)
 ///
 /// h: length of the sub-step [s]. Tries at it change nothing of the state; commit() does.
 #pragma once

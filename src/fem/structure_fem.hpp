@@ -1,8 +1,8 @@
 /// The finite-element structure behind talus::Structure.
 ///
 ///   m a = f_ext(t) - f_int(u) - f_visc - alpha m v + r,      M lumped by rows, r reactions of the supports
-///   predict:  v_hat = (v_{n-1/2} (1 - a) + k m^-1 f_n) / (1 + a),   a = alpha k / 2,   k = (h_{n-1} + h_n) /
-///   2 correct:  v_{n+1/2} = v_hat + m^-1 p,   u_{n+1} = u_n + h_n v_{n+1/2}
+///   predict:  v_hat = (v_{n-1/2} (1 - a) + k m^-1 f_n) / (1 + a),  a = alpha k / 2,  k = (h_{n-1} + h_n) / 2
+///   correct:  v_{n+1/2} = v_hat + m^-1 p,   u_{n+1} = u_n + h_n v_{n+1/2}
 ///
 /// k equals h while the step does not change; after a change, and at the start (h_{-1} = 0), it keeps the
 /// scheme of second order, since velocities live at half steps [belytschko2014, 6.2]. alpha = 2 zeta omega_1.

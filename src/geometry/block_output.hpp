@@ -50,8 +50,8 @@ std::string size_curve_svg(const SizeCurve& curve);
 /// Lower-hemisphere equal-area stereonet (Schmidt): great circles of the mean planes, poles of every plane as
 /// scattered, and, if a slope is given, its great circle and the friction circle.
 ///
-///   pole or line of trend t, plunge p:  r = R sqrt(2) sin((90 deg - p)/2),  x = r sin t, y = r cos t  (north
-///   up)
+///   pole or line of trend t, plunge p:  r = R sqrt(2) sin((90 deg - p)/2)
+///   x = r sin t, y = r cos t  (north up)
 struct StereonetOptions {
   double slope_dip_direction = -1, slope_dip = 0;  // [rad]; negative: none
   double friction = 0;                             // [rad]; 0: none

@@ -1,7 +1,7 @@
 /// Complex of convex cells that fill a region, cut by planes (private to the block cutting).
 ///
-///   side of vertex v against plane (n, d):   s = n . x_v - d;   + if s > e,  - if s < -e,  on the plane
-///   otherwise
+///   side of vertex v against plane (n, d):   s = n . x_v - d;
+///   + if s > e,  - if s < -e,  on the plane otherwise
 ///
 /// symbol  meaning                                          unit
 /// n, d    unit normal and offset of a plane                1, m

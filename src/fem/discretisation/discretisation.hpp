@@ -1,9 +1,9 @@
 /// The finite-element space of a structure, by deal.II: trilinear hexahedra with three displacements at each
 /// vertex.
 ///
-///   u_h(x) = sum_i N_i(x) u_i          dealii::FESystem(FE_Q(1), 3) on the active cells of a
-///   dealii::Triangulation<3> u = C u_m,   f_m = C^T f           dealii::AffineConstraints: a hanging node is
-///   a mean of the nodes it hangs between; u = 0 at supports
+///   u_h(x) = sum_i N_i(x) u_i    dealii::FESystem(FE_Q(1), 3) on the active cells of a Triangulation<3>
+///   u = C u_m,   f_m = C^T f     dealii::AffineConstraints: a hanging node is a mean of the nodes it hangs
+///                                between; u = 0 at supports
 ///
 /// Degree of freedom 3 n + c is component c of vertex n of the triangulation. The kernels, laws, bars and
 /// contact read plain tables (HexMesh) that are taken once from the active cells of the DoFHandler; their

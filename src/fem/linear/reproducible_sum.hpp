@@ -1,7 +1,7 @@
 /// Sums that have the same bits in any order, hence on any number of ranks.
 ///
-///   s = sum_i q_1(t_i) + sum_i q_2(t_i - q_1(t_i)),   q_k: rounding to multiples of a unit so large that
-///   sums of count numbers are exact [demmel2013]
+///   s = sum_i q_1(t_i) + sum_i q_2(t_i - q_1(t_i))
+///   q_k: rounding to multiples of a unit so large that sums of count numbers are exact [demmel2013]
 ///
 /// The error is that of one rounding to the second unit, count 2^-53 of the first one, which is count 2^-53
 /// of the largest term.

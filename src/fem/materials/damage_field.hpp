@@ -1,7 +1,7 @@
 /// The cells in which concrete may damage: strains at eight points, the law, forces, erosion.
 ///
-///   eps_q of the Green-Lagrange strains E as assumed_strain.hpp says, as in the elastic kernel; each point
-///         stands for an eighth of the volume
+///   eps_q of the Green-Lagrange strains E as assumed_strain.hpp says, as in the elastic kernel;
+///         each point stands for an eighth of the volume
 ///   f_a = sum_q F_q S_q grad N_a,   S: the transpose of that, of the stresses (law_points.hpp)
 ///
 /// A cell enters when its law is first evaluated to grow; before, it is elastic and keeps no history. States

@@ -11,8 +11,8 @@
 ///   dkappa = |deps_p| / x_h(s_V) (2 cos theta)^2
 /// Damage (eq. 37-53): equivalent strain from the yield function, inelastic strain kappa_1 + w kappa_2,
 /// exponential softening
-///   (1 - w_t) E kappa_t = f_t exp(-h (kappa_t1 + w_t kappa_t2)/w_f), w_f = G_F/f_t;  in compression eps_fc
-///   in place of w_f/h
+///   (1 - w_t) E kappa_t = f_t exp(-h (kappa_t1 + w_t kappa_t2)/w_f), w_f = G_F/f_t;
+///   in compression eps_fc in place of w_f/h
 ///
 /// symbol       meaning                                                               unit    shape
 /// s_V rho      mean effective stress, length of its deviator sqrt(2 J2)              Pa      1

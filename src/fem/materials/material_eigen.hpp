@@ -1,7 +1,7 @@
 /// Principal values of a symmetric 3 x 3 tensor and its split into tension and compression, without branches.
 ///
-///   s = m I + p B,  m = tr s / 3,  p = sqrt(J2 / 3),  x^3 - 3 x - 2 r = 0 for the eigenvalues x of B,  r =
-///   det B / 2 in [-1, 1]
+///   s = m I + p B,  m = tr s / 3,  p = sqrt(J2 / 3)
+///   x^3 - 3 x - 2 r = 0 for the eigenvalues x of B,  r = det B / 2 in [-1, 1]
 ///
 /// The root of largest magnitude, 2 cos(acos(|r|) / 3) in [sqrt 3, 2], is smooth in |r| over [0, 1]: a
 /// polynomial of degree 7 (error 2.2e-8) and one Newton step give it to round-off without trigonometric

@@ -6,8 +6,8 @@
 namespace talus::geometry {
 
 /// A raster band as read: cell centres at
-///   x = transform[0] + (j + 1/2) transform[1],   y = transform[3] + (i + 1/2) transform[5]   (row i, column
-///   j, north up)
+///   x = transform[0] + (j + 1/2) transform[1],   y = transform[3] + (i + 1/2) transform[5]
+///   row i, column j, north up
 struct Raster {
   int columns = 0, rows = 0;
   double transform[6] = {0, 1, 0, 0, 0, -1};  // as GDAL's; map units

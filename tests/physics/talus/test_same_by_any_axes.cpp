@@ -68,5 +68,25 @@ TEST(SameByAnyAxes, NudgedTowerMakesNoEnergy) {
   EXPECT_LT(o.last().ledger.kinetic, 1e-6 * given);
 }
 
+/// Two cubes that close slowly bounce off each other whatever speed both have: which meeting is too slow to
+/// rebound was asked of their speed in the scene.
+TEST(SameByAnyAxes, BouncesInAFrameThatMovesAreTheSame) {
+  constexpr double closing = 0.004, time = 10;
+  for (const double along : {0.0, 30.0, 1000.0}) {
+    SceneText s(Method::by_accuracy(1e-2), time, Vec3::Zero());
+    s.history(1)
+        .material("rock", 2500)
+        .interface("rock", "rock", 0, "normal_stiffness = \"hard\"\nrestitution = 1\n");
+    for (const double side : {-1.0, 1.0})
+      s.box(side < 0 ? "a" : "b", Vec3::Ones(), Vec3(side * 0.505, 0, 0),
+            velocity(Vec3(-side * closing, along, 0)));
+    const Outcome o = run_scene(s.str());
+    ASSERT_TRUE(o.ok());
+    const double meets = 0.005 / closing;
+    EXPECT_NEAR(o.last().position[0].x(), -0.5 - closing * (time - meets), 1e-9) << along;
+    EXPECT_NEAR(o.last().position[1].x(), 0.5 + closing * (time - meets), 1e-9) << along;
+  }
+}
+
 }  // namespace
 }  // namespace talus::verify

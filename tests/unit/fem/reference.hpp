@@ -5,10 +5,14 @@
 /// energy over incompatible modes that open the faces of a cell, all at once and by static condensation
 /// [wilson1973, taylor1976]:
 ///
-///   W(u) = min over a of  V/8 sum_q 1/2 e_q : C : e_q,    e_q = <eps(u)> + sum_k phi_k(q) (eps_k(u) + sum_m
-///   a_km G_m) phi_k = xi, eta, zeta, xi eta, eta zeta, zeta xi;     eps_k the part of the strains along
-///   phi_k, <eps> their mean by volume G_m = sym(e_i (x) n_d) for the reference coordinates d that phi_k
-///   holds, n_d normals at the centre K = K_uu - K_ua K_aa^+ K_au
+///   W(u) = min over a of  V/8 sum_q 1/2 e_q : C : e_q
+///   e_q = <eps(u)> + sum_k phi_k(q) (eps_k(u) + sum_m a_km G_m)
+///   K = K_uu - K_ua K_aa^+ K_au
+///
+///   phi_k          xi, eta, zeta, xi eta, eta zeta, zeta xi
+///   eps_k, <eps>   the part of the strains along phi_k, their mean by volume
+///   G_m            sym(e_i (x) n_d) for the reference coordinates d that phi_k holds
+///   n_d            normals at the centre
 #pragma once
 #include <vector>
 
