@@ -172,8 +172,9 @@ class FemStructure : public Structure, public RefinableStructure, public Divided
   // and nodes have the numbers of this rank's part of the mesh, but for the skin, probes, lists of cells that
   // leave, and what is asked for from outside, which have those of the whole
   bool divides_memory(const HexMesh& whole) const;
+  void make_partition(const HexMesh& whole, bool everywhere);
   void take_part(HexMesh&& whole);
-  void make_bars(const HexMesh& whole);
+  void make_links(const HexMesh& whole);  // bars and bearings
   bool divided() const { return partition_ && !partition_->holds_all(); }
   void divide();
   void watch();  // finds the nodes that others ask for

@@ -103,7 +103,6 @@ FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const
     f_visc_.assign(4 * n, 0.0);
     if (partition_) damage_->restrict_to(*partition_);
   }
-  if (spec_.kind == "viaduct") bearings_ = std::make_unique<Bearings>(spec_, mesh_, viaduct_plan(spec_));
   elastic_ = std::make_unique<ElasticSystem>(ElasticSystem::Parts{
       spec_, discretisation_, dofs_, shear_, bulk_, *operator_, bars_, bearings_, live_, partition_});
   if (!divided()) check_supports(mesh_);
@@ -138,7 +137,7 @@ FemStructure::~FemStructure() = default;
 void FemStructure::check_supports(const HexMesh& mesh) {
   if (supports_.none) return;
   const std::optional<LoosePart> loose =
-      loose_part(mesh, supports_, elastic_ ? elastic_->springs() : std::vector<Spring>{});
+      loose_part(mesh, supports_, bearings_ ? bearings_->springs() : std::vector<Spring>{});
   if (!loose) return;
   finite_ = true;
   const bool weighs = spec_.gravity_preload && (gravity_.norm() > 0 || prestressed(bars_.get()));
@@ -171,7 +170,8 @@ void FemStructure::set_loads(const Box3& extent) {
   for (std::size_t k = 0; k < loads_.size(); ++k) check_area(spec_, spec_.loads[k], largest(loads_[k].area));
 }
 
-void FemStructure::make_bars(const HexMesh& whole) {
+void FemStructure::make_links(const HexMesh& whole) {
+  if (spec_.kind == "viaduct") bearings_ = std::make_unique<Bearings>(spec_, whole, viaduct_plan(spec_));
   if (spec_.rebar_file.empty() && spec_.rebar_rules.empty()) return;
   std::vector<rebar::Member> shapes;
   for (const Pier& pier : find_piers(spec_)) shapes.push_back(pier.shape);

@@ -9,10 +9,23 @@
 
 namespace talus::fem {
 
-Bearings::Cap::Cap(const HexMesh& mesh, int part, double top) {
-  for (int c = 0; c < static_cast<int>(mesh.hexes.size()); ++c) {
-    if (mesh.component[c] != part || std::abs(mesh.local[mesh.hexes[c][6]].z() - top) > 1e-6) continue;
-    cell.push_back(c);
+namespace {
+
+/// The upper cells of a part of the mesh.
+std::vector<int> cells_below(const HexMesh& mesh, int part, double top) {
+  std::vector<int> cells;
+  for (int c = 0; c < static_cast<int>(mesh.hexes.size()); ++c)
+    if (mesh.component[c] == part && std::abs(mesh.local[mesh.hexes[c][6]].z() - top) <= 1e-6)
+      cells.push_back(c);
+  return cells;
+}
+
+}  // namespace
+
+Bearings::Cap::Cap(const HexMesh& mesh, int part, double top) : Cap(mesh, cells_below(mesh, part, top)) {}
+
+Bearings::Cap::Cap(const HexMesh& mesh, std::vector<int> cells) : cell(std::move(cells)) {
+  for (const int c : cell) {
     hexes.push_back(mesh.hexes[c]);
     for (int n : mesh.hexes[c]) box.extend(mesh.local[n]);
   }
@@ -100,6 +113,23 @@ Bearings::Bearings(const StructureSpec& spec, const HexMesh& mesh, const Viaduct
   site_energy_.assign(sites_.size(), 0.0);
 }
 
+void Bearings::divide(const Partition& partition, const HexMesh& part) {
+  const auto here = [&](Foot& foot) {
+    foot.cell = partition.cell_here(foot.cell);
+    for (int& n : foot.node) n = partition.node_here(n);
+  };
+  mesh_ = &part;
+  std::map<int, std::vector<int>> cells;
+  for (const auto& [number, cap] : caps_) cells[number] = partition.cells_here(cap.cell);
+  caps_.clear();
+  for (auto& [number, list] : cells) caps_.try_emplace(number, part, std::move(list));
+  for (Site& s : sites_) {
+    s.deck_node = partition.node_here(s.deck_node), s.deck_cell = partition.cell_here(s.deck_cell);
+    here(s.built);
+  }
+  for (Foot& foot : foot_) here(foot);
+}
+
 void Bearings::add_forces(const double* u, const std::vector<char>& live, double* f) {
   energy_ = dissipation_ = 0;
   for (std::size_t i = 0; i < sites_.size(); ++i) {
@@ -175,14 +205,19 @@ std::vector<Spring> Bearings::springs() const {
   return list;
 }
 
+std::vector<int> Bearings::cells() const {
+  std::set<int> list;
+  for (const Site& s : sites_) list.insert(s.deck_cell);
+  for (const auto& [part, cap] : caps_) list.insert(cap.cell.begin(), cap.cell.end());
+  return {list.begin(), list.end()};
+}
+
 std::vector<int> Bearings::nodes() const {
-  std::vector<int> list;
-  for (const Site& s : sites_) list.push_back(s.deck_node);
+  std::set<int> list;
+  for (const Site& s : sites_) list.insert(s.deck_node);
   for (const auto& [part, cap] : caps_)
-    for (const auto& hex : cap.hexes) list.insert(list.end(), hex.begin(), hex.end());
-  std::sort(list.begin(), list.end());
-  list.erase(std::unique(list.begin(), list.end()), list.end());
-  return list;
+    for (const auto& hex : cap.hexes) list.insert(hex.begin(), hex.end());
+  return {list.begin(), list.end()};
 }
 
 void Bearings::save(std::vector<double>& state) const {

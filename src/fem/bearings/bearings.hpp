@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "fem/discretisation/hex_mesh.hpp"
+#include "fem/discretisation/partition.hpp"
 #include "fem/discretisation/viaduct.hpp"
 #include "fem/linear/linear_system.hpp"
 #include "fem/materials/material_steel.hpp"
@@ -36,6 +37,9 @@ class Bearings {
   };
   /// The mesh must outlive the bearings.
   Bearings(const StructureSpec& spec, const HexMesh& mesh, const ViaductPlan& plan);
+  /// From now on by the numbers of a part of the mesh, which holds all of cells(): every rank computes all
+  /// bearings, from the motion of nodes that all are told of.
+  void divide(const Partition& partition, const HexMesh& part);
 
   void add_forces(const double* u, const std::vector<char>& live, double* f);
   void accept();
@@ -48,7 +52,9 @@ class Bearings {
   /// The cell of the cap that a spring stands on now.
   int cap_cell(std::size_t site) const { return foot_[site].cell; }
   const Foot& foot(std::size_t site) const { return foot_[site]; }
-  /// All nodes that springs act on, or may come to act on.
+  /// All cells that springs stand on or may come to stand on, or hang at; ascending. And the nodes that
+  /// springs act on, or may come to act on.
+  std::vector<int> cells() const;
   std::vector<int> nodes() const;
   bool holds(std::size_t site) const { return old_[site].lost == 0; }
   /// Ends of a span of which no spring holds any more.
@@ -62,6 +68,7 @@ class Bearings {
   /// The upper cells of one cap beam, to be searched in body axes.
   struct Cap {
     Cap(const HexMesh& mesh, int part, double top);
+    Cap(const HexMesh& mesh, std::vector<int> cells);
     Cap(const Cap&) = delete;
     Cap& operator=(const Cap&) = delete;
     /// At `place`, or at the nearest point of the cap; no cell if there is none.

@@ -75,11 +75,14 @@ Partition::Partition(const HexMesh& whole, const std::vector<int>& common, const
   bisect(whole, cost, std::move(nodes), 0, ranks.size(), owner);
   const auto count = static_cast<std::size_t>(ranks.size());
   send_.resize(count), receive_.resize(count), outgoing_.resize(count), incoming_.resize(count);
-  std::vector<char> held(nodes_in_all_, everywhere), border(nodes_in_all_, 0), computed(cells_in_all_, 0);
+  std::vector<char> held(nodes_in_all_, everywhere), border(nodes_in_all_, 0), computed(cells_in_all_, 0),
+      kept(cells_in_all_, everywhere);
+  for (const int cell : common) kept[static_cast<std::size_t>(cell)] = 1;
   // Every rank finds the borders of all, so that sender and receiver list the same nodes in the same order.
   for (int r = 0; r < ranks.size(); ++r) {
     std::vector<char> needed(nodes_in_all_, 0);
-    for (int n : common) needed[n] = 1;
+    for (const int cell : common)
+      for (const int n : whole.hexes[static_cast<std::size_t>(cell)]) needed[n] = 1;
     long cells = 0;
     for (std::size_t cell = 0; cell < cells_in_all_; ++cell) {
       const auto& hex = whole.hexes[cell];
@@ -99,7 +102,7 @@ Partition::Partition(const HexMesh& whole, const std::vector<int>& common, const
     }
   }
   for (std::size_t cell = 0; cell < cells_in_all_; ++cell) {
-    if (!everywhere && !computed[cell]) continue;
+    if (!kept[cell] && !computed[cell]) continue;
     cell_number_.push_back(static_cast<int>(cell));
     local_cells_.push_back(computed[cell]);
     own_cells_.push_back(owner[whole.hexes[cell][0]] == me_);

@@ -7,8 +7,8 @@
 /// others that computed cells touch.
 ///
 /// A rank holds a part of the mesh, the cells that it computes and their nodes, numbered anew in the order of
-/// the whole. Where the rest is needed on every rank (factors, modes, bearings, bond slip) the part is the
-/// whole.
+/// the whole. Common cells, those at bearings, are held by every rank, which is told of the motion of their
+/// nodes. Where the rest is needed on every rank (factors, modes) the part is the whole.
 #pragma once
 #include <algorithm>
 #include <functional>
@@ -29,7 +29,7 @@ std::vector<NodeRange> ranges_of(const std::vector<char>& in);
 
 class Partition {
  public:
-  /// `common`: nodes whose motion every rank needs. `cost`: of a node; shares are equal in its sum.
+  /// `common`: cells that every rank holds. `cost`: of a node; shares are equal in its sum.
   /// `everywhere`: every rank keeps the whole mesh.
   Partition(const HexMesh& whole, const std::vector<int>& common, const std::vector<double>& cost,
             bool everywhere, Ranks& ranks);

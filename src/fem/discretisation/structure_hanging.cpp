@@ -53,7 +53,7 @@ Box3 FemStructure::make_cells() {
     if (divides_memory(coarse)) {
       find_places(coarse);
       find_feet(coarse);
-      make_bars(coarse);
+      make_links(coarse);
       check_supports(coarse);
       take_part(std::move(coarse));
       return extent;
@@ -72,7 +72,7 @@ Box3 FemStructure::make_cells() {
   if (impact_refinement(spec_).cell_size == 0) discretisation_.forget_cells();
   settle(mesh_);
   find_places(mesh_);
-  make_bars(mesh_);
+  make_links(mesh_);
   return extent;
 }
 

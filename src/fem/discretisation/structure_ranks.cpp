@@ -23,7 +23,6 @@ bool FemStructure::divides_memory(const HexMesh& whole) const {
   if (!worth_dividing(whole) || !struck_zones_.empty() || impact_refinement(spec_).cell_size > 0 ||
       (refines_locally(spec_) && !spec_.refinements.empty()))
     return false;
-  if (spec_.kind == "viaduct") return false;
   long free = 0;
   for (const auto& held : supports_.held) free += 3 - (held[0] + held[1] + held[2]);
   const bool explicit_alone =
@@ -34,10 +33,15 @@ bool FemStructure::divides_memory(const HexMesh& whole) const {
   return explicit_alone && (no_statics || free > largest_factored_system);
 }
 
+void FemStructure::make_partition(const HexMesh& whole, bool everywhere) {
+  partition_ =
+      std::make_unique<Partition>(whole, bearings_ ? bearings_->cells() : std::vector<int>{},
+                                  std::vector<double>(whole.nodes.size(), 1.0), everywhere, *ranks());
+}
+
 /// Keeps of the whole mesh, of which supports, probes, members and feet are known, this rank's part.
 void FemStructure::take_part(HexMesh&& whole) {
-  partition_ = std::make_unique<Partition>(whole, std::vector<int>{},
-                                           std::vector<double>(whole.nodes.size(), 1.0), false, *ranks());
+  make_partition(whole, false);
   const Partition& part = *partition_;
   Supports all = std::move(supports_);
   supports_ = {{}, part.nodes_here(all.nodes), all.centroid, all.none};
@@ -65,8 +69,10 @@ void FemStructure::take_part(HexMesh&& whole) {
   discretisation_.reinit(std::move(mine));
   discretisation_.forget_cells();
   operator_ = std::make_unique<ElementOperator>(mesh_, shear_, bulk_, spec_.damage != "none", lanes_here);
+  operator_->restrict_to(part.local_cells());
   operator_->count_only(part.own_cells());
   if (bars_) bars_->divide(*partition_, mesh_, around);
+  if (bearings_) bearings_->divide(*partition_, mesh_);
   own_ = part.own_nodes();
 }
 
@@ -74,8 +80,7 @@ void FemStructure::take_part(HexMesh&& whole) {
 void FemStructure::divide() {
   if (divided()) return watch();  // its masses are known now
   if (!mesh_.hanging.empty() || !worth_dividing(mesh_)) return;
-  partition_ = std::make_unique<Partition>(mesh_, bearings_ ? bearings_->nodes() : std::vector<int>{},
-                                           std::vector<double>(mesh_.nodes.size(), 1.0), true, *ranks());
+  make_partition(mesh_, true);
   own_ = partition_->own_nodes();
   operator_->restrict_to(partition_->local_cells());
   operator_->count_only(partition_->own_cells());

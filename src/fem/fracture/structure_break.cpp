@@ -58,8 +58,9 @@ std::vector<double> FemStructure::of_cells(const std::vector<int>& cells, std::s
 }
 
 double FemStructure::link_energy(const std::vector<int>& cells) const {
-  double energy = bars_ ? bars_->stored_in(partition_ ? partition_->cells_here(cells) : cells) : 0.0;
-  if (bearings_ && first_rank()) energy += bearings_->stored_at(cells, live_);
+  const std::vector<int> here = partition_ ? partition_->cells_here(cells) : cells;
+  double energy = bars_ ? bars_->stored_in(here) : 0.0;
+  if (bearings_ && first_rank()) energy += bearings_->stored_at(here, live_);
   sum({&energy, 1});
   return energy;
 }
@@ -290,8 +291,9 @@ std::vector<SeatedNode> FemStructure::seated_nodes() const {
     const Bearings::Foot& foot = bearings_->foot(i);
     Vec3 place = Vec3::Zero();
     for (std::size_t a = 0; a < 8; ++a) place += foot.weight[a] * position(foot.node[a]);
-    seats.push_back({site.deck_node, site.deck_cell, 2 * site.deck + site.end,
-                     mesh_.local[site.deck_node].z() - site.place.z(), place});
+    seats.push_back({partition_ ? partition_->whole_node(site.deck_node) : site.deck_node,
+                     partition_ ? partition_->whole_cell(site.deck_cell) : site.deck_cell,
+                     2 * site.deck + site.end, mesh_.local[site.deck_node].z() - site.place.z(), place});
   }
   return seats;
 }

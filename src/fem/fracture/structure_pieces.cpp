@@ -193,7 +193,8 @@ std::set<int> FemStructure::held_pieces(const std::vector<int>& label) const {
   if (!bearings_) return held;
   std::vector<int> cells;  // of each site, below and above
   for (std::size_t i = 0; i < bearings_->sites().size(); ++i)
-    cells.insert(cells.end(), {bearings_->cap_cell(i), bearings_->sites()[i].deck_cell});
+    for (const int cell : {bearings_->cap_cell(i), bearings_->sites()[i].deck_cell})
+      cells.push_back(partition_ ? partition_->whole_cell(cell) : cell);
   const std::vector<double> piece =
       of_cells(cells, 1, [&](int cell, double* to) { *to = label[static_cast<std::size_t>(cell)]; });
   std::map<int, std::array<bool, 2>> seated;  // piece of a deck -> its ends
