@@ -225,10 +225,10 @@ double IslandStepper::approach_left(const Touch& t, double h) const {
   const bool between_blocks = !deformable_structure(t);
   if (between_blocks && t.at.gap <= touch_gap() && t.approach < -gentle_speed())
     return t.law->restitution_at(t.approach) * t.approach;
-  if (between_blocks) return std::max(0.0, 2 * std::max(t.at.gap, 0.0) / h + t.approach);
-  if (t.at.gap >= 0) return std::max(0.0, 2 * t.at.gap / h + t.approach);
+  const double start = t.normal.dot(t.slip);
+  if (between_blocks || t.at.gap >= 0) return std::max(0.0, 2 * std::max(t.at.gap, 0.0) / h + start);
   const double out = (left_inside(t.at.gap, h) - t.at.gap) / h;
-  return std::max(-out, t.approach - 2 * out);
+  return std::max(-out, start - 2 * out);
 }
 
 /// Largest error that the change of the contact forces since the last step leaves in positions, over the size

@@ -303,6 +303,7 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
   // c_n).
   const bool from_start = leapfrog();
   const bool stretches = t.shear_stiffness > 0 && t.mode == Mode::spring_mean && !with_structure;
+  const bool by_mean = condensed_ && t.stiffness == 0;  // its impulse works by the mean of both velocities
   int next = c.first_term;
   const auto add_body = [&](const Body& b, const Vec3& p, double sign) {
     double* j = problem_.jacobians.data() + problem_.terms[static_cast<std::size_t>(next++)].jacobian;
@@ -310,7 +311,7 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
                    b.start.F.inverse() * b.half_turn.transpose(), b.half_turn * b.rotation0, b.ndof, sign);
     const Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>> rows(j, 3, b.ndof);
     u_ref += rows * b.v_ref.head(b.ndof);
-    if (!stretches) return;
+    if (!stretches && !by_mean) return;
     Vec12 before = b.v0;
     before.segment<3>(3) = b.free.spin;
     u_before += rows * before.head(b.ndof);
@@ -318,9 +319,10 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
   Vec3 a_end = a_end_body, u_skin = Vec3::Zero();
   if (body_a != nullptr) add_body(*body_a, p_mid_a, -1);
   if (with_structure) {
-    const Vec3 before = u_ref;
-    a_end += h * add_structure_terms(t.row, t.a.index, face, t.frame, -1, u_ref);
+    const Vec3 before = u_ref, mean = add_structure_terms(t.row, t.a.index, face, t.frame, -1, u_ref);
+    a_end += h * mean;
     u_skin = u_ref - before;
+    if (condensed_) u_before -= 2 * (t.frame.transpose() * mean) + u_skin;
     next = static_cast<int>(problem_.terms.size());
     problem_.terms.push_back(
         {static_cast<int>(&body_b - bodies_.data()), static_cast<int>(problem_.jacobians.size())});
@@ -350,6 +352,8 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
     u_end = (turned_on * t.frame).transpose() * relative + u_skin;
   }
 
+  // So that (u + slip)/2, u by the row, is the velocity whose product with the impulse is its work.
+  if (by_mean) t.slip = t.frame * (u_before - (u_end - u_ref));
   t.gap_ref = gap_ref;
   t.u_ref = u_ref[0];
   const ContactLaw& law = *t.law;
@@ -444,7 +448,7 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
                        : Vec3(t.frame.transpose() * ((b_end - t.at.point_b) - (a_end - t.at.point_a))),
               u_ref);
   }
-  t.slip_row = t.frame.rightCols<2>().transpose() * (turned * t.slip);
+  t.slip_row = t.frame.rightCols<2>().transpose() * (by_mean ? t.slip : Vec3(turned * t.slip));
   if (t.swings) c.bias.tail<2>() += t.slip_row;
   c.impulse = first_pass ? Vec3(h * (t.frame.transpose() * t.warm)) : t.impulse;
   problem_.contacts[static_cast<std::size_t>(t.row)] = c;

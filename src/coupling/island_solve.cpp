@@ -290,7 +290,7 @@ IslandStepper::Outcome IslandStepper::smooth(double h, bool lumped, int passes, 
     }
     if (problem_.contacts.empty()) break;
     // Of time-stepped islands where the turning of the slip adds more to the error than a step may have.
-    const bool turns = !lumped || pass > 0 || swing_error(h) > error_limit();
+    const bool turns = condensed_ || !lumped || pass > 0 || swing_error(h) > error_limit();
     const bool swung = !turns || swing(pass == 0);
     followed = laws_met(h);
     const bool met = solved && swung && followed;

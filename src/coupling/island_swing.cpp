@@ -31,9 +31,36 @@ Eigen::Vector2d IslandStepper::slip_at_end(const Touch& t) const {
 }
 
 /// Whether each touch slides on, by the solution, as its row supposed. After the first pass all those that
-/// turn by less than 60 degrees change to the mean; what that turns round, or stops, changes back.
+/// turn by less than 60 degrees change to the mean; what that turns round, or stops, changes back. In
+/// condensed steps: whether friction takes energy at each pair, sum p_t . (u_t + slip) <= 0. Where it drives,
+/// the slip at the end is none that the step resolves, and what drives opposes the mean from the next pass
+/// on. But for what a step may make of a block at rest: its slips come and go from step to step, and against
+/// the mean of them friction takes nothing.
 bool IslandStepper::swing(bool first_pass) {
   bool as_supposed = true;
+  if (condensed_) {
+    const auto work = [&](const Touch& t) {  // twice that of friction [J]
+      if (t.row < 0 || t.stiffness > 0) return 0.0;
+      const Eigen::Vector2d end = parting(t).tail<2>();
+      return t.impulse.tail<2>().dot(t.swings ? end : Eigen::Vector2d(end + t.slip_row));
+    };
+    for (auto first = touches_.begin(); first != touches_.end();) {
+      const auto last = std::find_if(first, touches_.end(),
+                                     [&](const Touch& t) { return !(t.a == first->a) || t.b != first->b; });
+      double of_pair = 0;
+      for (auto t = first; t != last; ++t) of_pair += work(*t);
+      const dda::Model::Block* const block =
+          first->b < 0 ? nullptr : &model_.blocks[static_cast<std::size_t>(first->b)];
+      const double rest = block == nullptr ? 0.0
+                                           : contact::tolerances().gain * settings_.accuracy * 0.1 *
+                                                 settings_.accuracy * block->mass * model_.gravity.norm() *
+                                                 length_;  // below what gains_energy() tells of a step [J]
+      for (auto t = first; t != last && 0.5 * of_pair > rest; ++t)
+        if (!t->swings && work(*t) > 0) t->swings = true, as_supposed = false;
+      first = last;
+    }
+    return as_supposed;
+  }
   for (Touch& t : touches_) {
     if (t.row < 0 || !by_trapezoid(t) || !(first_pass || t.swings) ||
         !(t.slip.norm() > contact::tolerances().slips * speed_))

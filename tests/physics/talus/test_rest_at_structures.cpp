@@ -68,27 +68,33 @@ TEST(RestAtStructures, WedgeBetweenStumpsComesToRest) {
   EXPECT_NEAR(o.last().ledger.friction_work, before.ledger.friction_work, 1e-3);
 }
 
-/// Cubes that come down on a beam of coarse cells by a tenth of a millimetre and by a millimetre, without
-/// damping: most that the scheme makes, of the largest kinetic energy. Pressed, a block's velocity is that of
-/// the half step; taken for that of full steps each bounce made m g h v, 2 g h / v of what it brought.
+/// Cubes that come down gently on a beam of coarse cells without damping, also where it leans: most that the
+/// scheme makes, of the largest kinetic energy. Pressed, a block's velocity is that of the half step; taken
+/// for that of full steps each bounce made m g h v, 2 g h / v of what it brought. Friction that opposed the
+/// slip at the end of a condensed step drove what had turned round within it: 2 and 5 %.
 TEST(RestAtStructures, GentleLandingsMakeNothing) {
-  for (const auto& [gap, friction, more] : {std::tuple(1e-3, 0.5, ""), std::tuple(1e-4, 0.0, ""),
-                                            std::tuple(1e-4, 0.5, "integrator = \"explicit\"\n")}) {
-    SceneText s(Method::by_accuracy(1e-3), 0.4, Vec3(0, 0, -9.81));
+  struct Landing {
+    double gap = 1e-4, friction = 0.5;
+    Vec3 gravity = Vec3(0, 0, -9.81);
+    std::string more;
+  };
+  const std::string by_explicit_steps = "integrator = \"explicit\"\n";
+  for (const Landing& l : {Landing{.gap = 1e-3}, Landing{.friction = 0}, Landing{.more = by_explicit_steps},
+                           Landing{}, Landing{.gravity = Vec3(1.7035, 0, -9.661)}}) {
+    SceneText s(Method::by_accuracy(1e-3), 0.4, l.gravity);
     s.history(1e-3)
         .material("beam", 2500, "young = 30e9\npoisson = 0.2")
         .material("rock", 2600)
-        .interface("rock", "beam", friction);
-    s.box("B", Vec3(1, 1, 1), Vec3(0, 0, 0.75 + gap), "deformable = false\n");
-    s.raw(structure_box(
-        "beam", Vec3(10, 1, 0.5), Vec3::Zero(), {20, 2, 1}, "beam",
-        std::string("support = [\"-x\", \"+x\"]\npreload = \"gravity\"\ndamping_ratio = 0.0\n") + more));
+        .interface("rock", "beam", l.friction);
+    s.box("B", Vec3(1, 1, 1), Vec3(0, 0, 0.75 + l.gap), "deformable = false\n");
+    s.raw(structure_box("beam", Vec3(10, 1, 0.5), Vec3::Zero(), {20, 2, 1}, "beam",
+                        "support = [\"-x\", \"+x\"]\npreload = \"gravity\"\ndamping_ratio = 0.0\n" + l.more));
     const Outcome o = run_scene(s.str());
     ASSERT_TRUE(o.ok()) << o.result.message;
     double peak = 0, least = 0;
     for (const sim::HistoryRow& r : o.rows)
       peak = std::max(peak, r.ledger.kinetic), least = std::min(least, r.ledger.by_the_scheme());
-    EXPECT_GT(least, -0.01 * peak) << gap << ", " << friction << ", " << more;
+    EXPECT_GT(least, -0.01 * peak) << l.gap << ", " << l.friction << ", " << l.gravity.x() << ", " << l.more;
   }
 }
 
