@@ -2,14 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "contact/plumb.hpp"
 
 namespace talus::coupling {
 namespace {
-
-constexpr double most_braked = 0.1;  // of the speed in a stretch: the splitting is off by the square of that
 
 double way_of(const dda::State& s, int block) {
   const auto k = static_cast<std::size_t>(block);
@@ -54,42 +51,42 @@ void go_on_sliding(dda::State& s, int block, double slip, double recovery, doubl
   way = slip >= 0 ? way + h * slip : way * std::exp(-recovery * h);
 }
 
-double brake_in_vegetation(const dda::Model& model, const Environment& env, dda::State& s, double time) {
-  double taken = 0;
-  const bool any = std::any_of(env.laws.law.begin(), env.laws.law.end(),
-                               [](const ContactLaw& l) { return l.vegetation_drag > 0; });
-  if (!any) return 0;
-  for (std::size_t k = 0; k < model.blocks.size(); ++k) {
-    const dda::Model::Block& b = model.blocks[k];
-    if (b.ndof() == 0 || s.v[k].isZero(0)) continue;
-    double drag = 0;
-    const auto stands = [&](int ground, double above) {
-      const ContactLaw& law = env.laws(ground, b.material);
-      if (above < law.vegetation_height) drag = std::max(drag, law.vegetation_drag);
-    };
-    for (const Plane& p : env.planes) stands(p.material, p.normal.dot(s.c[k] - p.point));
-    if (env.terrain)
-      if (const contact::Plumb plumb = contact::plumb_at(*env.terrain, s.c[k]); plumb.triangle >= 0) {
-        const TriangleSurface& ground = env.terrain->surface();
-        stands(ground.material.empty() ? ground.default_material
-                                       : ground.material[static_cast<std::size_t>(plumb.triangle)],
-               s.c[k].z() - plumb.floor);
-      }
-    if (drag == 0) continue;
-    const double before = 0.5 * b.mass * s.v[k].squaredNorm();
-    s.v[k] *= std::exp(-drag * time / b.mass);
-    taken += before - 0.5 * b.mass * s.v[k].squaredNorm();
-  }
-  return taken;
+bool any_vegetation(const ContactLaws& laws) {
+  return std::any_of(laws.law.begin(), laws.law.end(),
+                     [](const ContactLaw& l) { return l.vegetation_drag > 0; });
 }
 
-double longest_in_vegetation(const dda::Model& model, const ContactLaws& laws) {
-  double longest = std::numeric_limits<double>::infinity();
-  for (const dda::Model::Block& b : model.blocks)
-    for (int m = 0; m < laws.materials && b.ndof() > 0; ++m)
-      if (const double drag = laws(m, b.material).vegetation_drag; drag > 0)
-        longest = std::min(longest, most_braked * b.mass / drag);
-  return longest;
+double vegetation_drag(const dda::Model::Block& b, const Environment& env, const Vec3& c) {
+  if (b.ndof() == 0) return 0;
+  double drag = 0;
+  const auto stands = [&](int ground, double above) {
+    const ContactLaw& law = env.laws(ground, b.material);
+    if (above < law.vegetation_height) drag = std::max(drag, law.vegetation_drag);
+  };
+  for (const Plane& p : env.planes) stands(p.material, p.normal.dot(c - p.point));
+  if (env.terrain)
+    if (const contact::Plumb plumb = contact::plumb_at(*env.terrain, c); plumb.triangle >= 0) {
+      const TriangleSurface& ground = env.terrain->surface();
+      stands(ground.material.empty() ? ground.default_material
+                                     : ground.material[static_cast<std::size_t>(plumb.triangle)],
+             c.z() - plumb.floor);
+    }
+  return drag / b.mass;
+}
+
+std::vector<Vec3> normals_below(const Environment& env, const Vec3& c) {
+  std::vector<Vec3> normals;
+  for (const Plane& p : env.planes) normals.push_back(p.normal);
+  if (!env.terrain) return normals;
+  if (const contact::Plumb plumb = contact::plumb_at(*env.terrain, c); plumb.triangle >= 0) {
+    const TriangleSurface& ground = env.terrain->surface();
+    const auto corner = [&](std::size_t i) -> const Vec3& {
+      return ground
+          .vertices[static_cast<std::size_t>(ground.triangles[static_cast<std::size_t>(plumb.triangle)][i])];
+    };
+    normals.push_back((corner(1) - corner(0)).cross(corner(2) - corner(0)).normalized());
+  }
+  return normals;
 }
 
 }  // namespace talus::coupling

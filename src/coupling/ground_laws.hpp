@@ -34,11 +34,12 @@ double ploughing(const Touch& touch, double slip);
 /// contact; `recovery`: beta [1/s].
 void go_on_sliding(dda::State& state, int block, double slip, double recovery, double h);
 
-/// Half a stretch of drag on every block in vegetation, exact for a drag that stays: v exp(-eta t / m).
-/// Returns the work taken [J].
-double brake_in_vegetation(const dda::Model& model, const Environment& environment, dda::State& state,
-                           double time);
-/// Longest stretch over which the drag may be taken in halves [s]; infinite without vegetation.
-double longest_in_vegetation(const dda::Model& model, const ContactLaws& laws);
+/// Whether anything grows on a ground.
+bool any_vegetation(const ContactLaws& laws);
+/// Drag over mass of a block whose centroid is at c, eta/m of the densest vegetation that it is in [1/s].
+double vegetation_drag(const dda::Model::Block& block, const Environment& environment, const Vec3& c);
+/// Normals of the planes, and of the face of the terrain below a point: along them the height above each
+/// goes.
+std::vector<Vec3> normals_below(const Environment& environment, const Vec3& c);
 
 }  // namespace talus::coupling

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "contact/tolerances.hpp"
+#include "coupling/ground_laws.hpp"
 #include "coupling/island_body.hpp"
 
 namespace talus::coupling {
@@ -18,7 +19,8 @@ IslandStepper::IslandStepper(const dda::Model& model, dda::State& state, Environ
       env_(environment),
       history_(history),
       surface_history_(surface_history),
-      settings_(settings) {}
+      settings_(settings),
+      vegetated_(any_vegetation(environment.laws)) {}
 
 IslandStepper::~IslandStepper() = default;
 
@@ -100,19 +102,23 @@ void IslandStepper::begin_step(double h, bool frozen_strain) {
     if (h == 0) b.follows = false;
     if (h == 0 || !b.leapfrog || b.ndof == 6)
       b.internal0 = h > 0 || model_.blocks[k].deformable ? internal_energy(b.block) : 0;
+    b.drag = h > 0 && vegetated_ ? vegetation_drag(model_.blocks[k], env_, state_.c[k]) : 0.0;
     if (h > 0) {
       b.free = dda::free_flow(model_, state_, b.block, h,
                               b.end_rule         ? dda::FlowRule::implicit_end
                               : b.leapfrog       ? dda::FlowRule::leapfrog
                               : b.strains_at_end ? dda::FlowRule::strain_at_end
-                                                 : dda::FlowRule::exact);
+                                                 : dda::FlowRule::exact,
+                              b.drag);
       if (b.guarded && b.ndof == 12 && !b.end_rule && !b.strains_at_end && makes_energy(b)) {
         b.strains_at_end = true;
-        b.free = dda::free_flow(model_, state_, b.block, h, dda::FlowRule::strain_at_end);
+        b.free = dda::free_flow(model_, state_, b.block, h, dda::FlowRule::strain_at_end, b.drag);
       }
-      if (b.pressed) b.free.pose.c += 0.5 * h * h * model_.gravity;  // without the parabola's part: x + h v^+
+      // without the parabola's part: x + h v^+
+      if (b.pressed) b.free.pose.c += (1 - b.free.theta) * h * h * b.free_acceleration(model_.gravity);
     } else {
       dda::impulse_mass(model_, state_, b.block, b.ndof == 6, b.free.mass, b.free.inverse);
+      b.free.theta = 0.5;
       b.free.pose = b.start;
       b.free.q = b.q0;
       b.free.rotation = b.rotation0;

@@ -155,6 +155,11 @@ class IslandStepper {
   bool breaks(const Touch& touch) const;
   bool cut_at_break(Trial& trial);
   bool may_shorten(const Trial& trial) const;
+  // vegetation.cpp
+  bool cut_at_layer(Trial& trial);
+  bool changes_drag(const Body& body, const Vec3& at) const;
+  double first_change_of_drag(const Body& body, double h) const;
+  double drag_limit(const Body& body) const;
   bool gains_energy() const;
   double error_limit() const {
     return contact::tolerances().pass_error * settings_.accuracy;
@@ -412,6 +417,7 @@ class IslandStepper {
   Environment& env_;
   ContactHistory &history_, &surface_history_;
   StepSettings settings_;
+  bool vegetated_;  // something grows on a ground
   contact::ContactSolver solver_;
   contact::ContactProblem problem_;
   const Island* island_ = nullptr;

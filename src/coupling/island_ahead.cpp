@@ -77,7 +77,8 @@ bool IslandStepper::looks_ahead() const {
                      [](const Touch& t) { return t.stiffness == 0 && !(t.bond() > 0); });
 }
 
-/// The accelerations that the contacts of the present state allow, per body; none if they have no solution.
+/// The accelerations that the contacts of the present state allow, per body, less that by drag, whose share a
+/// step integrates exactly; none if they have no solution.
 std::optional<std::vector<Vec6>> IslandStepper::allowed_accelerations() {
   std::vector<Touch> closed;
   double slowest = std::numeric_limits<double>::infinity();  // v_o of the island
@@ -93,6 +94,7 @@ std::optional<std::vector<Vec6>> IslandStepper::allowed_accelerations() {
   contact::ContactProblem problem;
   std::vector<double> pool(2 * 36 * bodies_.size());
   std::vector<Vec6> now(bodies_.size());
+  std::vector<double> drag(bodies_.size());
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     const auto k = static_cast<std::size_t>(bodies_[i].block);
     Mat12 mass, inverse;
@@ -103,7 +105,8 @@ std::optional<std::vector<Vec6>> IslandStepper::allowed_accelerations() {
     problem.bodies.push_back({6, static_cast<int>(6 * i), m, m + 36});
     now[i] << state_.v[k], state_.w[k];
     Vec6 free;
-    free << model_.gravity,
+    drag[i] = vegetated_ ? vegetation_drag(model_.blocks[k], env_, state_.c[k]) : 0.0;
+    free << model_.gravity - drag[i] * state_.v[k],
         inverse.block<3, 3>(3, 3) * -state_.w[k].cross(mass.block<3, 3>(3, 3) * state_.w[k]);
     for (int c = 0; c < 6; ++c) problem.v_hat.push_back(now[i][c] + delta * free[c]);
   }
@@ -228,8 +231,10 @@ std::optional<std::vector<Vec6>> IslandStepper::allowed_accelerations() {
       if (change <= 1e-5 * all) break;
     }
   }
-  for (std::size_t i = 0; i < bodies_.size(); ++i)
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
     a[i] = (Eigen::Map<const Vec6>(problem.v.data() + 6 * i) - now[i]) / delta;
+    if (drag[i] > 0) a[i].head<3>() += drag[i] * now[i].head<3>();
+  }
   return a;
 }
 
@@ -243,6 +248,7 @@ double IslandStepper::error_by_ends(double h, std::span<const Vec6> at_start,
     const auto k = static_cast<std::size_t>(b.block);
     Vec6 used;
     used << state_.v[k] - b.v0.head<3>(), state_.w[k] - b.v0.segment<3>(3);
+    if (b.drag > 0) used.head<3>() = h * dda::drag_acceleration(b.drag, h, b.v0.head<3>(), state_.v[k]);
     const Vec6 off = used - 0.5 * h * (at_start[i] + at_end[i]);
     const double speed = off.head<3>().norm() + model_.blocks[k].shape->radius * off.tail<3>().norm();
     worst = std::max(worst, std::max(fall_time(b.block), h) * speed / step_error(b.block));

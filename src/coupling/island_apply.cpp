@@ -160,20 +160,21 @@ void IslandStepper::move_body(Body& b, double h) {
   if (!b.impulse.isZero(0)) {
     Vec12 d = Vec12::Zero();
     d.head(b.ndof) = h * (f.inverse.topLeftCorner(b.ndof, b.ndof) * b.shift.head(b.ndof));
+    if (!b.end_rule && !b.from_start && !b.leapfrog) d.head<3>() *= 2 * f.theta;  // theta for 1/2
     state_.c[k] += d.head<3>();
     // Of free flow's own parabola only the velocity counts, unless next to nothing pushes: what falls
     // together falls as what falls alone.
     if (b.from_start)
       state_.c[k] += std::min(1.0, b.impulse.head<3>().norm() /
                                        (0.1 * model_.blocks[k].mass * model_.gravity.norm() * h)) *
-                     0.5 * h * h * model_.gravity;
+                     (1 - f.theta) * h * h * b.free_acceleration(model_.gravity);
     if (!d.segment<3>(3).isZero(0)) state_.q[k] = (dda::rotation_by(d.segment<3>(3)) * f.q).normalized();
     if (b.ndof == 12)
       state_.eps[k] +=
           b.leapfrog || b.strains_at_end ? Vec6(h * (b.v_solved - f.velocity).tail<6>()) : Vec6(d.tail<6>());
   }
   // Along the contact faces nothing is stiff: there the path keeps the trapezoid, exact in steady sliding.
-  if (b.end_rule) state_.c[k] -= 0.5 * h * (b.along * (b.v_solved.head<3>() - b.v0.head<3>()));
+  if (b.end_rule) state_.c[k] -= (1 - f.theta) * h * (b.along * (b.v_solved.head<3>() - b.v0.head<3>()));
   state_.v[k] = b.v_solved.head<3>();
   state_.eps_rate[k] = b.ndof == 12 ? Vec6(b.v_solved.tail<6>()) : Vec6(Vec6::Zero());
   // Angular momentum exactly: w follows from it at the orientation reached.

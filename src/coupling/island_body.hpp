@@ -38,6 +38,7 @@ struct IslandStepper::Body {
   bool pressed = false;       // there: a hard contact holds it, so that it goes by x + h v^+ (find_pressed)
   bool at_half_step = false;  // there: its velocity at the start is that of the half step before
   double converted = 0;       // kinetic energy by conversions between full and half steps [J]
+  double drag = 0;            // of the vegetation that it is in at the start of the step, eta/m [1/s]
   // start of the step
   Pose start;
   Quat q0 = Quat::Identity();
@@ -62,6 +63,11 @@ struct IslandStepper::Body {
   Mat3 along = Mat3::Identity();   // projector on the directions that no spring at the end of the step holds
   Vec12 v_solved = Vec12::Zero();  // v_hat + A^-1 sum J^T p
 
+  /// Mean acceleration of the translation without contacts [m/s^2].
+  Vec3 free_acceleration(const Vec3& gravity) const {
+    return drag > 0 ? Vec3(gravity - drag * ((1 - free.theta) * v0 + free.theta * free.velocity).head<3>())
+                    : gravity;
+  }
   Vec3 at_mid(const Vec3& x) const { return mid_c + half_turn * (x - start.c); }
   Vec3 at_end(const Vec3& x) const { return ref.c + carry * (x - start.c); }
   Vec3 velocity_at_end(const Vec3& x_end) const {
@@ -115,7 +121,8 @@ struct IslandStepper::Trial {
   int releases = 0, cuts = 0, halved = 0, refined = 0;
   int stopping = -1;  // touch whose sliding stops within the step
   bool stop_located = false;
-  double asked = 0;  // first length tried [s]
+  bool at_layer = false;  // ends where a block goes into vegetation or comes out of it
+  double asked = 0;       // first length tried [s]
   double holds = 0,
          breaks = 0;  // lengths over which all bonds hold, over which one breaks; 0: none tried [s]
 };

@@ -7,9 +7,10 @@
 namespace talus::coupling {
 namespace {
 
-/// Mean generalised velocity whose product with an impulse is the kinetic energy it brings.
+/// Mean generalised velocity whose product with an impulse is the energy it brings, to motion and to drag.
 Vec12 mean_velocity(const Vec12& v0, const dda::FreeFlow& free, const Vec12& v) {
   Vec12 m = 0.5 * (v0 + v);
+  if (free.theta != 0.5) m.head<3>() = ((1 - free.theta) * v0 + free.theta * v).head<3>();
   m.segment<3>(3) = 0.5 * (free.spin + v.segment<3>(3));
   return m;
 }
@@ -244,7 +245,7 @@ void IslandStepper::Booking::shear(const Touch& t, const contact::ProblemContact
 void IslandStepper::Booking::position(const Body& b) {
   const auto k = static_cast<std::size_t>(b.block);
   const dda::Model::Block& block = of.model_.blocks[k];
-  const Vec3 trapezoid = b.start.c + 0.5 * h * (b.v0.head<3>() + b.v_solved.head<3>());
+  const Vec3 trapezoid = b.start.c + h * mean_velocity(b.v0, b.free, b.v_solved).head<3>();
   // Blocks that an impact stopped at the start of the step stay higher than the means of the velocities say:
   // so much less it took.
   const double sunk = block.mass * of.model_.gravity.dot(of.state_.c[k] - trapezoid);
@@ -290,6 +291,10 @@ void IslandStepper::book(double h) {
     (h > 0 ? books.pending.algorithmic : books.loss.impact) -= books.work(c);
   });
   books.each(bodies_, bodies_at_once, [](Booking& of, const Body& b) {
+    if (b.drag > 0)
+      of.pending.vegetation_work +=
+          dda::drag_work(of.of.model_.blocks[static_cast<std::size_t>(b.block)].mass, b.drag, of.h,
+                         b.v0.head<3>(), b.v_solved.head<3>());
     const double before = of.pending.algorithmic;
     if (!b.impulse.isZero(0) || b.end_rule || b.pressed) of.position(b);
     if (b.pressed) of.reading += of.pending.algorithmic - before;

@@ -43,7 +43,7 @@ void IslandStepper::end_motion() {
     const dda::BlockEnergy e = dda::energy(model_.blocks[static_cast<std::size_t>(b)], model_.gravity, end);
     work.energy_after += e.translational + e.rotational + e.straining + e.strain_energy + e.potential;
     report_.motion.segments.push_back(
-        motion_segment(model_, b, work.t0, work.t1, starts_[i], end, bodies_[i].from_start));
+        motion_segment(model_, b, work.t0, work.t1, starts_[i], end, bodies_[i].from_start, bodies_[i].drag));
   }
 }
 

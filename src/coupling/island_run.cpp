@@ -241,7 +241,9 @@ double IslandStepper::apart_for(const Body& body) const {
       closing = -plane.normal.dot(state_.v[k]);
     } else if (pair.a.kind == Partner::Kind::block && rigid(pair.a.index) && rigid(pair.b)) {
       gap = (state_.c[k] - state_.c[of_a]).norm() - ball(pair.b) - ball(pair.a.index);
-      closing = (state_.v[k] - state_.v[of_a]).norm();
+      // Drag that brakes one of them alone brings on the other.
+      closing =
+          vegetated_ ? state_.v[k].norm() + state_.v[of_a].norm() : (state_.v[k] - state_.v[of_a]).norm();
     }
     if (!(gap > 0)) return 0;
     const double g = model_.gravity.norm(),
@@ -260,6 +262,7 @@ double IslandStepper::step_limit(double remaining, bool lumped) const {
     for (const Body& b : bodies_) {
       const double spin = state_.w[static_cast<std::size_t>(b.block)].norm();
       if (spin * h > 0.5 && !island_->pairs.empty()) h = std::min(h, std::max(0.5 / spin, apart_for(b)));
+      if (vegetated_) h = std::min(h, drag_limit(b));
     }
     return h;
   }

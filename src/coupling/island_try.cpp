@@ -69,7 +69,7 @@ bool IslandStepper::take(Trial& trial) {
       const bool clipped =
           trial.h >= trial.remaining * (1 - contact::tolerances().time_round_off) && grow >= 1;
       suggested_ = clipped ? std::max(suggested_, trial.h * grow) : trial.h * grow;
-      if (trial.breaks > 0 || settling_)
+      if (trial.breaks > 0 || settling_ || trial.at_layer)
         suggested_ = std::max(suggested_, trial.asked);  // short for its bond's sake, or for a bounce's
     }
     return true;
@@ -103,6 +103,7 @@ bool IslandStepper::refused(Trial& trial, const Outcome& o) {
 
 /// True if the step just solved was taken back for a shorter one, or for one with more rows.
 bool IslandStepper::shortened(Trial& trial) {
+  if (cut_at_layer(trial)) return true;
   if (trial.adaptive && may_shorten(trial) && gains_energy() && ++trial.refined <= 8) {
     reject();
     trial.h *= 0.5;

@@ -39,11 +39,16 @@ Vec3 spin_of(const dda::Model::Block& b, const dda::BlockState& s, const Vec3& m
   return m.block<3, 3>(3, 3).inverse() * (momentum - m.block<3, 6>(3, 6) * s.eps_rate);
 }
 
-dda::BlockState flown(const dda::Model::Block& b, const Vec3& gravity, const dda::BlockState& start,
-                      double s) {
+dda::BlockState flown(const dda::Model::Block& b, const Vec3& gravity, const dda::BlockState& start, double s,
+                      double drag) {
   dda::BlockState now = start;
   now.c = start.c + s * start.v + (0.5 * s * s) * gravity;
   now.v = start.v + s * gravity;
+  if (drag > 0) {
+    const dda::Dragged path = dda::drag_path(drag, s, start.v, gravity);
+    now.c = start.c + path.way;
+    now.v = path.velocity;
+  }
   if (start.w.isZero(0)) return now;
   const Vec3 momentum = spin_momentum(b, start);
   now.q = dda::rotate_free(b, b.inertia, start.q, momentum, s);
@@ -53,10 +58,10 @@ dda::BlockState flown(const dda::Model::Block& b, const Vec3& gravity, const dda
 
 /// True if free flow leads from one state to the other, to round-off.
 bool flies(const dda::Model::Block& b, const Vec3& gravity, double t1, double h, const dda::BlockState& start,
-           const dda::BlockState& end) {
+           const dda::BlockState& end, double drag) {
   if (strains(b)) return false;
   constexpr double round_off = 64 * std::numeric_limits<double>::epsilon(), of_turns = 1e-11;
-  const dda::BlockState free = flown(b, gravity, start, h);
+  const dda::BlockState free = flown(b, gravity, start, h, drag);
   const double speed = start.v.norm() + end.v.norm();
   return (free.v - end.v).norm() <= round_off * (speed + t1 * gravity.norm()) &&
          (free.c - end.c).norm() <= round_off * (start.c.norm() + end.c.norm() + t1 * speed) &&
@@ -69,10 +74,11 @@ double dissipated(const Ledger& l) { return l.dissipated(); }
 }  // namespace
 
 MotionSegment motion_segment(const dda::Model& model, int block, double t0, double t1,
-                             const dda::BlockState& start, const dda::BlockState& end, bool all_at_start) {
-  MotionSegment segment{block, MotionSegment::Path::trapezoid, t0, t1, start, end};
+                             const dda::BlockState& start, const dda::BlockState& end, bool all_at_start,
+                             double drag) {
+  MotionSegment segment{block, MotionSegment::Path::trapezoid, t0, t1, start, end, drag};
   const double h = t1 - t0;
-  if (flies(model.blocks[static_cast<std::size_t>(block)], model.gravity, t1, h, start, end)) {
+  if (flies(model.blocks[static_cast<std::size_t>(block)], model.gravity, t1, h, start, end, drag)) {
     segment.path = MotionSegment::Path::flight;
     return segment;
   }
@@ -88,7 +94,7 @@ dda::BlockState evaluate(const MotionSegment& segment, double t, const dda::Mode
   const dda::Model::Block& b = model.blocks[static_cast<std::size_t>(segment.block)];
   const dda::BlockState &start = segment.start, &end = segment.end;
   const double h = segment.t1 - segment.t0, s = std::max(0.0, t - segment.t0), r = s / h;
-  if (segment.path == MotionSegment::Path::flight) return flown(b, model.gravity, start, s);
+  if (segment.path == MotionSegment::Path::flight) return flown(b, model.gravity, start, s, segment.drag);
   dda::BlockState now;
   now.eps = start.eps + r * (end.eps - start.eps);
   Vec3 turn;
@@ -103,6 +109,13 @@ dda::BlockState evaluate(const MotionSegment& segment, double t, const dda::Mode
     };
     now.c = start.c + along(start.v, end.v, end.c - start.c);
     now.v = start.v + r * (end.v - start.v);
+    if (segment.drag > 0) {
+      const Vec3 force = dda::drag_acceleration(segment.drag, h, start.v, end.v);  // over mass
+      const dda::Dragged path = dda::drag_path(segment.drag, s, start.v, force),
+                         whole = dda::drag_path(segment.drag, h, start.v, force);
+      now.c = start.c + path.way + r * r * (3 - 2 * r) * (end.c - start.c - whole.way);
+      now.v = path.velocity;
+    }
     now.eps_rate = start.eps_rate + r * (end.eps_rate - start.eps_rate);
     turn = along(start.w, end.w, turn_between(start.q, end.q, 0.5 * h * (start.w + end.w)));
   }

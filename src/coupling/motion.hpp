@@ -4,9 +4,11 @@
 /// Between the state after the impulses at the start of a step (index 0) and the state at its end (index 1),
 /// s = t - t0, h = t1 - t0, r = s / h:
 ///
-///   flight     c0 + s v0 + s^2 g / 2,  v0 + s g,  torque-free rotation of a rigid block that nothing touches
+///   flight     c0 + s v0 + s^2 g / 2,  v0 + s g,  torque-free rotation of a rigid block that nothing
+///   touches;
+///              in vegetation the closed form with drag (dda/kinematics.hpp)
 ///   trapezoid  c = c0 + s v0 + s^2 (v1 - v0) / (2 h) + r^2 (3 - 2 r) d,  v = v0 + r (v1 - v0),
-///              d = c1 - c0 - h (v0 + v1) / 2
+///              d = c1 - c0 - h (v0 + v1) / 2; with drag the way of the constant force that leads to v1
 ///   straight   c = c0 + r (c1 - c0),  v = v1: impulses act at the start, or all goes by the end's velocity
 ///
 /// d is what the step moved a block beyond the trapezoidal rule (drift correction). A rotation vector about
@@ -29,13 +31,14 @@ struct MotionSegment {
   Path path = Path::trapezoid;
   double t0 = 0, t1 = 0;       // [s]
   dda::BlockState start, end;  // after impulses of no duration at t0; at t1
+  double drag = 0;             // eta/m [1/s]
 };
 
 /// The path is that of flight if the end is where free flow leads from the start, straight where all impulses
 /// act at the start, else by the rule that the displacement of the centroid agrees with.
 MotionSegment motion_segment(const dda::Model& model, int block, double t0, double t1,
                              const dda::BlockState& start, const dda::BlockState& end,
-                             bool all_at_start = false);
+                             bool all_at_start = false, double drag = 0);
 
 /// The block at t in [t0, t1]: at t1 and later the end, to the bit.
 dda::BlockState evaluate(const MotionSegment& segment, double t, const dda::Model& model);

@@ -69,7 +69,6 @@ CoupledSystem::CoupledSystem(dda::Model model, SystemState state, Environment en
   state_.asleep.resize(n, 0);
   state_.step.resize(n, 0.0);
   if (remembers_way(env_.laws)) state_.blocks.slid.resize(n, 0.0);
-  settings_.longest_stretch = std::min(settings_.longest_stretch, longest_in_vegetation(model_, env_.laws));
   state_.structure_step.resize(env_.structures.size(), 0.0);
   settings_.step.threads = settings_.threads;
   schemes_.resize(env_.structures.size());
@@ -240,8 +239,6 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
     if (p.structure_used[q]) start_structure(q);
   for (const Island& island : p.islands)
     for (int b : island.blocks) state_.asleep[static_cast<std::size_t>(b)] = 0;
-  state_.ledger.vegetation_work += brake_in_vegetation(model_, env_, state_.blocks, 0.5 * duration);
-  const Ledger braked = state_.ledger;
   const dda::State begun = p.beside.empty() ? dda::State{} : state_.blocks;
 
   std::vector<IslandReport> reports(p.islands.size());
@@ -318,7 +315,7 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
 
   if (!rows.empty()) {
     for (std::size_t i = 0; i < reports.size(); ++i) reports[i].motion.blocks = p.islands[i].blocks;
-    keep_motion(reports, braked);
+    keep_motion(reports, state_.ledger);
   }
   if (watch_) before_ = std::move(before);
   for (std::size_t i = 0; i < reports.size(); ++i) {
@@ -380,7 +377,6 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
         part.index->surface().revision;  // is never left behind: a checkpoint keeps positions alone
     if (part.lagging_index && (new_topology || part.followed.between >= 0)) bring_up_to_date(part);
   }
-  state_.ledger.vegetation_work += brake_in_vegetation(model_, env_, state_.blocks, 0.5 * duration);
   islands_ = static_cast<int>(p.islands.size());
   sums_.asleep_skipped += p.skipped;
   ++state_.stretches;

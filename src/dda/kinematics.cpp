@@ -159,7 +159,29 @@ Quat rotate_free(const Model::Block&, const Mat3& body_inertia, const Quat& q, c
   return (r * principal.conjugate()).normalized();
 }
 
-FreeFlow free_flow(const Model& m, const State& s, int i, double h, FlowRule rule) {
+double drag_theta(double z) {
+  constexpr double series = 0.02;  // below it the two fractions cancel; the next term is z^5/30240
+  return z < series ? 0.5 + z / 12 - z * z * z / 720 : 1 / -std::expm1(-z) - 1 / z;
+}
+
+Vec3 drag_acceleration(double drag, double h, const Vec3& v0, const Vec3& v1) {
+  const double theta = drag_theta(h * drag);
+  return (v1 - v0) / h + drag * ((1 - theta) * v0 + theta * v1);
+}
+
+Dragged drag_path(double drag, double s, const Vec3& v0, const Vec3& acceleration) {
+  const double z = s * drag, theta = drag_theta(z);
+  const Vec3 v = v0 + (s * acceleration - z * v0) / (1 + z * theta);
+  return {s * ((1 - theta) * v0 + theta * v), v};
+}
+
+double drag_work(double mass, double drag, double h, const Vec3& v0, const Vec3& v1) {
+  const double theta = drag_theta(h * drag);
+  return mass *
+         (h * drag * ((1 - theta) * v0 + theta * v1).squaredNorm() + (theta - 0.5) * (v1 - v0).squaredNorm());
+}
+
+FreeFlow free_flow(const Model& m, const State& s, int i, double h, FlowRule rule, double drag) {
   const auto k = static_cast<std::size_t>(i);
   const Model::Block& b = m.blocks[k];
   FreeFlow f;
@@ -168,6 +190,16 @@ FreeFlow free_flow(const Model& m, const State& s, int i, double h, FlowRule rul
   f.pose.c = s.c[k] + h * s.v[k] + ((rule == FlowRule::implicit_end ? 1.0 : 0.5) * h * h) * m.gravity;
   f.velocity.setZero();
   f.velocity.head<3>() = s.v[k] + h * m.gravity;
+  double massive = 1;  // A over M in the translation
+  if (drag > 0) {
+    const double z = h * drag;
+    f.theta = drag_theta(z);
+    massive = 1 + z * f.theta;
+    f.velocity.head<3>() = s.v[k] + (h * m.gravity - z * s.v[k]) / massive;
+    f.pose.c = s.c[k] + h * (rule == FlowRule::implicit_end
+                                 ? Vec3(f.velocity.head<3>())
+                                 : Vec3((1 - f.theta) * s.v[k] + f.theta * f.velocity.head<3>()));
+  }
   f.eps = s.eps[k];
   f.mass.setZero();
   f.inverse.setZero();
@@ -181,9 +213,9 @@ FreeFlow free_flow(const Model& m, const State& s, int i, double h, FlowRule rul
     const Mat3 inertia = f.rotation * b.inertia * f.rotation.transpose();
     const Mat3 inverse = inertia.inverse();
     f.velocity.segment<3>(3) = s.w[k].isZero(0) ? Vec3(Vec3::Zero()) : Vec3(inverse * L);
-    f.mass.diagonal().head<3>().setConstant(b.mass);
+    f.mass.diagonal().head<3>().setConstant(massive * b.mass);
     f.mass.block<3, 3>(3, 3) = inertia;
-    f.inverse.diagonal().head<3>().setConstant(1 / b.mass);
+    f.inverse.diagonal().head<3>().setConstant(1 / (massive * b.mass));
     f.inverse.block<3, 3>(3, 3) = inverse;
     f.spin = f.velocity.segment<3>(3);
     return f;
@@ -253,6 +285,7 @@ FreeFlow free_flow(const Model& m, const State& s, int i, double h, FlowRule rul
   const Mat3 turning = f.mass.block<3, 3>(3, 3).inverse();
   f.velocity.segment<3>(3) = turning * L + recoil(f.mass, f.velocity.tail<6>());
   f.spin = turning * L + recoil(f.mass, s.eps_rate[k]);
+  f.mass.diagonal().head<3>() *= massive;
   f.mass.block<6, 6>(6, 6) += dynamic;
   if (leapfrog) {
     // An impulse turns the rates of full steps by A^-1 p, those of half steps by A^-1 S A^-1 p: then its work

@@ -4,6 +4,10 @@
 ///   M = integral rho T^T T, its rotation and shear rows couple unless S is isotropic
 ///   free flow: c by the parabola, L exact,
 ///              R by a fourth-order composition of principal-axis rotations [mclachlan1993]
+///   drag F = -eta v on the centroid (docs/theory/ground.md): exact for a force f that stays,
+///              v_np - v_n = h f/m - z v_m,   c_np - c_n = h v_m,   z = h eta/m,
+///              v_m = (1 - theta) v_n + theta v_np,   theta = 1/(1 - e^-z) - 1/z (1/2 without drag),
+///              A = (1 + z theta) M in the translation
 #pragma once
 #include "dda/state.hpp"
 
@@ -25,9 +29,10 @@ struct FreeFlow {
   Mat3 rotation;  // at the end
   Quat q;
   Vec6 eps;
-  Vec12 velocity;  // v_hat: generalised velocity at the end, (v, w, epsdot)
-  Mat12 mass;      // A at the end (6 x 6 upper left used for rigid blocks)
-  Mat12 inverse;   // A^-1
+  Vec12 velocity;      // v_hat: generalised velocity at the end, (v, w, epsdot)
+  Mat12 mass;          // A at the end (6 x 6 upper left used for rigid blocks)
+  Mat12 inverse;       // A^-1
+  double theta = 0.5;  // share of the velocity at the end in the mean velocity of the translation
   Vec3
       spin;  // of the start, carried to the orientation at the end with the strain rates of the start [rad/s]
 };
@@ -42,7 +47,26 @@ struct FreeFlow {
 /// start of the step move, x + h v^+, and where the trapezoid would make energy of a vibration that the step
 /// does not resolve.
 enum class FlowRule { exact, implicit_end, leapfrog, strain_at_end };
-FreeFlow free_flow(const Model& m, const State& s, int i, double h, FlowRule rule = FlowRule::exact);
+/// `drag`: eta/m of the block [1/s].
+FreeFlow free_flow(const Model& m, const State& s, int i, double h, FlowRule rule = FlowRule::exact,
+                   double drag = 0);
+
+/// theta of the drag for z = h eta/m >= 0: in [1/2, 1).
+double drag_theta(double z);
+
+/// Acceleration by the other forces, as long as they stay, that takes a block with drag from v0 to v1 in h
+/// [m/s^2].
+Vec3 drag_acceleration(double drag, double h, const Vec3& v0, const Vec3& v1);
+
+/// Way and velocity after a time s under that acceleration and drag.
+struct Dragged {
+  Vec3 way, velocity;
+};
+Dragged drag_path(double drag, double s, const Vec3& v0, const Vec3& acceleration);
+
+/// Energy that drag takes in a step of length h in which the velocity goes from v0 to v1 [J]:
+/// eta h |v_m|^2 + (theta - 1/2) m |v1 - v0|^2, the integral of eta v^2 where the other forces stay.
+double drag_work(double mass, double drag, double h, const Vec3& v0, const Vec3& v1);
 
 /// Energy of turning, straining and strain at the end of the free flow of a deformable block [J].
 double internal_energy(const Model::Block& b, const FreeFlow& f);

@@ -320,6 +320,7 @@ Scene read_tree(Node root, const std::string& path, std::vector<Problem> problem
         ->problem("until", "nothing makes a block come to rest without gravity",
                   "leave until out: the run ends with its duration");
   warn_of_the_implausible(in, view);
+  warn_of_idle_keys(in, view);
 
   std::stable_sort(problems.begin(), problems.end(), [](const Problem& a, const Problem& b) {
     return std::pair(a.line, a.column) < std::pair(b.line, b.column);

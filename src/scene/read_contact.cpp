@@ -259,6 +259,10 @@ std::vector<Entry> read_entries(Reading& in, const View& root) {
     law.damping_ratio = view.number("damping_ratio");
     read_stiffness(view, entry);
     read_law_form(in, view, law);
+    if (law.damping_ratio > 0 && entry.stiffness_given && !law.chosen && !law.sprung())
+      view.problem(
+          "damping_ratio", "hard contact has no spring to damp",
+          "remove it, or give normal_stiffness a value; restitution says what comes back of an impact");
     if (in.scene.simulation.method == Simulation::Method::dda1988 && entry.stiffness_given &&
         law.stiffness == ContactLaw::Stiffness::hard)
       view.problem("normal_stiffness", "method \"dda-1988\" has no hard contact",
@@ -558,6 +562,7 @@ void read_interfaces(Reading& in, const View& root) {
               "add young to a [[material]]");
       }
       put(a, b, law);
+      in.law_uses.push_back({entry->view, a, b});
       set.insert({a, b});
     }
   std::vector<std::pair<int, int>> lent_pairs;

@@ -9,6 +9,12 @@
 
 namespace talus::scene {
 
+/// A pair of materials that an [[interface]] gives the law of.
+struct LawUse {
+  View view;  // of the interface
+  int a, b;   // materials
+};
+
 struct Reading {
   Scene& scene;
   std::vector<Problem>& problems;
@@ -20,6 +26,7 @@ struct Reading {
   std::map<std::string, int> interface_name;  // names in interface.between that no [[material]] declares
   const std::vector<std::pair<std::string, std::string>>* known_files =
       nullptr;  // whose hashes are known; null: none
+  std::vector<LawUse> law_uses{};
 
   /// Index of the material named at `key`; reports unknown ones. A `surface` (terrain, plane) may name one
   /// that only an interface knows, since nothing but the contact law of it is used.
@@ -45,6 +52,8 @@ void read_ensemble(Reading& in, const View& root);
 void note_places(const Node& root, std::map<std::string, Where>& places);
 /// Warns of numbers that are allowed and hardly meant.
 void warn_of_the_implausible(const Reading& in, const View& root);
+/// Warns of keys that have no effect in this scene.
+void warn_of_idle_keys(const Reading& in, const View& root);
 /// Last, when everything that can touch is known.
 void read_interfaces(Reading& in, const View& root);
 

@@ -83,8 +83,7 @@ TEST(BondEvents, ChainOfDeformableBlocksHolds) {
   SceneText s(Method::by_accuracy(1e-4), 0.45, {1, 0, -g});
   s.history(5e-3)
       .material("rock", density, "young = 1e9\n")
-      .interface("rock", "rock", 0.5,
-                 "normal_stiffness = \"hard\"\ncohesion = 3e6\ntension = 3e6\ndamping_ratio = 0.05");
+      .interface("rock", "rock", 0.5, "normal_stiffness = \"hard\"\ncohesion = 3e6\ntension = 3e6");
   s.box("b0", Vec3::Ones(), Vec3::Zero(), "fixed = true\n");
   for (int i = 1; i < 6; ++i)
     s.box("b" + std::to_string(i), Vec3::Ones(), Vec3(0, 0, -i), "deformable = true\n");

@@ -85,8 +85,7 @@ TEST(GroundLaws, VegetationBrakesByExp) {
     const double rate = 800.0 / 1250, left = 10 * std::exp(-rate * 2);
     for (int i = 0; i < count; ++i) {
       EXPECT_NEAR(o.last().velocity[static_cast<std::size_t>(i)].y(), left, 1e-9);
-      EXPECT_NEAR(o.last().position[static_cast<std::size_t>(i)].y() / ((10 - left) / rate), 1,
-                  1e-3);  // halves of stretches of 0.05 s: (0.5 x 0.032)^2
+      EXPECT_NEAR(o.last().position[static_cast<std::size_t>(i)].y() / ((10 - left) / rate), 1, 1e-12);
     }
     EXPECT_NEAR(o.last().ledger.vegetation_work / (count * 0.5 * 1250 * (100 - left * left)), 1, 1e-9);
     EXPECT_LT(std::abs(o.last().ledger.residual), 1e-9 * count * 0.5 * 1250 * 100);
@@ -98,6 +97,99 @@ TEST(GroundLaws, VegetationBrakesByExp) {
             "[0.0, 0.0, 0.0]"));
   EXPECT_EQ(above.last().velocity[0].y(), 10);
   EXPECT_EQ(above.last().ledger.vegetation_work, 0);
+}
+
+/// x'' = a - c x' in closed form.
+struct Braked {
+  double way, speed;
+};
+Braked braked(double speed, double acceleration, double rate, double t) {
+  const double end = acceleration / rate, now = end + (speed - end) * std::exp(-rate * t);
+  return {end * t + (speed - now) / rate, now};
+}
+
+std::string with_settings(std::string text, const std::string& simulation, double interval) {
+  const auto put = [&](const std::string& from, const std::string& to) {
+    text.replace(text.find(from), from.size(), to);
+  };
+  put("[simulation]\n", "[simulation]\n" + simulation + "\n");
+  put("history_interval = 0.001", fmt::format("history_interval = {}", interval));
+  return text;
+}
+
+/// Free flight is exact: what is left is the time at which the surface of the layer is met, to 1e-9 s, and
+/// round-off.
+TEST(GroundLaws, FallIntoVegetationIsExactAtAnySettings) {
+  const double drag = 2500, height = 4, rate = drag / 1250, drop = 2, duration = 0.9,
+               enters = std::sqrt(2 * drop / g);
+  const auto at = [&](double t) {
+    const double in = std::max(0.0, t - enters), out = std::min(t, enters);
+    const Braked along = braked(8, 0, rate, in), down = braked(g * enters, g, rate, in);
+    return Vec3(0, 8 * out + (in > 0 ? along.way : 0.0),
+                height + drop - 0.5 * g * out * out - (in > 0 ? down.way : 0.0));
+  };
+  const std::string law = fmt::format(
+      "friction = 0.5\nvegetation = {{ height = {}, drag = {} }}\nnormal_stiffness = \"hard\"", height, drag);
+  for (const int count : {1, 13})
+    for (const char* settings : {"accuracy = 1e-1", "accuracy = 1e-3", "accuracy = 1e-6", "step = 0.01"})
+      for (const double interval : {0.004, 0.3}) {
+        const Outcome o = run_scene(with_settings(
+            boxes(count, 0.2, Vec3(0, 8, 0), height + drop - 0.25, duration, law), settings, interval));
+        ASSERT_TRUE(o.ok());
+        for (const auto& row : o.rows)
+          for (int i = 0; i < count; ++i) {
+            Vec3 x = row.position[static_cast<std::size_t>(i)];
+            x.x() = 0;
+            EXPECT_LT((x - at(row.time)).norm(), 2e-8) << settings << " at " << row.time;
+          }
+        const Braked along = braked(8, 0, rate, duration - enters),
+                     down = braked(g * enters, g, rate, duration - enters);
+        const double lost = 0.5 * 1250 * (64 - along.speed * along.speed - down.speed * down.speed) +
+                            1250 * g * (height + drop - at(duration).z());
+        EXPECT_NEAR(o.last().ledger.vegetation_work / (count * lost), 1, 1e-7) << settings;
+        EXPECT_LT(std::abs(o.last().ledger.algorithmic), 1e-10 * count * lost) << settings;
+      }
+}
+
+/// Thrown up through the surface of the layer: out of it and back within one flight.
+TEST(GroundLaws, ShortFlightOutOfVegetationCounts) {
+  const double rate = 2, height = 3, up = 4, first = 2.9;
+  const Outcome o = run_scene(with_settings(
+      boxes(1, 0, Vec3(0, 20, up), first - 0.25, 0.8,
+            "friction = 0.5\nvegetation = { height = 3.0, drag = 2500 }\nnormal_stiffness = \"hard\""),
+      "accuracy = 1e-1", 0.8));
+  ASSERT_TRUE(o.ok());
+  double low = 0, high = 0.1;  // the time at which it leaves
+  for (int i = 0; i < 100; ++i)
+    (first + braked(up, -g, rate, 0.5 * (low + high)).way < height ? low : high) = 0.5 * (low + high);
+  const Braked rises = braked(up, -g, rate, low), along = braked(20, 0, rate, low);
+  const double flies = 2 * rises.speed / g, rest = 0.8 - low - flies;
+  EXPECT_NEAR(o.last().position[0].y(),
+              along.way + along.speed * flies + braked(along.speed, 0, rate, rest).way, 1e-7);
+  EXPECT_NEAR(o.last().position[0].z(), height + braked(-rises.speed, -g, rate, rest).way, 1e-7);
+}
+
+/// m u' = -mu m g - eta u: exact as well, since friction stays.
+TEST(GroundLaws, SlidingInVegetationIsExactAtAnySettings) {
+  const double drag = 2500, rate = drag / 1250, mu = 0.3, duration = 0.9;
+  for (const int count : {1, 13})
+    for (const char* settings : {"accuracy = 1e-1", "accuracy = 1e-3", "accuracy = 1e-6", "step = 0.01"}) {
+      const Outcome o = run_scene(with_settings(
+          boxes(count, 0.2, Vec3(0, 8, 0), 0, duration,
+                "friction = 0.3\nvegetation = { height = 2, drag = 2500 }\nnormal_stiffness = \"hard\""),
+          settings, 0.05));
+      ASSERT_TRUE(o.ok());
+      for (const auto& row : o.rows)
+        for (int i = 0; i < count; ++i)
+          EXPECT_NEAR(row.position[static_cast<std::size_t>(i)].y(), braked(8, -mu * g, rate, row.time).way,
+                      1e-9)
+              << settings << " at " << row.time;
+      const Braked end = braked(8, -mu * g, rate, duration);
+      const double rubbed = 1250 * mu * g * end.way,
+                   dragged = 0.5 * 1250 * (64 - end.speed * end.speed) - rubbed;
+      EXPECT_NEAR(o.last().ledger.vegetation_work / (count * dragged), 1, 1e-9) << settings;
+      EXPECT_NEAR(o.last().ledger.friction_work / (count * rubbed), 1, 1e-9) << settings;
+    }
 }
 
 TEST(GroundLaws, LayerThatHardensStopsAFlatBlock) {

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -149,6 +151,49 @@ damage = "concrete"
   EXPECT_TRUE(s.laws(0, 0).chosen);
   ASSERT_EQ(s.warnings.size(), 1u);
   EXPECT_NE(s.warnings[0].str().find("friction 0.7"), std::string::npos);
+}
+
+/// What has no effect in the scene at hand.
+TEST(ReadScene, IdleKeysAreWarnedOf) {
+  const Place place;
+  const std::string scene =
+      "schema = 1\n[simulation]\nduration = 1\n[[material]]\nname = \"rock\"\ndensity = 2500\n[[material]]\n"
+      "name = \"ground\"\n{}[[plane]]\nmaterial = \"ground\"\nnormal = [0, 0, 1]\n[[interface]]\nbetween = "
+      "[\"rock\", \"{}\"]\nfriction = 0.3\n{}\n[[interface]]\nbetween = [\"rock\", \"{}\"]\nfriction = "
+      "0.3\n[[block]]\nname = \"a\"\nmaterial = \"rock\"\nshape = \"box\"\nsize = [1, 1, 1]\nposition = [0, "
+      "0, 2]\n[[block]]\nname = \"b\"\nmaterial = \"rock\"\nshape = \"box\"\nsize = [1, 1, 1]\nposition = "
+      "[2, 0, 2]\n";
+  const auto said = [&](const char* material, const char* keys, const char* with, const char* other) {
+    std::string all;
+    for (const Problem& p :
+         read_scene_text(fmt::format(fmt::runtime(scene), material, with, keys, other), place.scene())
+             .warnings)
+      all += p.str() + "\n";
+    return all;
+  };
+  const auto at_ground = [&](const char* material, const char* keys) {
+    return said(material, keys, "ground", "rock");
+  };
+  EXPECT_EQ(at_ground("", ""), "");
+  EXPECT_NE(at_ground("roughness = { amplitude = 0.1, length = 1 }\n", "").find("only faces of a terrain"),
+            std::string::npos);
+  EXPECT_NE(at_ground("poisson = 0.3\n", "").find("without Young's modulus is rigid"), std::string::npos);
+  EXPECT_NE(at_ground("", "damping_ratio = 0.5").find("without a spring"), std::string::npos);
+  EXPECT_EQ(at_ground("young = 1e9\n", "damping_ratio = 0.5"), "");
+  EXPECT_EQ(at_ground("", "damping_ratio = 0.5\nnormal_stiffness = \"1 GN/m\""), "");
+  EXPECT_NE(at_ground("", "restitution = 0\nrestitution_half_speed = 9").find("0 at all speeds"),
+            std::string::npos);
+  EXPECT_NE(at_ground("", "restitution_tangential = 0.4\nnormal_stiffness = \"1 GN/m\"")
+                .find("a spring without restitution"),
+            std::string::npos);
+  EXPECT_EQ(at_ground("", "restitution_tangential = 0.4"), "");
+  EXPECT_NE(at_ground("young = 1e9\n",
+                      "normal_stiffness = \"hard\"\ncontact_law = { kind = \"hertz\", radius = 1 }")
+                .find("contact_law gives the force"),
+            std::string::npos);
+  const char* const plants = "vegetation = { height = 2, drag = 500 }";
+  EXPECT_EQ(at_ground("", plants), "");
+  EXPECT_NE(said("", plants, "rock", "ground").find("it grows on the ground"), std::string::npos);
 }
 
 /// What is allowed and hardly meant, each with the number of the sentence that it gives.
