@@ -265,9 +265,8 @@ int IslandStepper::stopped_touch(const Trial& trial) const {
 
 bool IslandStepper::may_shorten(const Trial& trial) const { return trial.h > 10 * settings_.min_step; }
 
-/// True if the step just computed made more energy than the accuracy allows of what the island moves, at its
-/// start or end, and stores: its error, and order 2 or better. A motion that dies away would be kept alive by
-/// more than a part of itself. What swings on its fixed points alone may not lose it either: it
+/// True if the step just computed made more energy than the accuracy allows of what the island moves and
+/// stores: its error, and order 2 or better. What swings on its fixed points alone may not lose it either: it
 /// gains going down what it loses going up, and cut short there alone it would be braked swing by swing.
 bool IslandStepper::gains_energy() const {
   double scale = 0, round_off = 0;
@@ -276,9 +275,9 @@ bool IslandStepper::gains_energy() const {
     const double mass = model_.blocks[static_cast<std::size_t>(b.block)].mass;
     swings = swings || !model_.blocks[static_cast<std::size_t>(b.block)].fixed_points.empty();
     round_off += 1e-14 * mass * (speed_ * speed_ + model_.gravity.norm() * (length_ + b.start.c.norm()));
-    scale += b.internal0;
+    scale += 0.5 * mass * b.v0.head<3>().squaredNorm() + b.internal0 +
+             0.1 * settings_.accuracy * mass * model_.gravity.norm() * length_;
   }
-  scale += std::max(kinetic(&Body::v0), kinetic(&Body::v_solved));
   for (const Touch& t : touches_)
     if (t.row >= 0) scale += t.stored, swings = false;
   return (swings ? std::abs(pending_.algorithmic) : -pending_.algorithmic) >

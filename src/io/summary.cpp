@@ -631,6 +631,7 @@ bool SummaryBuilder::moves(std::size_t i) const {
 /// Where the blocks went, where there is nothing to strike.
 void SummaryBuilder::block_lines(std::vector<std::string>& lines) const {
   constexpr double shortest = 1e-6;  // [s] below it gravity has set nothing in motion
+  constexpr double still = 1e-4;     // [m/s] a third of a metre in an hour: slower is called rest
   std::size_t farthest = 0, moving = 0;
   double way = -1, run = 0;  // in all; in plan
   for (std::size_t i = 0; i < blocks_.size(); ++i) {
@@ -651,12 +652,24 @@ void SummaryBuilder::block_lines(std::vector<std::string>& lines) const {
   for (std::size_t i = 0; i < blocks_.size(); ++i) left += blocks_[i].left || started_beside(i) ? 1 : 0;
   if (left == blocks_.size()) return;
   if (moving == 0 && time_ < shortest) return lines.push_back("The run is too short to tell what rests.");
-  if (blocks_.size() == 1)
-    lines.push_back(moving == 0 ? "It is at rest at the end." : "It still moves at the end.");
-  else
+  // What rocks or creeps so slowly goes nowhere, but it is not at rest either.
+  double fastest = 0;
+  for (std::size_t i = 0; i < blocks_.size(); ++i)
+    if (!header_.blocks[i].fixed && !blocks_[i].left && !started_beside(i))
+      fastest = std::max(fastest, blocks_[i].velocity.norm());
+  const bool creeps = moving == 0 && fastest > still;
+  const bool one = blocks_.size() == 1;
+  if (moving > 0)
     lines.push_back(
-        moving == 0 ? fmt::format("All {}blocks are at rest at the end.", left > 0 ? "other " : "")
-                    : fmt::format("{} of {} blocks still move at the end.", moving, blocks_.size() - left));
+        one ? "It still moves at the end."
+            : fmt::format("{} of {} blocks still move at the end.", moving, blocks_.size() - left));
+  else if (creeps)
+    lines.push_back(one ? fmt::format("It moves at no more than {:.2g} mm/s at the end.", 1e3 * fastest)
+                        : fmt::format("No {}block moves faster than {:.2g} mm/s at the end.",
+                                      left > 0 ? "other " : "", 1e3 * fastest));
+  else
+    lines.push_back(one ? "It is at rest at the end."
+                        : fmt::format("All {}blocks are at rest at the end.", left > 0 ? "other " : ""));
 }
 
 bool SummaryBuilder::struck(std::size_t i) const {
