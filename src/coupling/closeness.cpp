@@ -81,9 +81,11 @@ bool judge(const StepToSolve& s, const contact::SolveSettings& settings, Patienc
   const bool stalled =
       r.converged &&
       r.stalled;  // taken where its search got no farther: of another step it would be asked closer
-  // Where touches contradict each other by so little no other rows would help: taken as it is.
+  // Where touches contradict each other by so little no other rows would help, and where events are located
+  // the error of the step is a hundred times as large: taken as it is.
   if (!r.converged && patience.no_better && s.small &&
-      r.residual <= 100 * std::max(settings.tolerance, settings.sufficient))
+      r.residual <= std::max(100 * std::max(settings.tolerance, settings.sufficient),
+                             s.located / settings.velocity_scale))
     take();
   // Of sub-steps at structures no shorter one would be solved closer: a tenth of the accuracy, as large
   // islands are.
