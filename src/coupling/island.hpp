@@ -223,6 +223,8 @@ class IslandStepper {
   double near_gap() const {
     return std::max(touch_gap(), contact::tolerances().near_gap * settings_.accuracy * length_);
   }  // within which what moves slower than impact_speed() is in contact [m]
+  /// Part of a speed that is none by the error of a step (docs/theory/contact.md, 3).
+  double part_of_none() const { return 0.25 * settings_.accuracy * std::sqrt(settings_.accuracy); }
   double relative_speed(const Touch& t) const;
   double slow_speed(const Touch& t) const;
   static constexpr int most_unsolved = 2;

@@ -46,8 +46,7 @@ double IslandStepper::slow_speed(const Touch& t) const {
 /// two against each other, however slow that has become. A touch that carried force in the last step moves at
 /// its normal only by what the step's own error leaves [m/s].
 double IslandStepper::impact_speed(const Touch& t) const {
-  const double part = t.persistent ? contact::tolerances().pressed_still
-                                   : 0.25 * settings_.accuracy * std::sqrt(settings_.accuracy);
+  const double part = t.persistent ? contact::tolerances().pressed_still : part_of_none();
   return std::max(contact::tolerances().still * speed_, part * relative_speed(t));
 }
 

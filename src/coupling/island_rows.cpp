@@ -377,8 +377,7 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
       // An opening left by the drift may close, but no faster than what is no motion by the error of a step;
       // a crossing is projected, never pushed.
       if (t.at.gap > contact::tolerances().located_gap * length_)
-        c.bias[0] +=
-            std::min(0.5 * t.at.gap / h, 0.25 * settings_.accuracy * std::sqrt(settings_.accuracy) * speed_);
+        c.bias[0] += std::min(0.5 * t.at.gap / h, part_of_none() * speed_);
       break;
     case Mode::end: {
       t.theta = 1;
