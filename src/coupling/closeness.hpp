@@ -3,7 +3,8 @@
 /// A residual is a contact velocity that the solution leaves [m/s]; it is asked for relative to a scale,
 ///
 ///   scale = speed of the island,      small problems and impulses of no duration
-///         = its fastest block's,      large ones, at least 1e-4 of the island's
+///         = its fastest block's,      large ones, against the blocks' mean motion; at least 1e-4 of the
+///                                     island's
 ///
 /// What is at rest is solved as closely as a proof of rest asks: to 1e-9 of the island's speed, or where the
 /// search stalls, to 1e-6 g h, which is what a block at rest may move by.
@@ -25,7 +26,7 @@ struct StepToSolve {
   bool blocks = false;       // some take part
   bool sprung =
       false;  // contacts on springs among blocks, which make steps far shorter than the accuracy asks for
-  double speed = 0, fastest = 0;  // that the island can have, of its blocks at the start [m/s]
+  double speed = 0, fastest = 0;  // that the island can have, of its blocks against their mean motion [m/s]
   double at_rest = 0;             // what a block at rest may move by in the step [m/s]
   double length = 0;              // of its smallest block [m]
   double gravity = 0;             // [m/s^2]

@@ -223,8 +223,14 @@ class IslandStepper {
   double near_gap() const {
     return std::max(touch_gap(), contact::tolerances().near_gap * settings_.accuracy * length_);
   }  // within which what moves slower than impact_speed() is in contact [m]
-  /// Part of a speed that is none by the error of a step (docs/theory/contact.md, 3).
-  double part_of_none() const { return 0.25 * settings_.accuracy * std::sqrt(settings_.accuracy); }
+  /// Part of a speed that the error of a step may be, and that is none by it (docs/theory/contact.md, 3).
+  double part_of_error() const { return settings_.accuracy * std::sqrt(settings_.accuracy); }
+  double part_of_none() const { return 0.25 * part_of_error(); }
+  double fastest_among() const;
+  /// An opening of a closed touch that the drift has left, and the speed at which a step lets it close: none
+  /// by the error of a step [m/s].
+  bool left_open(const Touch& t) const { return t.at.gap > contact::tolerances().located_gap * length_; }
+  double closing_speed() const { return part_of_none() * speed_; }
   double relative_speed(const Touch& t) const;
   double slow_speed(const Touch& t) const;
   static constexpr int most_unsolved = 2;

@@ -54,8 +54,7 @@ Vec3 normal_rate(const Touch& t, NormalOwner owner, const std::optional<CrossedE
 
 /// Error that a step may have in the position of a block [m].
 double IslandStepper::step_error(int block) const {
-  return std::max(resolved, settings_.accuracy * std::sqrt(settings_.accuracy)) *
-         model_.blocks[static_cast<std::size_t>(block)].shape->radius;
+  return std::max(resolved, part_of_error()) * model_.blocks[static_cast<std::size_t>(block)].shape->radius;
 }
 
 /// Time of a fall by half the radius [s].

@@ -42,12 +42,15 @@ double IslandStepper::slow_speed(const Touch& t) const {
          std::max(relative_speed(t), std::sqrt(2 * model_.gravity.norm() * length_));
 }
 
-/// Approach below which a touch is resting contact and no impact: round-off, or none beside the motion of the
+/// Approach below which a touch is resting contact and no impact: round-off, or a part of the motion of the
 /// two against each other, however slow that has become. A touch that carried force in the last step moves at
-/// its normal only by what the step's own error leaves [m/s].
+/// its normal by what the step's own error leaves. The error acts over the time of a fall by L: of motions
+/// that are faster than that fall, a part of the fall's speed [m/s].
 double IslandStepper::impact_speed(const Touch& t) const {
-  const double part = t.persistent ? contact::tolerances().pressed_still : part_of_none();
-  return std::max(contact::tolerances().still * speed_, part * relative_speed(t));
+  const double fall = std::sqrt(model_.gravity.norm() * length_), relative = relative_speed(t),
+               motion = fall > 0 ? std::min(relative, fall) : relative;
+  return std::max(contact::tolerances().still * speed_,
+                  (t.persistent ? part_of_error() : part_of_none()) * motion);
 }
 
 bool IslandStepper::meets_hard(const Touch& t) const {
@@ -174,7 +177,8 @@ bool IslandStepper::impact_stage(double time) {
     t.row = -1;
     if (!meets_hard(t)) continue;
     along = along || t.law->restitution_tangential.value_or(0) != 0;
-    if (t.approach < -impact_speed(t) && !(t.bond() > 0)) {  // what holds together does not meet
+    const bool closes = left_open(t) && t.approach > -2 * closing_speed();
+    if (t.approach < -impact_speed(t) && !closes && !(t.bond() > 0)) {  // what holds together does not meet
       approaching = true;
       given = given || t.law->restitution.has_value();
     }

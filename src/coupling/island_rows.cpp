@@ -374,10 +374,8 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
     case Mode::closed:
       t.theta = leapfrog() ? 1 : 0.5;
       c.bias = u_end - u_ref;
-      // An opening left by the drift may close, but no faster than what is no motion by the error of a step;
-      // a crossing is projected, never pushed.
-      if (t.at.gap > contact::tolerances().located_gap * length_)
-        c.bias[0] += std::min(0.5 * t.at.gap / h, part_of_none() * speed_);
+      // An opening left by the drift may close; a crossing is projected, never pushed.
+      if (left_open(t)) c.bias[0] += std::min(0.5 * t.at.gap / h, closing_speed());
       break;
     case Mode::end: {
       t.theta = 1;

@@ -123,6 +123,25 @@ contact::SolveReport solve_soundly(contact::ContactSolver& solver, contact::Cont
 
 }  // namespace
 
+/// No point of its blocks is faster against their mean motion, at structures against these: what moves along
+/// with all others is no motion of the contacts among them [m/s].
+double IslandStepper::fastest_among() const {
+  Vec3 momentum = Vec3::Zero();
+  double mass = 0;
+  for (const Body& b : bodies_) {
+    const double own = model_.blocks[static_cast<std::size_t>(b.block)].mass;
+    momentum += own * b.v0.head<3>();
+    mass += own;
+  }
+  const Vec3 mean = island_->structures.empty() && mass > 0 ? Vec3(momentum / mass) : Vec3(Vec3::Zero());
+  double fastest = 0;
+  for (const Body& b : bodies_) {
+    const double radius = model_.blocks[static_cast<std::size_t>(b.block)].shape->radius;
+    fastest = std::max(fastest, (b.v0.head<3>() - mean).norm() + radius * b.v0.segment<3>(3).norm());
+  }
+  return fastest;
+}
+
 bool IslandStepper::solve(double h, Effort effort) {
   if (problem_.contacts.empty()) {
     problem_.v = problem_.v_hat;
@@ -146,7 +165,7 @@ bool IslandStepper::solve(double h, Effort effort) {
                    .blocks = !island_->blocks.empty(),
                    .sprung = sprung_,
                    .speed = speed_,
-                   .fastest = fastest_,
+                   .fastest = fastest_among(),
                    .at_rest = still_speed(model_, h),
                    .length = length_,
                    .gravity = model_.gravity.norm(),

@@ -144,6 +144,7 @@ class CoupledSystem {
   double touching(int block) const;
   bool touched(int i, int j) const;
   bool will_meet(int i, int j, double stretch) const;
+  bool may_meet(int i, int j, double stretch) const;
   Pairs meetings(const Plan& p, std::span<const IslandReport> reports, const dda::State& begun,
                  double stretch) const;
   std::vector<std::size_t> join_met(const Pairs& met, double stretch, SystemState& before,

@@ -99,8 +99,19 @@ bool CoupledSystem::will_meet(int i, int j, double duration) const {
   return meet(A, foreseen(i), B, foreseen(j), level);
 }
 
-/// Joins what is stepped as one: what shares a structure, and of all that may come near each other within the
-/// stretch the clusters that are too dear to locate their events. To locate one event at each of its k
+/// True if two blocks may come to touch within the stretch by their motion against each other, wherever that
+/// turns: what goes along beside each other stays apart.
+bool CoupledSystem::may_meet(int i, int j, double duration) const {
+  const dda::State& s = state_.blocks;
+  const auto a = static_cast<std::size_t>(i), b = static_cast<std::size_t>(j);
+  const Polyhedron &A = *model_.blocks[a].shape, &B = *model_.blocks[b].shape;
+  const double way =
+      duration * ((s.v[a] - s.v[b]).norm() + A.radius * s.w[a].norm() + B.radius * s.w[b].norm());
+  return !contact::apart(A, dda::pose(s, i), B, dda::pose(s, j), touching(i) + touching(j) + way);
+}
+
+/// Joins what is stepped as one: what shares a structure, and of all that may meet within the stretch the
+/// clusters that are too dear to locate their events. To locate one event at each of its k
 /// contacts costs a cluster k solutions of k contacts; time stepping costs it one solution in each of the n
 /// time steps of the stretch. It goes by itself, with its events located, up to k = `dearer` n.
 void CoupledSystem::join_clusters(double duration, const Pairs& pairs, const Pairs& met,
@@ -112,7 +123,7 @@ void CoupledSystem::join_clusters(double duration, const Pairs& pairs, const Pai
   };
   // The time of impact is of rigid motions: what strains may come nearer than it says.
   const auto strains = [&](int i) { return model_.blocks[static_cast<std::size_t>(i)].deformable; };
-  DisjointSets clusters(n), near = sets;
+  DisjointSets clusters(n), near = sets, meeting(n);
   std::vector<double> contacts(static_cast<std::size_t>(n), 0.0);  // per block, then of each cluster's first
   for (int i = 0; i < n; ++i)
     contacts[static_cast<std::size_t>(i)] =
@@ -120,6 +131,7 @@ void CoupledSystem::join_clusters(double duration, const Pairs& pairs, const Pai
   for (const auto& pair : pairs) {
     if (!both_move(pair)) continue;
     near.join(pair.first, pair.second);
+    if (may_meet(pair.first, pair.second, duration)) meeting.join(pair.first, pair.second);
     if (strains(pair.first) || strains(pair.second) || touched(pair.first, pair.second))
       clusters.join(pair.first, pair.second);
   }
@@ -150,7 +162,8 @@ void CoupledSystem::join_clusters(double duration, const Pairs& pairs, const Pai
     c.contacts += contacts[static_cast<std::size_t>(i)];
     c.length = std::min(c.length, model_.blocks[static_cast<std::size_t>(i)].shape->radius);
   }
-  std::vector<int> heap(at_structure.size(), -1);  // first block of the dear ones, by what they are near to
+  std::vector<int> heap(static_cast<std::size_t>(n),
+                        -1);  // first block of the dear ones, by what they may meet
   for (int i = 0; i < n; ++i) {
     if (!moves(i) || shares_structure(i)) continue;
     const int root = clusters.root(i);
@@ -159,7 +172,7 @@ void CoupledSystem::join_clusters(double duration, const Pairs& pairs, const Pai
     if (mine.contacts <= StepSettings::dearer * std::ceil(duration / settings_.step.time_step(
                                                                          mine.length, model_.gravity.norm())))
       continue;
-    int& first = heap[static_cast<std::size_t>(near.root(i))];
+    int& first = heap[static_cast<std::size_t>(meeting.root(i))];
     if (first < 0) first = i;
     sets.join(i, first);
   }
