@@ -42,7 +42,7 @@ cases: build
 	@cases/run_all.sh
 
 bench: build
-	@cmake --build $(BUILD) -j $(JOBS) --target talus_solver_bench talus_kernel_bench
+	@cmake --build $(BUILD) -j $(JOBS) --target bench
 	@$$(find $(BUILD) -name talus_solver_bench -type f)
 	@$$(find $(BUILD) -name talus_kernel_bench -type f)
 	@python3 bench/run.py --peers bullet64,ode s1 s2 s4 s3-100

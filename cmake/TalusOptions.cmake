@@ -57,7 +57,8 @@ add_link_options(-Wl,--as-needed)
 
 find_program(TALUS_CCACHE ccache)
 if(TALUS_CCACHE)
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${TALUS_CCACHE})
+  # Without this leave it does not keep what was compiled with precompiled headers: macros and times that they hold are not looked at.
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros ${TALUS_CCACHE})
   set(CMAKE_C_COMPILER_LAUNCHER ${TALUS_CCACHE})
 endif()
 

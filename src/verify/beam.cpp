@@ -1,7 +1,7 @@
 #include "verify/beam.hpp"
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/SVD>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -142,12 +142,11 @@ std::vector<double> frequencies_of(const std::vector<double>& samples, double dt
   for (int i = 0; i < rows; ++i)
     for (int j = 0; j <= columns; ++j)
       hankel(i, j) = samples[static_cast<std::size_t>(std::min(i + j, n - 1))];
-  const Eigen::BDCSVD<MatX> svd(hankel, Eigen::ComputeThinV);
-  int rank = 0;
-  while (rank < svd.singularValues().size() && svd.singularValues()[rank] > 1e-8 * svd.singularValues()[0])
-    ++rank;
-  const MatX v = svd.matrixV().leftCols(rank);
-  const MatX shift = v.topRows(columns).colPivHouseholderQr().solve(v.bottomRows(columns));
+  // Any basis of the space of the rows gives the same poles.
+  Eigen::ColPivHouseholderQR<MatX> qr(hankel.transpose());
+  qr.setThreshold(1e-8);
+  const MatX basis = MatX(qr.householderQ()).leftCols(qr.rank());
+  const MatX shift = basis.topRows(columns).colPivHouseholderQr().solve(basis.bottomRows(columns));
   const Eigen::VectorXcd poles = Eigen::EigenSolver<MatX>(shift, false).eigenvalues();
   std::vector<double> f;
   for (int i = 0; i < poles.size(); ++i)

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "core/turn.hpp"
 #include "dda/state.hpp"
 #include "geometry/exact_check.hpp"
 #include "sim/world.hpp"
@@ -220,7 +221,7 @@ std::vector<Stress> scenes() {
     over_edges(fmt::format("E8-{:g}", step), fmt::format("internal edges, steps of {:g} m", step), step, 0,
                0);
   over_edges("E8-crowd", "internal edges, an island of 15", 0, 0, 14);
-  const Mat3 corner = Quat::FromTwoVectors(Vec3(1, 1, 1).normalized(), up).toRotationMatrix();
+  const Mat3 corner = turn_between(Vec3::Ones(), up).toRotationMatrix();
   const double half = std::sqrt(3.0) / 2;
   add("E9", "vertex on vertex", [=](const M& m) {
     return start(m, 1, 0.5)

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "core/error.hpp"
+#include "core/turn.hpp"
 #include "scene1988.hpp"
 
 using namespace talus;
@@ -158,8 +159,8 @@ TEST(Walls1988, VertexMeetsVertexWithoutPassingThrough) {
   Scene s(0.3, 1e9, 4e8);
   s.model.gravity.setZero();
   // Corner up against corner down, body diagonals on one line.
-  const Quat up = Quat::FromTwoVectors(Vec3(1, 1, 1), Vec3::UnitZ()),
-             down = Quat::FromTwoVectors(Vec3(1, 1, 1), -Vec3::UnitZ());
+  const Quat up = turn_between(Vec3(1, 1, 1), Vec3::UnitZ()),
+             down = turn_between(Vec3(1, 1, 1), -Vec3::UnitZ());
   const double reach = std::sqrt(3.0) / 2;
   s.add_box(Vec3(1, 1, 1), Vec3(0, 0, -reach), up);
   s.add_box(Vec3(1, 1, 1), Vec3(1e-4, 2e-4, reach + 0.001), down);

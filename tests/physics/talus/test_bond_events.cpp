@@ -4,12 +4,13 @@
 #include <cmath>
 #include <string>
 
+#include "verify/measures.hpp"
 #include "verify/scene_text.hpp"
 
 namespace talus::verify {
 namespace {
 
-constexpr double g = 9.81, density = 2500;
+constexpr double density = 2500;
 
 /// A cube of 1 m hangs glued under a fixed one; how far it has fallen after half a second.
 double fallen(double tension, double history) {

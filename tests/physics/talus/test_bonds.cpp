@@ -12,7 +12,7 @@
 namespace talus::verify {
 namespace {
 
-constexpr double g = 9.81, weight = 2500 * g, stiffness = 1e8;  // of a cube of 1 m^3, per area
+constexpr double bonded_weight = 2500 * g, stiffness = 1e8;  // of a cube of 1 m^3, per area
 
 /// A cube under a held one. The bond's strength is told in weights.
 std::string hung(double strength, const std::string& more = {}, double duration = 0.4,
@@ -21,7 +21,7 @@ std::string hung(double strength, const std::string& more = {}, double duration 
   s.history(1e-3).material("rock", 2500);
   s.interface("rock", "rock", 0.5,
               fmt::format("tension = {}\ncohesion = 1e6\nnormal_stiffness = \"{} Pa/m\"\n{}",
-                          strength * weight, stiffness, more));
+                          strength * bonded_weight, stiffness, more));
   s.box("above", Vec3(2, 2, 1), Vec3(0, 0, 1), "fixed = true\n").box("hung", Vec3::Ones(), Vec3::Zero());
   return s.str();
 }
@@ -31,15 +31,16 @@ double height(const sim::HistoryRow& r) { return r.position[1].z(); }
 TEST(Bonds, GluedBlockHangsByItsSprings) {
   const Outcome o = run_scene(hung(2.5, "damping_ratio = 0.5"));
   ASSERT_TRUE(o.ok());
-  EXPECT_NEAR(-height(o.last()), weight / stiffness, 1e-3 * weight / stiffness);
-  EXPECT_NEAR(o.last().ledger.contact, 0.5 * weight * weight / stiffness, 2e-3 * weight * weight / stiffness);
-  for (const auto& r : o.rows) EXPECT_NEAR(r.ledger.residual, 0, 1e-9 * weight);
+  EXPECT_NEAR(-height(o.last()), bonded_weight / stiffness, 1e-3 * bonded_weight / stiffness);
+  EXPECT_NEAR(o.last().ledger.contact, 0.5 * bonded_weight * bonded_weight / stiffness,
+              2e-3 * bonded_weight * bonded_weight / stiffness);
+  for (const auto& r : o.rows) EXPECT_NEAR(r.ledger.residual, 0, 1e-9 * bonded_weight);
 }
 
 TEST(Bonds, UndampedItSwingsToTwiceItsStretchAndBack) {
   const Outcome o = run_scene(hung(2.5, "", 0.2, Method::by_accuracy(1e-6)));
   ASSERT_TRUE(o.ok());
-  const double sag = weight / stiffness, omega = std::sqrt(stiffness / 2500);
+  const double sag = bonded_weight / stiffness, omega = std::sqrt(stiffness / 2500);
   for (const auto& r : o.rows)
     EXPECT_NEAR(height(r), -sag * (1 - std::cos(omega * r.time)), 0.02 * sag) << r.time;
 }
@@ -48,13 +49,13 @@ TEST(Bonds, BreaksWhereTheSwingReachesItsStrength) {
   // 1 - cos(omega t) = 1.5 at omega t = 2 pi / 3, there it falls with g sin(omega t) / omega on.
   const Outcome o = run_scene(hung(1.5, "", 0.4, Method::by_accuracy(1e-6)));
   ASSERT_TRUE(o.ok());
-  const double sag = weight / stiffness, omega = std::sqrt(stiffness / 2500), broken = 2 * M_PI / 3 / omega,
-               fall = 0.4 - broken;
+  const double sag = bonded_weight / stiffness, omega = std::sqrt(stiffness / 2500),
+               broken = 2 * M_PI / 3 / omega, fall = 0.4 - broken;
   const double expected = -1.5 * sag - g / omega * std::sin(2 * M_PI / 3) * fall - 0.5 * g * fall * fall;
   EXPECT_NEAR(height(o.last()), expected, 2e-3);
   // What the torn spring held is lost: T^2 / 2 k.
-  EXPECT_NEAR(o.last().ledger.damping_work, 0.5 * 1.5 * 1.5 * weight * sag, 0.1 * weight * sag);
-  for (const auto& r : o.rows) EXPECT_NEAR(r.ledger.residual, 0, 1e-9 * weight);
+  EXPECT_NEAR(o.last().ledger.damping_work, 0.5 * 1.5 * 1.5 * bonded_weight * sag, 0.1 * bonded_weight * sag);
+  for (const auto& r : o.rows) EXPECT_NEAR(r.ledger.residual, 0, 1e-9 * bonded_weight);
 }
 
 TEST(Bonds, WhatMeetsLaterDoesNotStick) {
@@ -86,12 +87,12 @@ TEST(Bonds, ChainOfBlocksSwings) {
   ASSERT_TRUE(o.ok());
   EXPECT_TRUE(o.simulation->departed().empty());  // far below all that is held, but held
   // At rest it would sag by (1 + 2 + ... + 5) m g / k.
-  const double sag = links * (links + 1) / 2.0 * weight / stiffness;
+  const double sag = links * (links + 1) / 2.0 * bonded_weight / stiffness;
   for (const auto& r : o.rows) {
     EXPECT_LT(-r.position[links].z() - links, 2.5 * sag) << r.time;
-    EXPECT_NEAR(r.ledger.residual, 0, 1e-9 * weight) << r.time;
+    EXPECT_NEAR(r.ledger.residual, 0, 1e-9 * bonded_weight) << r.time;
   }
-  EXPECT_LT(std::abs(o.last().ledger.algorithmic), 0.5 * links * weight * sag);
+  EXPECT_LT(std::abs(o.last().ledger.algorithmic), 0.5 * links * bonded_weight * sag);
 }
 
 /// A cube of 0.5 m against a slab of a structure held on top, from below or (`thrown`) from afar.

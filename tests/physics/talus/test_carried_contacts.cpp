@@ -7,12 +7,13 @@
 #include "core/error.hpp"
 #include "sim/simulation.hpp"
 #include "verify/impact_text.hpp"
+#include "verify/measures.hpp"
 #include "verify/scene_text.hpp"
 
 namespace talus::verify {
 namespace {
 
-constexpr double g = 9.81, density = 2500, weight = density * g, friction = 0.3;  // of cubes of 1 m
+constexpr double cube_density = 2500, cube_weight = cube_density * g, cube_friction = 0.3;  // of cubes of 1 m
 
 class Rows : public sim::Sink {
  public:
@@ -33,9 +34,10 @@ struct Kicked {
     // Whether a bond on a spring holds a kick depends on the step that stops it: a fixed one. A checkpoint
     // keeps asleep what sleeps.
     SceneText s(Method::fixed_step(0.01), duration, gravity, "sleeping = false\n");
-    s.history(0.01).material("rock", density).material("ground", density);
+    s.history(0.01).material("rock", cube_density).material("ground", cube_density);
     for (const char* other : {"ground", "rock"})
-      s.interface("rock", other, friction, law + fmt::format("tension = {0}\ncohesion = {0}\n", 2 * weight));
+      s.interface("rock", other, cube_friction,
+                  law + fmt::format("tension = {0}\ncohesion = {0}\n", 2 * cube_weight));
     s.box("kicked", Vec3::Ones(), Vec3(0, 0, 0.5), velocity(kick)).box("left", Vec3::Ones(), Vec3(0, 3, 0.5));
     if (on_block)
       s.box("floor", Vec3(9, 9, 1), Vec3(0, 0, -0.5), "fixed = true\n", "ground");
@@ -71,7 +73,7 @@ std::vector<Kicked> all_ways() {
 Vec3 free_way(const Kicked& k) {
   const double t = k.end;
   return k.later.z() > 0 ? Vec3(0.5 * t * t * k.later)
-                         : Vec3(0.5 * t * t * (k.later.x() - friction * g), 0, 0);
+                         : Vec3(0.5 * t * t * (k.later.x() - cube_friction * g), 0, 0);
 }
 
 TEST(CarriedContacts, TornBondsStayTornAndOthersHold) {
@@ -124,7 +126,7 @@ TEST(CarriedContacts, WhatIsLetGoKeepsItsBonds) {
   const auto text = [](bool held, double strength) {
     SceneText s(Method::by_accuracy(1e-3), 0.2);
     s.history(0.01)
-        .material("rock", density)
+        .material("rock", cube_density)
         .interface("rock", "rock", 0.5,
                    fmt::format("normal_stiffness = \"hard\"\ntension = {0}\ncohesion = {0}\n", strength));
     s.box("a_roof", Vec3(2, 2, 1), Vec3(0, 0, 2), "fixed = true\n")
@@ -132,9 +134,9 @@ TEST(CarriedContacts, WhatIsLetGoKeepsItsBonds) {
         .box("c_held", Vec3::Ones(), Vec3::Zero(), held ? "fixed = true\n" : "");
     return s.str();
   };
-  const Outcome first = run_scene(text(true, 5 * weight));
+  const Outcome first = run_scene(text(true, 5 * cube_weight));
   ASSERT_TRUE(first.ok());
-  sim::Simulation second(scene::read_scene_text(text(false, 5 * weight), "/test.toml"));
+  sim::Simulation second(scene::read_scene_text(text(false, 5 * cube_weight), "/test.toml"));
   second.start_from(first.simulation->final_state(), "first.h5");
   Rows sink;
   EXPECT_EQ(second.run(sink).exit_code, 0);
@@ -152,7 +154,7 @@ TEST(CarriedContacts, SpringsKeepWhatTheyHold) {
   second.start_from(first.simulation->final_state(), "first.h5");
   Rows sink;
   EXPECT_EQ(second.run(sink).exit_code, 0);
-  EXPECT_NEAR(sink.rows.front().ledger.contact, first.last().ledger.contact, 1e-12 * weight);
+  EXPECT_NEAR(sink.rows.front().ledger.contact, first.last().ledger.contact, 1e-12 * cube_weight);
   for (const auto& r : sink.rows)
     EXPECT_LT((r.position[0] - first.last().position[0]).norm(), 1e-5) << r.time;
 }
@@ -162,7 +164,9 @@ TEST(CarriedContacts, SpringsKeepWhatTheyHold) {
 TEST(CarriedContacts, OnAStructureToo) {
   const auto text = [](const Vec3& kick) {
     SceneText s(Method::by_accuracy(1e-3), 0.15, {0, 0, g});
-    s.history(0.01).material("slab", density, "young = 30e9\npoisson = 0.2").material("rock", density);
+    s.history(0.01)
+        .material("slab", cube_density, "young = 30e9\npoisson = 0.2")
+        .material("rock", cube_density);
     s.interface("*", "*", 0.5, "tension = 1e5\ncohesion = 1e5\nnormal_stiffness = \"hard\"\n");
     s.box("kicked", Vec3::Constant(0.5), Vec3(0.03, 0.02, -0.45), velocity(kick))
         .box("left", Vec3::Constant(0.5), Vec3(3.03, 0.02, -0.45));

@@ -59,7 +59,7 @@ TEST(Crowded, PyramidHitByABlock) {
 }
 
 /// Ten bricks in four courses, hit by a faceted ball.
-SceneText wall(const std::string& law) {
+SceneText wall_of_cubes(const std::string& law) {
   SceneText s = ground(1, law);
   for (int course = 0; course < 4; ++course) {
     const int bricks = 3 - course % 2;
@@ -75,11 +75,11 @@ SceneText wall(const std::string& law) {
 // Each of the some nine islands that it comes to has steps of its own. A tenth of a millimetre in the place
 // of the ball, or another order of the same sums, makes 2,200 to 3,400 steps of it at 66,000 to 128,000
 // factorisations,
-TEST(Crowded, WallHitByABall) { costs(run_scene(wall("restitution = 0").str()), 180000, 6000); }
+TEST(Crowded, WallHitByABall) { costs(run_scene(wall_of_cubes("restitution = 0").str()), 180000, 6000); }
 
 // and of this one 2,900 to 4,700 at 90,000 to 153,000.
 TEST(Crowded, BondedWallHitByABall) {
-  costs(run_scene(wall("cohesion = 5e4\ntension = 2e4").str()), 180000, 6000);
+  costs(run_scene(wall_of_cubes("cohesion = 5e4\ntension = 2e4").str()), 180000, 6000);
 }
 
 /// The first of ten slabs on end is pushed over.

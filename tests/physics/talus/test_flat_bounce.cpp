@@ -11,7 +11,7 @@
 namespace talus::verify {
 namespace {
 
-double rebound(double restitution) {
+double flat_rebound(double restitution) {
   const double fall = std::sqrt(2 / 9.81);
   SceneText s(Method::by_accuracy(1e-3), 1.2 * fall);
   s.material("rock", 2600)
@@ -25,7 +25,7 @@ double rebound(double restitution) {
 }
 
 TEST(FlatBounce, GivesTheSpeedBack) {
-  for (const double e : {0.3, 0.7, 1.0}) EXPECT_NEAR(rebound(e), e, 1e-9) << e;
+  for (const double e : {0.3, 0.7, 1.0}) EXPECT_NEAR(flat_rebound(e), e, 1e-9) << e;
 }
 
 }  // namespace

@@ -7,12 +7,11 @@
 #include <string>
 
 #include "coupling/ground_laws.hpp"
+#include "verify/measures.hpp"
 #include "verify/suite.hpp"
 
 namespace talus::verify {
 namespace {
-
-constexpr double g = 9.81;
 
 /// Boxes of 1 x 1 x 0.5 m, 1250 kg, on the level ground, all with one velocity; `law`: what the interface of
 /// rock and ground says.

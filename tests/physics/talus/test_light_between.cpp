@@ -10,10 +10,10 @@
 namespace talus::verify {
 namespace {
 
-constexpr double g = 9.81, stiffness = 1e8, heavy = 1e4;  // [m/s^2], [N/m], [kg]
+constexpr double spring_stiffness = 1e8, heavy = 1e4;  // [N/m], [kg]
 
 /// Energy that can be had of a row [J].
-double energy(const sim::HistoryRow& r) {
+double energy_of(const sim::HistoryRow& r) {
   return r.ledger.kinetic + r.ledger.potential + r.ledger.strain + r.ledger.contact;
 }
 
@@ -21,7 +21,7 @@ double energy(const sim::HistoryRow& r) {
 double made(const Outcome& o) {
   double most = 0;
   for (std::size_t i = 1; i < o.rows.size(); ++i)
-    most = std::max(most, energy(o.rows[i]) - energy(o.rows[i - 1]));
+    most = std::max(most, energy_of(o.rows[i]) - energy_of(o.rows[i - 1]));
   return most;
 }
 
@@ -29,7 +29,7 @@ SceneText blocks(const Method& method, double duration, double interval, double 
                  const std::string& more, double friction = 0) {
   SceneText s(method, duration);
   s.history(interval).material("heavy", heavy, more).material("light", light, more).material("ground", 2000);
-  s.interface("*", "*", friction, "normal_stiffness = \"" + number(stiffness) + " Pa/m\"")
+  s.interface("*", "*", friction, "normal_stiffness = \"" + number(spring_stiffness) + " Pa/m\"")
       .plane(Vec3::UnitZ());
   return s;
 }
@@ -45,8 +45,8 @@ Outcome heavy_on_light(const Method& method, double light, double duration) {
 TEST(LightBetweenHeavy, TheHeavyOneGoesByOrderTwoWhereTheLightOneIsNotResolved) {
   // Springs in series, w = sqrt(k/2M); the light one's own frequency is 450 times that.
   constexpr double light = 0.1;
-  const double w = std::sqrt(0.5 * stiffness / heavy), end = 0.7 * M_PI / w,
-               rest = -(2 * heavy + light) * g / stiffness;
+  const double w = std::sqrt(0.5 * spring_stiffness / heavy), end = 0.7 * M_PI / w,
+               rest = -(2 * heavy + light) * g / spring_stiffness;
   const double expected = 1.5 + rest * (1 - std::cos(w * end)) - 0.1 / w * std::sin(w * end);
   double error[3];
   for (int i = 0; i < 3; ++i) {
@@ -63,7 +63,7 @@ TEST(LightBetweenHeavy, NoStepMakesEnergyNorLeavesTheLightOneRinging) {
   // The light one comes up at 2 m/s between its springs as the heavy one comes down: steps of 1e-2 to 1e4 of
   // its frequency, of which those beyond 1 do not resolve it.
   constexpr double light = 10;
-  const double w = std::sqrt(2 * stiffness / light);
+  const double w = std::sqrt(2 * spring_stiffness / light);
   for (const double phase : {1e-2, 1e-1, 0.5, 1.0, 2.0, 5.0, 10.0, 100.0, 1e3, 1e4}) {
     const double h = phase / w;
     // In 90 s the last digits of a tilt squeeze it out from between smooth faces, as far as it goes.

@@ -9,8 +9,6 @@
 namespace talus::verify {
 namespace {
 
-constexpr double g = 9.81;
-
 /// A cube of 10 m falls aside of its centre on one of side s, by half of that, and tips over it onto the
 /// ground.
 Outcome boulder_on_pebble(double side, double accuracy, double interval) {

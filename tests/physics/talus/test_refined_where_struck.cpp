@@ -23,7 +23,7 @@ std::string pier(const std::string& cells, const std::string& refine) {
          cells + "\n[[structure.probe]]\nname = \"top\"\nat = [0, 0, 4]\n" + refine;
 }
 
-SceneText scene(double end) {
+SceneText struck_scene(double end) {
   SceneText s(Method::by_accuracy(1e-3), end);
   s.history(2.5e-4).material("rock", 2600).material("concrete", 2450, "young = 33e9\npoisson = 0.2");
   s.interface("*", "*", 0.3, "normal_stiffness = \"1e9 N/m\"");
@@ -38,7 +38,7 @@ std::string boulder(const std::string& name, const Vec3& at, const Vec3& v) {
 }
 
 std::string struck_pier(const std::string& cells, const std::string& refine) {
-  return scene(0.015)
+  return struck_scene(0.015)
       .raw(pier(cells, refine))
       .raw(boulder("B", Vec3(-1.15, 0.05, 2.6), Vec3(15, 0, 0)))
       .str();
@@ -89,7 +89,7 @@ TEST(RefinedWhereStruck, AnswersAsUniformCellsDo) {
 /// A second block strikes elsewhere while the pier rings from the first: its cells are halved in motion, and
 /// every joule is accounted for.
 TEST(RefinedWhereStruck, AgainBeforeALaterBlowElsewhere) {
-  SceneText s = scene(0.12);
+  SceneText s = struck_scene(0.12);
   s.raw(pier("cell_size = 0.25", at_impact))
       .raw(boulder("first", Vec3(-1.15, 0.05, 1.2), Vec3(15, 0, 0)))
       .raw(boulder("second", Vec3(0.05, 1.5, 3.3), Vec3(0, -9, 0)));
@@ -108,7 +108,7 @@ TEST(RefinedWhereStruck, AgainBeforeALaterBlowElsewhere) {
 
 /// What flies past, falls softly, or strikes a skin that has its cells already changes none.
 TEST(RefinedWhereStruck, OnlyWhereAndWhenItIsStruck) {
-  SceneText s = scene(0.08);
+  SceneText s = struck_scene(0.08);
   s.raw(pier("cell_size = 0.25", at_impact))
       .raw(boulder("past", Vec3(-1.6, 1.3, 3), Vec3(20, 0, 0)))
       .raw(boulder("soft", Vec3(0.1, 0, 4.6), Vec3(0, 0, -0.02)));

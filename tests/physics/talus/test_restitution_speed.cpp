@@ -15,7 +15,7 @@ namespace {
 constexpr double at_rest = 0.8, half_speed = 9.144;  // e_0, v_h [m/s]
 
 /// Speed of the rebound from a normal speed v [m/s].
-double rebound(double v) { return at_rest * v / (1 + v * v / (half_speed * half_speed)); }
+double rebound_speed(double v) { return at_rest * v / (1 + v * v / (half_speed * half_speed)); }
 
 std::string law(double e0, double vh) {
   return fmt::format("normal_stiffness = \"hard\"\nrestitution = {}\nrestitution_half_speed = {}", e0, vh);
@@ -38,7 +38,7 @@ TEST(RestitutionBySpeed, OfOneBlockIsTheLaw) {
   for (const double v : {0.1, 1.0, 5.0, half_speed, 20.0, 50.0}) {
     const Outcome o = row_of_cubes(1, 2, 1e-3, [&](int) { return v; });
     ASSERT_TRUE(o.ok()) << o.result.message;
-    const double back = rebound(v);
+    const double back = rebound_speed(v);
     EXPECT_NEAR(o.last().velocity[0].z(), back, 1e-10 * v) << v;  // solved to round-off
     EXPECT_NEAR(o.last().ledger.damping_work, 0.5 * 2500 * (v * v - back * back), 1e-9 * 2500 * v * v) << v;
   }
@@ -51,7 +51,8 @@ TEST(RestitutionBySpeed, OfManyBlocksApartIsTheLawOfEach) {
     const Outcome o = row_of_cubes(cubes, 2, 1e-3, speed);
     ASSERT_TRUE(o.ok()) << o.result.message;
     for (int i = 0; i < cubes; ++i)
-      EXPECT_NEAR(o.last().velocity[static_cast<std::size_t>(i)].z(), rebound(speed(i)), 1e-10 * speed(i))
+      EXPECT_NEAR(o.last().velocity[static_cast<std::size_t>(i)].z(), rebound_speed(speed(i)),
+                  1e-10 * speed(i))
           << i;
   }
 }
@@ -64,7 +65,7 @@ TEST(RestitutionBySpeed, OfOneIslandIsTheLaw) {
     const Outcome o = row_of_cubes(cubes, 1, 0, [&](int) { return v; });
     ASSERT_TRUE(o.ok()) << o.result.message;
     for (int i = 0; i < cubes; ++i)
-      EXPECT_NEAR(o.last().velocity[static_cast<std::size_t>(i)].z(), rebound(v), allowed * v) << i;
+      EXPECT_NEAR(o.last().velocity[static_cast<std::size_t>(i)].z(), rebound_speed(v), allowed * v) << i;
   }
 }
 

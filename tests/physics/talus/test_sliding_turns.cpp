@@ -5,12 +5,13 @@
 
 #include <fmt/format.h>
 
+#include "verify/measures.hpp"
 #include "verify/scene_text.hpp"
 
 namespace talus::verify {
 namespace {
 
-constexpr double g = 9.81, friction = 0.3;
+constexpr double friction = 0.3;
 
 /// A triangular prism on its face, 0.4 m high: three corners press, each as much as the moments ask.
 SceneText prism(const Method& m, double duration, const std::vector<Eigen::Vector2d>& corners,

@@ -7,12 +7,11 @@
 #include <filesystem>
 #include <fstream>
 
+#include "verify/measures.hpp"
 #include "verify/scene_text.hpp"
 
 namespace talus::verify {
 namespace {
-
-constexpr double g = 9.81;
 
 /// Level ground of 40 m, whose middle node has no data.
 class TerrainBorders : public testing::Test {

@@ -6,8 +6,6 @@ namespace talus::contact::testing {
 namespace {
 
 constexpr double tolerance = 1e-6;
-const Polyhedron cube = box(1, 1, 1);
-
 double gap_at(const Polyhedron& a, const Pose& pa, const Polyhedron& b, const Pose& pb) {
   std::vector<ContactPoint> c;
   block_block(a, pa, b, pb, 10.0, c);

@@ -2,6 +2,7 @@
 
 #include <set>
 
+#include "core/turn.hpp"
 #include "detect_shapes.hpp"
 
 namespace talus::contact::testing {
@@ -22,12 +23,6 @@ std::vector<ContactPoint> contacts(const Polyhedron& a, const Pose& pa, const Po
   return out;
 }
 
-double total_area(const std::vector<ContactPoint>& c) {
-  double a = 0;
-  for (const auto& p : c) a += p.area;
-  return a;
-}
-
 Vec3 pressure_centre(const std::vector<ContactPoint>& c) {
   Vec3 m = Vec3::Zero();
   for (const auto& p : c) m += p.area * p.point_b;
@@ -40,7 +35,6 @@ double least_gap(const std::vector<ContactPoint>& c) {
   return g;
 }
 
-const Polyhedron cube = box(1, 1, 1);
 constexpr double tiny = 1e-12;
 
 /// Calls f for all 27 offsets of +-1e-12 and 0.
@@ -134,7 +128,7 @@ TEST(ConvexContact, EdgeOnFaceGivesTwoPoints) {
 
 TEST(ConvexContact, VertexOnFace) {
   const auto slab = box(10, 10, 1);
-  const Mat3 R = Quat::FromTwoVectors(Vec3(1, 1, 1).normalized(), Vec3::UnitZ()).toRotationMatrix();
+  const Mat3 R = turn_between(Vec3(1, 1, 1).normalized(), Vec3::UnitZ()).toRotationMatrix();
   for (const double lift : {-1e-5, 0.0, 1e-4}) {
     for_offsets([&](const Vec3& d) {
       const auto c =
@@ -201,8 +195,7 @@ TEST(ConvexContact, VerticesSeparatedDiagonally) {
 
 TEST(ConvexContact, VertexBesideEdge) {
   // A cube standing on a vertex, beside the upper edge of another.
-  const Mat3 R =
-      Quat::FromTwoVectors(Vec3(1, 1, 1).normalized(), Vec3(1, 0, 1).normalized()).toRotationMatrix();
+  const Mat3 R = turn_between(Vec3(1, 1, 1).normalized(), Vec3(1, 0, 1).normalized()).toRotationMatrix();
   const Vec3 direction = Vec3(1, 0, 1).normalized();
   const Vec3 centre = Vec3(0.5, 0.1, 0.5) + direction * (std::sqrt(0.75) + 0.02);
   const auto c = contacts(cube, {Vec3::Zero()}, cube, {centre, R}, 0.1);
@@ -430,7 +423,7 @@ TEST(PlaneContact, CubeLiesOnItsFaceEdgeAndVertex) {
       plane_block(plane, cube, {Vec3(1, 1, 2 + std::sqrt(0.5)), turn(Vec3::UnitX(), M_PI / 4)}, 1e-3, c), 2);
   EXPECT_EQ(total_area(c), 0);
   c.clear();
-  const Mat3 R = Quat::FromTwoVectors(Vec3(1, 1, 1).normalized(), Vec3::UnitZ()).toRotationMatrix();
+  const Mat3 R = turn_between(Vec3(1, 1, 1).normalized(), Vec3::UnitZ()).toRotationMatrix();
   EXPECT_EQ(plane_block(plane, cube, {Vec3(1, 1, 2 + std::sqrt(0.75)), R}, 1e-3, c), 1);
   EXPECT_NEAR(c[0].gap, 0, 1e-15);
 }

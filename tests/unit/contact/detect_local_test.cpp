@@ -7,14 +7,6 @@
 namespace talus::contact::testing {
 namespace {
 
-const Polyhedron cube = box(1, 1, 1);
-
-double total_area(const std::vector<ContactPoint>& c) {
-  double a = 0;
-  for (const auto& p : c) a += p.area;
-  return a;
-}
-
 void check(const std::vector<ContactPoint>& contacts, double margin) {
   std::set<FeatureKey> keys;
   for (const auto& c : contacts) {

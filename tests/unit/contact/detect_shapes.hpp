@@ -11,6 +11,15 @@ using Triangles = std::vector<std::array<int, 3>>;
 
 inline Polyhedron box(double x, double y, double z) { return talus::test::cuboid(Vec3(x, y, z)); }
 
+inline const Polyhedron cube = box(1, 1, 1);
+
+/// Area of contact in all [m^2].
+inline double total_area(const std::vector<ContactPoint>& c) {
+  double a = 0;
+  for (const auto& p : c) a += p.area;
+  return a;
+}
+
 /// Prism over a polygon given counter-clockwise with its triangulation, between z0 and z1.
 inline Polyhedron prism(const std::vector<std::pair<double, double>>& outline, const Triangles& cap,
                         double z0, double z1) {

@@ -8,8 +8,6 @@
 namespace talus::contact::testing {
 namespace {
 
-constexpr double frictions[] = {0, 0.1, 0.3, 0.53, 1, 2, 10};
-
 /// True if solved; what is told of it must be so either way.
 bool solved(Builder& b, double tolerance, double sufficient) {
   ContactSolver solver;

@@ -86,6 +86,9 @@ struct Builder {
   double* v_hat(int b) { return problem.v_hat.data() + problem.bodies[b].offset; }
 };
 
+/// Coefficients of friction that the random problems take in turn.
+inline constexpr double frictions[] = {0, 0.1, 0.3, 0.53, 1, 2, 10};
+
 inline const Vec3 X = Vec3::UnitX(), Y = Vec3::UnitY(), Z = Vec3::UnitZ();
 
 /// Wall or stack: nx by ny columns of nz unit cubes, resting; bricks shifted by half in odd layers if `bond`.

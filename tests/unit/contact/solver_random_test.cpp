@@ -7,8 +7,8 @@
 namespace talus::contact::testing {
 namespace {
 
-SolveReport solve(ContactProblem& problem, double tolerance, bool exact = true,
-                  ContactSolver* reuse = nullptr) {
+SolveReport report_of(ContactProblem& problem, double tolerance, bool exact = true,
+                      ContactSolver* reuse = nullptr) {
   ContactSolver fresh;
   ContactSolver& solver = reuse ? *reuse : fresh;
   SolveSettings settings;
@@ -40,8 +40,6 @@ double complementarity_defect(const ContactProblem& q) {
   return worst;
 }
 
-constexpr double frictions[] = {0, 0.1, 0.3, 0.53, 1, 2, 10};
-
 int kind_of(unsigned seed) { return static_cast<int>(seed / 7) % 4; }
 
 /// One to eight cubes in motion: hard, compliant, cohesive, or with restitution and any frictions.
@@ -69,7 +67,7 @@ TEST(ContactSolverRandom, SmallIslandsOfEveryKind) {
   int worst_newton = 0, fallback = 0;
   for (unsigned seed = 0; seed < 300; ++seed) {
     Builder b = small_island(seed);
-    const SolveReport report = solve(b.problem, 1e-10);
+    const SolveReport report = report_of(b.problem, 1e-10);
     EXPECT_TRUE(report.converged) << "seed " << seed << " mu " << frictions[seed % 7] << " kind "
                                   << kind_of(seed) << " residual " << report.residual;
     EXPECT_LE(coulomb_residual(b.problem, true), 2e-10);
@@ -88,7 +86,7 @@ TEST(ContactSolverRandom, FrictionOfTenIsReachedFromLess) {
   // Eight cubes jammed by friction 10; no method reaches a solution at that friction at once.
   for (const unsigned seed : {9680u, 10635u, 11570u, 12032u, 12312u, 12718u, 12914u, 13264u, 13642u}) {
     Builder b = small_island(seed);
-    const SolveReport report = solve(b.problem, 1e-10);
+    const SolveReport report = report_of(b.problem, 1e-10);
     EXPECT_TRUE(report.converged) << "seed " << seed << " residual " << report.residual;
     EXPECT_LE(coulomb_residual(b.problem, true), 2e-10) << "seed " << seed;
   }
@@ -97,7 +95,7 @@ TEST(ContactSolverRandom, FrictionOfTenIsReachedFromLess) {
 TEST(ContactSolverRandom, PilesConverge) {
   for (unsigned seed = 0; seed < 12; ++seed) {
     Builder b = pile(4 + seed % 3, 5, 2, seed % 2 ? 0.53 : 0.3, 0.005, 0.2, seed);
-    const SolveReport report = solve(b.problem, 1e-9);
+    const SolveReport report = report_of(b.problem, 1e-9);
     EXPECT_TRUE(report.converged) << seed << " tier " << report.tier << " residual " << report.residual;
     EXPECT_LE(coulomb_residual(b.problem, true), 2e-9);
   }
@@ -106,7 +104,7 @@ TEST(ContactSolverRandom, PilesConverge) {
 TEST(ContactSolverRandom, ConvexProblemAlwaysConverges) {
   for (unsigned seed = 0; seed < 40; ++seed) {
     Builder b = pile(1 + seed % 5, 3, 2, seed % 4 == 0 ? 2.0 : 0.5, 0.005, 0.5, seed);
-    const SolveReport report = solve(b.problem, 1e-9, false);
+    const SolveReport report = report_of(b.problem, 1e-9, false);
     EXPECT_TRUE(report.converged) << seed << " tier " << report.tier << " residual " << report.residual;
     EXPECT_LE(coulomb_residual(b.problem, false), 2e-9);
   }
@@ -124,8 +122,8 @@ TEST(ContactSolverRandom, DenseAndSparsePathsAgree) {
       both.patch(below, me, Vec3(50, 0, k), 0.5 * X, 0.5 * Y, Z, 0.5);
       below = me;
     }
-    ASSERT_TRUE(solve(alone.problem, 1e-11, false).converged);
-    ASSERT_TRUE(solve(both.problem, 1e-11, false).converged);
+    ASSERT_TRUE(report_of(alone.problem, 1e-11, false).converged);
+    ASSERT_TRUE(report_of(both.problem, 1e-11, false).converged);
     for (int k = 0; k < 6 * island; ++k) EXPECT_NEAR(alone.problem.v[k], both.problem.v[k], 1e-8) << seed;
   }
 }
@@ -133,11 +131,11 @@ TEST(ContactSolverRandom, DenseAndSparsePathsAgree) {
 TEST(ContactSolverRandom, EarlierCallsLeaveNoTrace) {
   ContactSolver used;
   Builder first = pile(3, 3, 2, 0.5, 0.005, 0.3, 1), second = cubes(1, 1, 20, 0.5, 0.01);
-  solve(first.problem, 1e-8, true, &used);
-  solve(second.problem, 1e-8, true, &used);
+  report_of(first.problem, 1e-8, true, &used);
+  report_of(second.problem, 1e-8, true, &used);
   Builder a = pile(4, 3, 2, 0.53, 0.005, 0.3, 7), b = pile(4, 3, 2, 0.53, 0.005, 0.3, 7);
-  solve(a.problem, 1e-8, true, &used);
-  solve(b.problem, 1e-8);
+  report_of(a.problem, 1e-8, true, &used);
+  report_of(b.problem, 1e-8);
   for (std::size_t k = 0; k < a.problem.v.size(); ++k) EXPECT_EQ(a.problem.v[k], b.problem.v[k]);
   for (std::size_t k = 0; k < a.problem.contacts.size(); ++k)
     EXPECT_EQ(a.problem.contacts[k].impulse, b.problem.contacts[k].impulse);
@@ -149,7 +147,7 @@ TEST(ContactSolverRandom, InfeasibleProblemIsNotCalledConverged) {
   b.box(Vec3(0, 0, 0), Vec3::Ones(), 2500, Vec3::Zero());
   b.touch(-1, 0, Vec3(0, 0, -0.5), Z, 0).bias.x() = -1;
   b.touch(-1, 0, Vec3(0, 0, 0.5), -Z, 0).bias.x() = -1;
-  const SolveReport report = solve(b.problem, 1e-10);
+  const SolveReport report = report_of(b.problem, 1e-10);
   EXPECT_FALSE(report.converged);
   EXPECT_EQ(report.tier, 'E');
   for (double x : b.problem.v) EXPECT_TRUE(std::isfinite(x));

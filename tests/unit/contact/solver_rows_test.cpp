@@ -9,7 +9,7 @@ namespace {
 
 using Rows = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>;
 
-class SolverRows : public testing::TestWithParam<int> {
+class SolverRows : public ::testing::TestWithParam<int> {
  protected:
   const int n = GetParam();
   const Rows J = Rows::Random(3, n);
@@ -40,7 +40,7 @@ TEST_P(SolverRows, AnImpulseReachesEveryColumnAndNoneBeyond) {
   EXPECT_EQ(moved.tail<4>(), Eigen::Vector4d::Constant(7));
 }
 
-INSTANTIATE_TEST_SUITE_P(Columns, SolverRows, testing::Values(1, 3, 6, 7, 12, 30));
+INSTANTIATE_TEST_SUITE_P(Columns, SolverRows, ::testing::Values(1, 3, 6, 7, 12, 30));
 
 }  // namespace
 }  // namespace talus::contact::detail

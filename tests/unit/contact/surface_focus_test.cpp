@@ -40,11 +40,11 @@ TriangleSurface plate(int n, double dent, int hole, std::uint64_t revision) {
   return s;
 }
 
-const Polyhedron cube = box(2.2, 1.7, 1.0);
+const Polyhedron block = box(2.2, 1.7, 1.0);
 
-std::vector<ContactPoint> contacts(const SurfaceIndex& index, const Vec3& at) {
+std::vector<ContactPoint> contacts_at(const SurfaceIndex& index, const Vec3& at) {
   std::vector<ContactPoint> out;
-  skin_block(index, cube,
+  skin_block(index, block,
              {at, Quat(Eigen::AngleAxisd(0.3, Vec3(0.1, 0.2, 1).normalized())).toRotationMatrix()}, 0.1, out);
   return out;
 }
@@ -53,7 +53,7 @@ std::vector<ContactPoint> contacts(const SurfaceIndex& index, const Vec3& at) {
 void expect_same(const SurfaceIndex& part, const TriangleSurface& s, const Vec3& at) {
   SurfaceIndex whole(s);
   whole.refit(s);
-  const auto a = contacts(part, at), b = contacts(whole, at);
+  const auto a = contacts_at(part, at), b = contacts_at(whole, at);
   ASSERT_EQ(a.size(), b.size());
   ASSERT_FALSE(b.empty());
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -76,9 +76,9 @@ TEST(SurfaceFocus, FollowsThePartThatIsAskedForThroughMotionAndErosion) {
   TriangleSurface s = plate(n, 0, 0, 1);
   SurfaceIndex index(s);
   index.refit(s);
-  index.focus(s, {bounds(cube, {near}, 0.5)});
+  index.focus(s, {bounds(block, {near}, 0.5)});
   expect_same(index, s, near);
-  EXPECT_TRUE(contacts(index, far).empty());  // outside, and told so in detect.hpp
+  EXPECT_TRUE(contacts_at(index, far).empty());  // outside, and told so in detect.hpp
   s = plate(n, 0.01, 0, 1);
   index.refit(s);
   expect_same(index, s, near);
@@ -88,7 +88,7 @@ TEST(SurfaceFocus, FollowsThePartThatIsAskedForThroughMotionAndErosion) {
   s = plate(n, 0.03, 8 * n + 9, 2);
   index.refit(s);
   expect_same(index, s, near);
-  index.focus(s, {bounds(cube, {far}, 0.5)});
+  index.focus(s, {bounds(block, {far}, 0.5)});
   expect_same(index, s, far);
   index.unfocus(s);
   expect_same(index, s, near);

@@ -22,13 +22,13 @@ std::vector<MovedBody> row() {
 
 const std::vector<MovedPair> chain{{0, 1}, {1, 2}, {2, 3}, {3, 4}};
 
-struct Sums {
+struct Totals {
   Vec3 mass_ways = Vec3::Zero(), gained = Vec3::Zero(), given = Vec3::Zero();
   double size = 0;
 };
 
-Sums sums(const std::vector<MovedBody>& bodies, const std::vector<Vec3>& moments) {
-  Sums s;
+Totals totals(const std::vector<MovedBody>& bodies, const std::vector<Vec3>& moments) {
+  Totals s;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const MovedBody& b = bodies[i];
     s.mass_ways += b.mass * b.way;
@@ -42,7 +42,7 @@ Sums sums(const std::vector<MovedBody>& bodies, const std::vector<Vec3>& moments
 TEST(KeepMomenta, CentreOfMassStaysAndSpinsGiveBackWhatWaysGain) {
   std::vector<MovedBody> bodies = row();
   const std::vector<Vec3> moments = keep_momenta(bodies, chain);
-  const Sums s = sums(bodies, moments);
+  const Totals s = totals(bodies, moments);
   EXPECT_LT(s.mass_ways.norm(), 1e-13 * s.size);
   EXPECT_LT((s.given - s.gained).norm(), 1e-13 * s.size);
   EXPECT_GT(s.gained.norm(), 1e-3 * s.size);

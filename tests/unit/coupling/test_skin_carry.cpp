@@ -8,12 +8,12 @@ namespace {
 
 constexpr std::uint64_t pier = 7;
 
-struct Pair {
+struct TwoTouches {
   ContactLaw law;
   std::vector<Touch> touches;
   std::vector<ContactMemory> memory;
 
-  Pair() { law.kind = ContactLaw::Kind::linear, law.friction = 0.5; }
+  TwoTouches() { law.kind = ContactLaw::Kind::linear, law.friction = 0.5; }
   void pressed(std::uint64_t feature, double depth, double approach, const Vec3& normal = Vec3::UnitX()) {
     Touch& t = touches.emplace_back();
     t.law = t.normal_law.law = &law;
@@ -47,13 +47,14 @@ struct Pair {
 }  // namespace
 
 TEST(SkinCarry, EnergyGoesToTheOthers) {
-  Pair p;
+  TwoTouches p;
   p.pressed(1, 0.010, -2);
   p.pressed(2, 0.006, 1);
   p.remember(3, 7, 1);
-  const double normal = Pair::energy(p.touches[0], 1e-3) + Pair::energy(p.touches[1], 1e-3);
+  const double normal = TwoTouches::energy(p.touches[0], 1e-3) + TwoTouches::energy(p.touches[1], 1e-3);
   p.leave();
-  EXPECT_NEAR(Pair::energy(p.touches[0], 1e-3) + Pair::energy(p.touches[1], 1e-3), normal + 7, 1e-9);
+  EXPECT_NEAR(TwoTouches::energy(p.touches[0], 1e-3) + TwoTouches::energy(p.touches[1], 1e-3), normal + 7,
+              1e-9);
   EXPECT_NEAR(p.touches[0].at.gap / p.touches[1].at.gap, 10.0 / 6, 1e-12);  // by one factor
   EXPECT_NEAR(p.touches[0].stored + p.touches[1].stored, 200 + 7 + 1, 1e-9);
   EXPECT_NEAR(p.touches[0].sheared + p.touches[1].sheared, 2, 1e-12);
@@ -62,7 +63,7 @@ TEST(SkinCarry, EnergyGoesToTheOthers) {
 }
 
 TEST(SkinCarry, NotToWhatPressesAnotherWay) {
-  Pair p;
+  TwoTouches p;
   p.pressed(1, 0.010, -2, Vec3::UnitZ());
   p.remember(3, 7, 0);
   p.leave();
@@ -71,7 +72,7 @@ TEST(SkinCarry, NotToWhatPressesAnotherWay) {
 }
 
 TEST(SkinCarry, NoMoreThanFourTimesAsDeep) {
-  Pair p;
+  TwoTouches p;
   p.pressed(1, 0.001, 0);
   p.remember(3, 1000, 0);
   p.leave();
@@ -79,7 +80,7 @@ TEST(SkinCarry, NoMoreThanFourTimesAsDeep) {
 }
 
 TEST(SkinCarry, WhatGoesOnKeepsItsOwn) {
-  Pair p;
+  TwoTouches p;
   p.pressed(1, 0.010, -2);
   p.leave();
   EXPECT_EQ(p.touches[0].at.gap, -0.010);

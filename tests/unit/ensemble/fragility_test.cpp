@@ -298,7 +298,7 @@ TEST(Fragility, WhatIsAboutToBeComputedIsSaid) {
 
 /// A box that slides down a plane of 40 degrees to a line 2 m on in plan: energy and speed there follow from
 /// the coefficient of friction, and end points too.
-const std::string slide = R"(schema = 1
+const std::string slide_to_line = R"(schema = 1
 [simulation]
 duration = "1.2 s"
 accuracy = 1e-2
@@ -339,7 +339,7 @@ TEST(Calibrate, FindsTheFrictionFromPassagesAndFromEndPoints) {
   const Place place;
   const double a = 40 * M_PI / 180, g = 9.81, mass = 2600 * 0.4, mu = 0.35,
                pull = g * (std::sin(a) - mu * std::cos(a)), start = -0.12855752193730787;
-  const fs::path scene = place.put("scene.toml", slide);
+  const fs::path scene = place.put("scene.toml", slide_to_line);
   // Measured by the closed form, from rest and from 1 m/s.
   std::string passages = "line,speed,energy\n", ends = "x,y\n";
   for (int k = 0; k < 8; ++k) {

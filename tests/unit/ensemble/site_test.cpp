@@ -152,23 +152,23 @@ deck_depth = "1 m"
 cell_size = "1 m"
 )";
 
-std::string changed(std::string text, const std::string& from, const std::string& to) {
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
   return text.replace(text.find(from), from.size(), to);
 }
 
 TEST(Site, AViaductInMapCoordinatesIsRefusedWithThoseOfTheScene) {
   const Site site;
   EXPECT_EQ(refusal(site.scene(drawn + viaduct)), "");
-  const std::string high = refusal(site.scene(drawn + changed(viaduct, "level = 65", "level = 1215")));
+  const std::string high = refusal(site.scene(drawn + replaced(viaduct, "level = 65", "level = 1215")));
   EXPECT_NE(high.find("structure.bridge.deck_level = 1215: is in map coordinates"), std::string::npos)
       << high;
   EXPECT_NE(high.find("write 65"), std::string::npos) << high;
   const std::string far =
-      refusal(site.scene(drawn + changed(viaduct, "[60, 40, 0]", "[652360, 5241840, 0]")));
+      refusal(site.scene(drawn + replaced(viaduct, "[60, 40, 0]", "[652360, 5241840, 0]")));
   EXPECT_NE(far.find("structure.bridge.position"), std::string::npos) << far;
   EXPECT_NE(far.find("write [60, 40, 0]"), std::string::npos) << far;
   // Beside the terrain either way: no more is known than that.
-  const std::string lost = refusal(site.scene(drawn + changed(viaduct, "[60, 40, 0]", "[400, 40, 0]")));
+  const std::string lost = refusal(site.scene(drawn + replaced(viaduct, "[60, 40, 0]", "[400, 40, 0]")));
   EXPECT_EQ(lost.find("map coordinates"), std::string::npos) << lost;
   EXPECT_NE(lost.find("no height under this pier"), std::string::npos) << lost;
 }

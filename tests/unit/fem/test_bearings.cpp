@@ -7,7 +7,7 @@
 namespace talus::fem {
 namespace {
 
-StructureSpec two_spans() {
+StructureSpec spans_on_bearings() {
   StructureSpec s;
   s.name = "V";
   s.kind = "viaduct";
@@ -21,7 +21,7 @@ StructureSpec two_spans() {
 
 /// Supports stand at the sums of the spans, and every deck reaches from one to the next.
 TEST(Bearings, SpansOfTheirOwnLengths) {
-  StructureSpec s = two_spans();
+  StructureSpec s = spans_on_bearings();
   s.parameters = {
       {"spans", 3}, {"span_length", 12}, {"span_length.2", 18}, {"pier_height", 6}, {"abutments", 1}};
   const ViaductPlan plan = viaduct_plan(s);
@@ -39,7 +39,7 @@ TEST(Bearings, SpansOfTheirOwnLengths) {
   EXPECT_NEAR(bridge.base_force().z(), -weight, 1e-6 * weight);  // every deck finds its bearings
   for (const auto& [key, value] : std::vector<std::pair<std::string, double>>{
            {"span_length.4", 18}, {"span_length.0", 18}, {"span_length.x", 18}, {"span_length.1", 0.5}}) {
-    StructureSpec wrong = two_spans();
+    StructureSpec wrong = spans_on_bearings();
     wrong.parameters.emplace_back(key, value);
     EXPECT_THROW(viaduct_plan(wrong), InputError) << key;
   }
@@ -49,7 +49,7 @@ TEST(Bearings, SpansOfTheirOwnLengths) {
 /// explicit steps as they slide.
 TEST(Bearings, ThePlanSaysWhatTheIntegratorCannotDo) {
   const auto plan = [](const char* integrator) {
-    StructureSpec s = two_spans();
+    StructureSpec s = spans_on_bearings();
     s.integrator = integrator;
     return FemStructure(s, Vec3(0, 0, -9.81), test::silent).plan();
   };
@@ -67,7 +67,7 @@ TEST(Bearings, ThePlanSaysWhatTheIntegratorCannotDo) {
 /// its forces act on the caps where it lies. Between deck and cap there is no couple but those of friction
 /// over the height between node and foot, and of the weight on springs that lean.
 TEST(Bearings, ForcesActWhereTheDeckHasSlipped) {
-  const StructureSpec s = two_spans();
+  const StructureSpec s = spans_on_bearings();
   const HexMesh mesh = make_mesh(s);
   const ViaductPlan plan = viaduct_plan(s);
   Bearings bearings(s, mesh, plan);

@@ -12,7 +12,7 @@ using namespace talus::fem::test;
 
 namespace {
 
-constexpr double side = 0.2, height = 6.0, bar = 0.012, edge = 0.04,
+constexpr double column_side = 0.2, column_height = 6.0, bar_thickness = 0.012, bar_depth = 0.04,
                  yield = 500e6;  // L / r = 104 between plates
 constexpr int bars_per_face = 2;
 
@@ -24,20 +24,24 @@ StructureSpec pushed_column(double held) {
   s.kind = "column";
   s.f_cm = 38e6;
   s.density = 2450;
-  s.size = Vec3(side, side, height);
+  s.size = Vec3(column_side, column_side, column_height);
   s.cells = {2, 1, 20};
   s.damage = "concrete";
   s.rate_effect = false;
   s.gravity_preload = false;
   s.damping_ratio = 0.2;
-  s.supports.push_back({"", "", Box3(Vec3(-0.01, -side, -0.01), Vec3(0.01, side, 0.01)), {true, true, true}});
-  s.supports.push_back({"",
-                        "",
-                        Box3(Vec3(-0.01, -side, height - 0.01), Vec3(0.01, side, height + 0.01)),
-                        {true, true, false}});
-  s.rebar_rules.push_back({"longitudinal", "pier", 2 * bars_per_face, bar, edge - bar / 2, 0, yield, 0.2, 0});
+  s.supports.push_back(
+      {"", "", Box3(Vec3(-0.01, -column_side, -0.01), Vec3(0.01, column_side, 0.01)), {true, true, true}});
+  s.supports.push_back(
+      {"",
+       "",
+       Box3(Vec3(-0.01, -column_side, column_height - 0.01), Vec3(0.01, column_side, column_height + 0.01)),
+       {true, true, false}});
+  s.rebar_rules.push_back({"longitudinal", "pier", 2 * bars_per_face, bar_thickness,
+                           bar_depth - bar_thickness / 2, 0, yield, 0.2, 0});
   StructureSpec::Load load;
-  load.region = Box3(Vec3(-0.5 * side - 0.001, -side, 2.39), Vec3(-0.5 * side + 0.001, side, 3.61));
+  load.region = Box3(Vec3(-0.5 * column_side - 0.001, -column_side, 2.39),
+                     Vec3(-0.5 * column_side + 0.001, column_side, 3.61));
   load.traction = Vec3(70e3, 0, 0);  // 17 kN; the plastic hinge 4 M_p / L bears about 10 kN
   load.history = {{0, 0}, {0.01, 1}, {held, 1}, {held + 0.01, 0}};
   s.loads.push_back(load);
@@ -49,7 +53,7 @@ double bow(const FemStructure& column) {
   double sum = 0;
   int count = 0;
   for (std::size_t n = 0; n < column.mesh().nodes.size(); ++n)
-    if (std::abs(column.mesh().nodes[n].z() - 0.5 * height) < 1e-9)
+    if (std::abs(column.mesh().nodes[n].z() - 0.5 * column_height) < 1e-9)
       sum += column.displacement()[4 * n], ++count;
   return sum / count;
 }
@@ -70,19 +74,20 @@ double model_column(double e_0, Growth growth) {
   };
   const auto steel = [](double strain) { return std::clamp(200e9 * strain, -yield, yield); };
   constexpr int strips = 60;
-  const double area = bars_per_face * M_PI / 4 * bar * bar, wave = height / (2 * M_PI),
-               euler = c.young * std::pow(side, 4) / 12 / (wave * wave);
+  const double area = bars_per_face * M_PI / 4 * bar_thickness * bar_thickness,
+               wave = column_height / (2 * M_PI),
+               euler = c.young * std::pow(column_side, 4) / 12 / (wave * wave);
   double greatest = 0;
   for (double kappa = 0; kappa < 0.03; kappa += 1e-4) {
     double force = 0, moment = 0;
     const auto section = [&](double middle) {
       force = moment = 0;
       for (int i = 0; i < strips; ++i) {
-        const double y = side * ((i + 0.5) / strips - 0.5),
-                     f = concrete(middle + kappa * y) * side * side / strips;
+        const double y = column_side * ((i + 0.5) / strips - 0.5),
+                     f = concrete(middle + kappa * y) * column_side * column_side / strips;
         force += f, moment += f * y;
       }
-      for (const double y : {edge - 0.5 * side, 0.5 * side - edge}) {
+      for (const double y : {bar_depth - 0.5 * column_side, 0.5 * column_side - bar_depth}) {
         const double f = steel(middle + kappa * y) * area;
         force += f, moment += f * y;
       }
@@ -90,7 +95,7 @@ double model_column(double e_0, Growth growth) {
           growth == Growth::plastic ? e_0 + 2 * kappa * wave * wave : e_0 / std::max(0.01, 1 - force / euler);
       return moment - 0.5 * force * e;
     };
-    double low = -0.5 * kappa * side,
+    double low = -0.5 * kappa * column_side,
            high = 5e-3;  // decreasing: the more force, the less moment is left over
     if (section(low) < 0 || section(high) > 0) continue;
     for (int i = 0; i < 60; ++i) (section(0.5 * (low + high)) > 0 ? low : high) = 0.5 * (low + high);
@@ -106,7 +111,7 @@ TEST(PushDown, OfABentColumnIsThatOfItsBow) {
   const double h = column.critical_step();
   for (double t = 0; t < 0.5; t += h) column.predict(t, h), column.correct(t, h, {});
   const double e_0 = bow(column), now = column.push_down().at(0).capacity;
-  EXPECT_GT(e_0, 0.15 * side);
+  EXPECT_GT(e_0, 0.15 * column_side);
   EXPECT_GT(now, model_column(e_0, Growth::plastic));
   EXPECT_LT(now, model_column(e_0, Growth::elastic));
   EXPECT_LT(model_column(e_0, Growth::elastic), 0.9 * model_column(0, Growth::plastic));

@@ -238,7 +238,7 @@ TEST(History, CellsThatTheLimitsRuleOutWouldNotDamage) {
 
 namespace {
 /// The problem that building the structure reports.
-Problem refused(const StructureSpec& s) {
+Problem first_problem(const StructureSpec& s) {
   try {
     FemStructure body(s, Vec3(0, 0, -9.81), silent);
   } catch (const InputError& e) { return e.problems()[0]; }
@@ -251,7 +251,7 @@ TEST(ConcreteInput, CellsThatWouldSnapBackNameTheSizeNeeded) {
   StructureSpec s = cube("concrete");
   s.size = Vec3(3, 3, 12);
   s.cells = {2, 2, 8};
-  const Problem base = refused(s);
+  const Problem base = first_problem(s);
   EXPECT_EQ(base.key, "structure.cube.cell_size");
   EXPECT_NE(base.rule.find("2 E G_F / f_t^2 = 0.92"), std::string::npos)
       << base.rule;  // 2 x 31.01e9 x 134.6 / 3e6^2
@@ -259,14 +259,14 @@ TEST(ConcreteInput, CellsThatWouldSnapBackNameTheSizeNeeded) {
   // CDPM2 softens from the elastic strain on: half of it.
   s.cells = {6, 6, 24};
   s.damage = "concrete-cdpm2";
-  const Problem advanced = refused(s);
+  const Problem advanced = first_problem(s);
   EXPECT_NE(advanced.rule.find("E G_F / f_t^2 = 0.46"), std::string::npos) << advanced.rule;
 }
 
 TEST(ConcreteInput, StrengthOutsideTheModelIsNamed) {
   StructureSpec s = cube("concrete");
   s.f_cm = 12e6;
-  const Problem p = refused(s);
+  const Problem p = first_problem(s);
   EXPECT_EQ(p.key, "structure.cube.material.f_cm");
   EXPECT_NE(p.rule.find("20 to 130 MPa"), std::string::npos);
 }
@@ -277,7 +277,7 @@ TEST(ConcreteInput, BarsOutsideTheConcreteAreNamed) {
       << "bar,diameter,x,y,z,grade\nL1,0.01,0.05,0.05,0.02,B500B\nL1,0.01,0.05,0.05,0.35,B500B\n";
   StructureSpec s = cube("concrete");
   s.rebar_file = path;
-  const Problem p = refused(s);
+  const Problem p = first_problem(s);
   EXPECT_EQ(p.file, path);
   EXPECT_NE(p.key.find("bar L1"), std::string::npos) << p.key;
   EXPECT_NE(p.rule.find("outside the concrete"), std::string::npos);
@@ -329,7 +329,7 @@ TEST(ConcreteInput, HoopsWiderThanTheirRoundColumnAreNamed) {
     if (radius < 0.75) {
       EXPECT_NO_THROW(FemStructure(s, Vec3::Zero(), silent));
     } else {
-      EXPECT_NE(refused(s).key.find("bar H1"), std::string::npos);
+      EXPECT_NE(first_problem(s).key.find("bar H1"), std::string::npos);
     }
   }
 }
@@ -432,14 +432,14 @@ TEST(MeshInput, UnsupportedCellsAndInvertedOnesAreNamed) {
   s.supports.clear();
   s.file = std::string(TALUS_BINARY_DIR) + "/quadratic.inp";
   std::ofstream(s.file) << "*NODE\n1,0,0,0\n*ELEMENT, TYPE=C3D20\n1,1\n";
-  const Problem kind = refused(s);
+  const Problem kind = first_problem(s);
   EXPECT_EQ(kind.line, 3);
   EXPECT_NE(kind.value.find("C3D20"), std::string::npos);
   EXPECT_NE(kind.rule.find("C3D8"), std::string::npos);
   s.file = std::string(TALUS_BINARY_DIR) + "/inverted.inp";
   std::ofstream(s.file) << "*NODE\n1,0,0,0\n2,1,0,0\n3,1,1,0\n4,0,1,0\n5,0,0,1\n6,1,0,1\n7,1,1,1\n8,0,1,1\n*"
                            "ELEMENT, TYPE=C3D8\n1,5,6,7,8,1,2,3,4\n";
-  const Problem inverted = refused(s);
+  const Problem inverted = first_problem(s);
   EXPECT_NE(inverted.key.find("cell 1"), std::string::npos) << inverted.key;
   EXPECT_NE(inverted.rule.find("inverted"), std::string::npos) << inverted.rule;
   EXPECT_EQ(inverted.file, s.file);

@@ -15,7 +15,7 @@ using namespace talus::fem::test;
 
 namespace {
 
-constexpr double edge = 0.1, area = edge * edge;
+constexpr double cell_edge = 0.1, face_area = cell_edge * cell_edge;
 
 struct Torn {
   double dissipated, algorithmic, removed;
@@ -30,8 +30,8 @@ Torn drive(const char* law, double rate, double last_strain, bool rate_effect, d
   s.f_cm = 38e6;
   s.poisson = poisson;  // 0 would stand for the one of concrete
   s.density = 2450;
-  s.size = Vec3::Constant(edge);
-  s.position = Vec3::Constant(edge / 2);
+  s.size = Vec3::Constant(cell_edge);
+  s.position = Vec3::Constant(cell_edge / 2);
   s.cells = {1, 1, 1};
   s.damage = law;
   s.rate_effect = rate_effect;
@@ -63,7 +63,7 @@ Torn drive(const char* law, double rate, double last_strain, bool rate_effect, d
 }  // namespace
 
 TEST(FastStrain, ATornCellTakesItsFractureEnergyAtAnyRate) {
-  const double expected = material::mc2010({.f_cm = 38e6}, "cell").fracture_energy * area;
+  const double expected = material::mc2010({.f_cm = 38e6}, "cell").fracture_energy * face_area;
   for (const bool rate_effect : {false, true})
     for (const double rate : {1e1, 1e2, 1e3, 1e4}) {  // up to fifty peak strains per sub-step
       const Torn torn = drive("concrete", rate, 0.05, rate_effect);
@@ -98,6 +98,6 @@ TEST(FastStrain, WithoutErosionACellGoesOnceItIsTorn) {
   const Torn stretched = drive("concrete", 1e3, 0.70, false), torn = drive("concrete", 1e3, 0.76, false);
   EXPECT_EQ(stretched.removed, 0);
   EXPECT_EQ(stretched.told.find("removed"), std::string::npos);
-  EXPECT_NEAR(torn.removed, edge * edge * edge, 1e-12);
+  EXPECT_NEAR(torn.removed, cell_edge * cell_edge * cell_edge, 1e-12);
   EXPECT_NE(torn.told.find("although erosion is off"), std::string::npos);
 }

@@ -16,7 +16,7 @@ using talus::fem::test::silent;
 
 namespace {
 
-StructureSpec from_file(const std::string& name) {
+StructureSpec from_grid_file(const std::string& name) {
   StructureSpec s;
   s.name = "pier", s.kind = "mesh", s.file = std::string(TALUS_BINARY_DIR) + "/" + name;
   s.young = 33.55e9, s.poisson = 0.2, s.density = 2450, s.gravity_preload = false;
@@ -26,7 +26,7 @@ StructureSpec from_file(const std::string& name) {
 }  // namespace
 
 TEST(GridIn, ReadsVtkWithItsBoundaries) {
-  StructureSpec s = from_file("grid_in.vtk");
+  StructureSpec s = from_grid_file("grid_in.vtk");
   {
     dealii::Triangulation<3> grid;
     dealii::GridGenerator::subdivided_hyper_rectangle(grid, {2, 2, 6}, dealii::Point<3>(0, 0, 0),
@@ -53,7 +53,7 @@ TEST(GridIn, ReadsVtkWithItsBoundaries) {
 }
 
 TEST(GridIn, ReadsUnv) {
-  StructureSpec s = from_file("grid_in.unv");
+  StructureSpec s = from_grid_file("grid_in.unv");
   std::ofstream out(s.file);
   out << "    -1\n  2411\n";
   for (int k = 0; k < 12; ++k)
@@ -78,7 +78,7 @@ TEST(GridIn, SaysWhatItDoesNotRead) {
   for (const char* text :
        {"", "# vtk DataFile Version 3.0\npier\nASCII\nDATASET POLYDATA\n",
         "# vtk DataFile Version 3.0\npier\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 8 double\n0 0 0 1 0\n"}) {
-    StructureSpec s = from_file("no_grid.vtk");
+    StructureSpec s = from_grid_file("no_grid.vtk");
     std::ofstream(s.file) << text;
     try {
       make_mesh(s);
@@ -88,6 +88,6 @@ TEST(GridIn, SaysWhatItDoesNotRead) {
       EXPECT_NE(std::string(e.what()).find(".msh"), std::string::npos) << e.what();
     }
   }
-  StructureSpec s = from_file("not_there.unv");
+  StructureSpec s = from_grid_file("not_there.unv");
   EXPECT_THROW(make_mesh(s), InputError);
 }

@@ -25,7 +25,7 @@ HexMesh one_cell(bool distorted) {
   return mesh;
 }
 
-AlignedVector random_field(double size, unsigned seed) {
+AlignedVector random_cell_field(double size, unsigned seed) {
   std::mt19937 generator(seed);
   std::uniform_real_distribution<double> u(-size, size);
   AlignedVector field(32, 0.0);
@@ -46,7 +46,7 @@ TEST(LawPoints, ForcesDoTheWorkOfTheStresses) {
   for (const bool distorted : {false, true})
     for (const bool finite : {false, true}) {
       LawGeometry g = law_geometry(one_cell(distorted), 0, 0.2);
-      const AlignedVector u = random_field(0.05, 1), v = random_field(1, 2);
+      const AlignedVector u = random_cell_field(0.05, 1), v = random_cell_field(1, 2);
       alignas(64) PointTensors stress, rate;
       std::mt19937 generator(3);
       for (double& share : g.assumed.lateral) share = std::uniform_real_distribution<double>(0, 1)(generator);
@@ -95,7 +95,7 @@ TEST(LawPoints, RatesAndTheStepBeforeFollowTheStrains) {
   for (const bool distorted : {false, true}) {
     const HexMesh mesh = one_cell(distorted);
     const LawGeometry g = law_geometry(mesh, 0, 0.2);
-    const AlignedVector u = random_field(0.05, 1), v = random_field(1, 2);
+    const AlignedVector u = random_cell_field(0.05, 1), v = random_cell_field(1, 2);
     const double h = 1e-4;
     AlignedVector before = u, after = u, linear(32, 0.0);
     for (std::size_t i = 0; i < 32; ++i) before[i] -= h * v[i], after[i] += h * v[i];
@@ -138,7 +138,7 @@ TEST(LawPoints, RatesAndTheStepBeforeFollowTheStrains) {
 TEST(LawPoints, SetsOfInstructionsAgree) {
   if (all_sets().size() < 2) GTEST_SKIP() << "this processor has no AVX-512";
   const LawGeometry g = law_geometry(one_cell(true), 0, 0.2);
-  const AlignedVector u = random_field(0.05, 1), v = random_field(1, 2);
+  const AlignedVector u = random_cell_field(0.05, 1), v = random_cell_field(1, 2);
   PointStrains at[2];
   alignas(64) PointTensors stress[2];
   AlignedVector f[2];

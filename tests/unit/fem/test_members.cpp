@@ -225,7 +225,7 @@ StructureSpec viaduct(std::vector<std::pair<std::string, double>> parameters) {
   return s;
 }
 
-double volume(const FemStructure& f) {
+double mesh_volume(const FemStructure& f) {
   const std::vector<double> v = cell_volumes(f.mesh());
   return std::accumulate(v.begin(), v.end(), 0.0);
 }
@@ -263,7 +263,7 @@ TEST(ViaductShapes, VolumeWeightAndRestOfEverySectionAndDeck) {
        3 * 6 * 1.6 * 1.6 + caps + 2 * 11.95 * (8 * 0.3 + 2 * 0.5 * 1.2 + (4 - 0.5) * 0.25)});
   for (const Case& c : cases) {
     FemStructure bridge(c.spec, Vec3(0, 0, -9.81), silent);
-    EXPECT_NEAR(volume(bridge), c.volume, 1e-6 * c.volume) << c.name;
+    EXPECT_NEAR(mesh_volume(bridge), c.volume, 1e-6 * c.volume) << c.name;
     const double weight = 2450 * 9.81 * c.volume;
     EXPECT_NEAR(bridge.base_force().z(), -weight, 1e-6 * weight) << c.name;
     EXPECT_TRUE(bridge.quiet()) << c.name;

@@ -44,13 +44,13 @@ Shape box_without(Leaves&& leaves) {
   return shape;
 }
 
-double volume(const Shape& s) {
+double volume_of(const Shape& s) {
   double sum = 0;
   for (const auto& t : s.triangles) sum += s.vertices[t[0]].dot(s.vertices[t[1]].cross(s.vertices[t[2]])) / 6;
   return sum;
 }
 
-double area(const Shape& s) {
+double area_of(const Shape& s) {
   double sum = 0;
   for (const auto& t : s.triangles)
     sum += 0.5 * (s.vertices[t[1]] - s.vertices[t[0]]).cross(s.vertices[t[2]] - s.vertices[t[0]]).norm();
@@ -64,21 +64,21 @@ TEST(PieceShape, PlanarPartsBecomeFewTriangles) {
   merge_planar(box.vertices, box.triangles);
   EXPECT_EQ(box.vertices.size(), 8u);
   EXPECT_EQ(box.triangles.size(), 12u);
-  EXPECT_NEAR(volume(box), 24, 1e-12);
+  EXPECT_NEAR(volume_of(box), 24, 1e-12);
 
   Shape ell = box_without([](const Vec3& x) { return x.x() > 0 && x.z() > 0; });
   merge_planar(ell.vertices, ell.triangles);
   EXPECT_EQ(ell.triangles.size(), 20u);  // an L of 12 corners
-  EXPECT_NEAR(volume(ell), 18, 1e-12);
+  EXPECT_NEAR(volume_of(ell), 18, 1e-12);
   EXPECT_EQ(make_polyhedron(ell.vertices, ell.triangles).faces(), 8);
 
   const auto through = [](const Vec3& x) { return std::abs(x.x()) < 1 && std::abs(x.y()) < 0.5; };
   Shape ring = box_without(through);
-  const double before = area(ring);
+  const double before = area_of(ring);
   merge_planar(ring.vertices, ring.triangles);
   EXPECT_EQ(ring.triangles.size(), 32u);  // 16 corners, Euler's characteristic 0
-  EXPECT_NEAR(volume(ring), 24 - 4, 1e-12);
-  EXPECT_NEAR(area(ring), before, 1e-12 * before);
+  EXPECT_NEAR(volume_of(ring), 24 - 4, 1e-12);
+  EXPECT_NEAR(area_of(ring), before, 1e-12 * before);
 }
 
 TEST(PieceShape, BentPiecesStaySoOnlyBeyondTheTolerance) {
@@ -132,8 +132,8 @@ TEST(PieceShape, SheetsThatMeetAlongAnEdgeAndAreOneAtItsEndsArePart) {
   }
   EXPECT_THROW(make_polyhedron(piece.vertices, piece.triangles), InputError);
   part_touching_edges(piece.vertices, piece.triangles, cell);
-  EXPECT_NEAR(volume(piece), 10, 1e-12);
+  EXPECT_NEAR(volume_of(piece), 10, 1e-12);
   merge_planar(piece.vertices, piece.triangles);
-  EXPECT_NEAR(volume(piece), 10, 1e-12);
+  EXPECT_NEAR(volume_of(piece), 10, 1e-12);
   EXPECT_NO_THROW(make_polyhedron(piece.vertices, piece.triangles));
 }

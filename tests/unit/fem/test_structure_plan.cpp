@@ -15,7 +15,7 @@ using talus::fem::test::cantilever;
 
 namespace {
 
-StructureSpec viaduct(double cell_size) {
+StructureSpec planned_viaduct(double cell_size) {
   StructureSpec s;
   s.name = "V";
   s.kind = "viaduct";
@@ -57,7 +57,7 @@ rlim_t in_use() {
 }  // namespace
 
 TEST(StructurePlan, CountsWithoutACell) {
-  const StructureSpec s = viaduct(0.5);
+  const StructureSpec s = planned_viaduct(0.5);
   const StructurePlan plan = plan_of(s, Vec3(0, 0, -9.81));
   EXPECT_NEAR(plan.cells / static_cast<double>(make_mesh(s).hexes.size()), 1, 0.05);
   EXPECT_NE(plan.text.find("permanent load"), std::string::npos) << plan.text;
@@ -81,7 +81,7 @@ TEST(StructurePlan, RefusesWhatThereIsNoMemoryFor) {
   EXPECT_EXIT(
       {
         address_space(in_use() + (500ul << 20));
-        const std::string said = problem_of(viaduct(0.125));
+        const std::string said = problem_of(planned_viaduct(0.125));
         std::exit(said.find("structure.V.cell_size") != std::string::npos &&
                           said.find("GB are free") != std::string::npos
                       ? 0

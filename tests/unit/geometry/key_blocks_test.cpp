@@ -12,32 +12,32 @@ using namespace talus;
 using namespace talus::geometry;
 
 namespace {
-constexpr double deg = std::numbers::pi / 180;
+constexpr double degree = std::numbers::pi / 180;
 }
 
 TEST(KeyBlocks, WedgeOnTwoPlanesHasItsClosedForm) {
   // Wedge on planes 130/40 and 220/60, weight alone, the same friction on both.
   const auto wedge = [](double phi) {
-    return key_block({{joint_normal(130 * deg, 40 * deg), 1, {phi, 0}, 0},
-                      {joint_normal(220 * deg, 60 * deg), 1, {phi, 0}, 1}},
+    return key_block({{joint_normal(130 * degree, 40 * degree), 1, {phi, 0}, 0},
+                      {joint_normal(220 * degree, 60 * degree), 1, {phi, 0}, 1}},
                      1.0, Vec3(0, 0, -1));
   };
-  const KeyBlock k = wedge(30 * deg);
+  const KeyBlock k = wedge(30 * degree);
   EXPECT_EQ(k.mode, KeyBlock::Mode::wedge);
   EXPECT_NEAR(k.normal_force_1, 0.6733123, 1e-7);
   EXPECT_NEAR(k.normal_force_2, 0.2421064, 1e-7);
-  EXPECT_NEAR(std::asin(-k.direction.z()) / deg, 37.058295, 1e-6);
-  EXPECT_NEAR(std::atan2(k.direction.x(), k.direction.y()) / deg, 155.848, 1e-3);
+  EXPECT_NEAR(std::asin(-k.direction.z()) / degree, 37.058295, 1e-6);
+  EXPECT_NEAR(std::atan2(k.direction.x(), k.direction.y()) / degree, 155.848, 1e-3);
   EXPECT_EQ(k.type, KeyBlock::Type::unstable);
   EXPECT_NEAR(k.driving_force * (1 - k.factor_of_safety), 0.0741100, 1e-7);  // a/g
-  EXPECT_NEAR(wedge(20 * deg).driving_force * (1 - wedge(20 * deg).factor_of_safety), 0.2694421, 1e-7);
-  EXPECT_NEAR(wedge(33.357221 * deg).factor_of_safety, 1, 1e-7);
-  EXPECT_EQ(wedge(34 * deg).type, KeyBlock::Type::needs_friction);
+  EXPECT_NEAR(wedge(20 * degree).driving_force * (1 - wedge(20 * degree).factor_of_safety), 0.2694421, 1e-7);
+  EXPECT_NEAR(wedge(33.357221 * degree).factor_of_safety, 1, 1e-7);
+  EXPECT_EQ(wedge(34 * degree).type, KeyBlock::Type::needs_friction);
 }
 
 TEST(KeyBlocks, PlaneSlidingWithCohesion) {
-  const double a = 35 * deg, phi = 25 * deg, c = 2000, area = 3, w = 50000;
-  const KeyBlock k = key_block({{joint_normal(90 * deg, a), area, {phi, c}, 4}}, 1, Vec3(0, 0, -w));
+  const double a = 35 * degree, phi = 25 * degree, c = 2000, area = 3, w = 50000;
+  const KeyBlock k = key_block({{joint_normal(90 * degree, a), area, {phi, c}, 4}}, 1, Vec3(0, 0, -w));
   EXPECT_EQ(k.mode, KeyBlock::Mode::plane);
   EXPECT_EQ(k.joint_1, 4);
   EXPECT_NEAR(k.factor_of_safety, (w * std::cos(a) * std::tan(phi) + c * area) / (w * std::sin(a)), 1e-12);
@@ -65,16 +65,16 @@ TEST(KeyBlocks, OfACutRockMass) {
   CutSpec s;
   s.box = Box3(Vec3::Zero(), Vec3(4, 4, 4));
   s.joints.push_back(
-      {.name = "dipping", .dip_direction = 90 * deg, .dip = 40 * deg, .through = Vec3(2, 2, 2)});
+      {.name = "dipping", .dip_direction = 90 * degree, .dip = 40 * degree, .through = Vec3(2, 2, 2)});
   const CutResult r = cut(s);
   ASSERT_EQ(r.blocks.size(), 2u);
   KeyBlockOptions o;
-  o.strength = {{30 * deg, 0}};
+  o.strength = {{30 * degree, 0}};
   o.is_held = [](const Vec3&, const Vec3& n) { return n.x() < -0.5; };
   const auto keys = key_blocks(r, o);
   EXPECT_EQ(keys[1].type, KeyBlock::Type::unstable);
   EXPECT_EQ(keys[1].mode, KeyBlock::Mode::plane);
-  EXPECT_NEAR(keys[1].factor_of_safety, std::tan(30 * deg) / std::tan(40 * deg), 1e-9);
+  EXPECT_NEAR(keys[1].factor_of_safety, std::tan(30 * degree) / std::tan(40 * degree), 1e-9);
   EXPECT_NE(keys[0].type, KeyBlock::Type::unstable);
 }
 
@@ -95,11 +95,12 @@ CutResult overhang(std::vector<CutJoint> joints) {
 
 TEST(KeyBlocks, AnOverhangingFaceIsFree) {
   KeyBlockOptions o;
-  o.strength = {{25 * deg, 0}};
+  o.strength = {{25 * degree, 0}};
   {
     // The joint dips into the mountain: what hangs under it falls; the mountain stands on the region's base.
     const auto keys = key_blocks(
-        overhang({{.name = "roof", .dip_direction = 270 * deg, .dip = 60 * deg, .through = Vec3(6, 5, 5)}}),
+        overhang(
+            {{.name = "roof", .dip_direction = 270 * degree, .dip = 60 * degree, .through = Vec3(6, 5, 5)}}),
         o);
     ASSERT_EQ(keys.size(), 2u);
     EXPECT_EQ(keys[1].mode, KeyBlock::Mode::falling);
@@ -109,17 +110,19 @@ TEST(KeyBlocks, AnOverhangingFaceIsFree) {
   {
     // It dips out of the mountain: the wedge over it slides, F = tan(25)/tan(30).
     const auto keys = key_blocks(
-        overhang({{.name = "floor", .dip_direction = 90 * deg, .dip = 30 * deg, .through = Vec3(4, 5, 6)}}),
+        overhang(
+            {{.name = "floor", .dip_direction = 90 * degree, .dip = 30 * degree, .through = Vec3(4, 5, 6)}}),
         o);
     ASSERT_EQ(keys.size(), 2u);
     EXPECT_EQ(keys[1].mode, KeyBlock::Mode::plane);
-    EXPECT_NEAR(keys[1].factor_of_safety, std::tan(25 * deg) / std::tan(30 * deg), 1e-9);
+    EXPECT_NEAR(keys[1].factor_of_safety, std::tan(25 * degree) / std::tan(30 * degree), 1e-9);
   }
   {
     // Ground right under the face holds it.
     o.is_held = [](const Vec3&, const Vec3& n) { return n.z() < -0.5; };
     const auto keys = key_blocks(
-        overhang({{.name = "roof", .dip_direction = 270 * deg, .dip = 60 * deg, .through = Vec3(6, 5, 5)}}),
+        overhang(
+            {{.name = "roof", .dip_direction = 270 * degree, .dip = 60 * degree, .through = Vec3(6, 5, 5)}}),
         o);
     EXPECT_NE(keys[1].mode, KeyBlock::Mode::falling);
   }
@@ -129,8 +132,8 @@ TEST(Stereonet, EqualAreaProjection) {
   EXPECT_NEAR(equal_area({0, 0, -1}).norm(), 0, 1e-15);
   EXPECT_NEAR((equal_area({0, 1, 0}) - Eigen::Vector2d(0, 1)).norm(), 0, 1e-12);
   // Plunge 30 degrees to the east: r = sqrt(2) sin(30 deg).
-  EXPECT_NEAR((equal_area({std::cos(30 * deg), 0, -std::sin(30 * deg)}) -
-               Eigen::Vector2d(std::sqrt(2) * std::sin(30 * deg), 0))
+  EXPECT_NEAR((equal_area({std::cos(30 * degree), 0, -std::sin(30 * degree)}) -
+               Eigen::Vector2d(std::sqrt(2) * std::sin(30 * degree), 0))
                   .norm(),
               0, 1e-12);
   // An upward line is its opposite.

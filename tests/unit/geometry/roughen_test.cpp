@@ -14,14 +14,14 @@
 namespace talus::geometry {
 namespace {
 
-struct File {
-  File(const std::string& name, const std::string& text)
+struct GroundFile {
+  GroundFile(const std::string& name, const std::string& text)
       : path((std::filesystem::temp_directory_path() /
               ("talus_rough_" + std::to_string(::getpid()) + "_" + name))
                  .string()) {
     std::ofstream(path) << text;
   }
-  ~File() { std::filesystem::remove(path); }
+  ~GroundFile() { std::filesystem::remove(path); }
   std::string path;
 };
 
@@ -100,8 +100,8 @@ TEST(Parts, SolidsGroupsAndFilesAreZones) {
            " 1 0\nendloop\nendfacet\nfacet normal 0 0 1\nouter loop\nvertex " + a + " 0 0\nvertex " + b +
            " 1 0\nvertex " + a + " 1 0\nendloop\nendfacet\n";
   };
-  const File stl("two.stl", "solid hard\n" + facet(0) + "endsolid hard\nsolid soft ground\n" + facet(1) +
-                                "endsolid soft ground\n");
+  const GroundFile stl("two.stl", "solid hard\n" + facet(0) + "endsolid hard\nsolid soft ground\n" +
+                                      facet(1) + "endsolid soft ground\n");
   TerrainOptions o;
   o.material_areas = {{.polygon_file = {},
                        .raster_file = {},
@@ -124,12 +124,12 @@ TEST(Parts, SolidsGroupsAndFilesAreZones) {
   EXPECT_EQ(area_of(t, 0, false), 2);
   o.material_areas[0].part = "sand";
   EXPECT_THROW(load_terrain(stl.path, o), InputError);
-  const File obj(
+  const GroundFile obj(
       "two.obj",
       "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 0 0\nv 2 1 0\ng hard\nf 1 2 3 4\ng soft\nf 2 5 6 3\n");
   o.material_areas[0].part = "soft";
   EXPECT_EQ(area_of(load_terrain(obj.path, o), 3, true), 2);
-  const File west("west.stl", "solid a\n" + facet(0) + "endsolid a\n"),
+  const GroundFile west("west.stl", "solid a\n" + facet(0) + "endsolid a\n"),
       east("east.stl", "solid b\n" + facet(1) + "endsolid b\n");
   o.material_areas[0].part.clear();
   o.material_areas[0].mesh_file = east.path;
@@ -165,11 +165,12 @@ TEST(Parts, AWallStandsInTheGroundOfAGrid) {
   std::string grid = "ncols 21\nnrows 21\nxllcorner 999\nyllcorner -1\ncellsize 2\n";
   for (int i = 0; i < 21; ++i)
     for (int j = 0; j < 21; ++j) grid += std::to_string(10 - 0.5 * i) + (j < 20 ? " " : "\n");
-  const File asc("grid.asc", grid);
-  const File wall("wall.obj",
-                  "v 1005 5 -5\nv 1030 5 -5\nv 1030 8 -5\nv 1005 8 -5\nv 1005 6 12\nv 1030 6 12\nv 1030 7 "
-                  "12\nv 1005 7 12\n"
-                  "f 4 3 2 1\nf 1 2 6 5\nf 3 4 8 7\nf 2 3 7 6\nf 4 1 5 8\nf 5 6 7 8\n");
+  const GroundFile asc("grid.asc", grid);
+  const GroundFile wall(
+      "wall.obj",
+      "v 1005 5 -5\nv 1030 5 -5\nv 1030 8 -5\nv 1005 8 -5\nv 1005 6 12\nv 1030 6 12\nv 1030 7 "
+      "12\nv 1005 7 12\n"
+      "f 4 3 2 1\nf 1 2 6 5\nf 3 4 8 7\nf 2 3 7 6\nf 4 1 5 8\nf 5 6 7 8\n");
   TerrainOptions o;
   o.origin = Vec3(1000, 0, 0);
   o.material_areas = {
@@ -188,8 +189,8 @@ TEST(Parts, AWallStandsInTheGroundOfAGrid) {
 
 TEST(Parts, AnotherAxisPointsUp) {
   // A step of 2 m at x = 1 in a file whose y points up.
-  const File file("up.obj",
-                  "v 0 0 0\nv 1 0 0\nv 1 0 -4\nv 0 0 -4\nv 2 2 0\nv 2 2 -4\nf 1 2 3 4\nf 2 5 6 3\n");
+  const GroundFile file("up.obj",
+                        "v 0 0 0\nv 1 0 0\nv 1 0 -4\nv 0 0 -4\nv 2 2 0\nv 2 2 -4\nf 1 2 3 4\nf 2 5 6 3\n");
   TerrainOptions o;
   o.up = 'y';
   const Terrain t = load_terrain(file.path, o);

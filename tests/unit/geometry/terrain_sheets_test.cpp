@@ -35,7 +35,7 @@ Vec3 area_vector(const std::vector<Vec3>& v, const std::array<int, 3>& t) {
   return (v[t[1]] - v[t[0]]).cross(v[t[2]] - v[t[0]]);
 }
 
-bool warned(const std::vector<Problem>& warnings, const std::string& part) {
+bool warned_of(const std::vector<Problem>& warnings, const std::string& part) {
   return std::any_of(warnings.begin(), warnings.end(),
                      [&](const Problem& p) { return p.rule.find(part) != std::string::npos; });
 }
@@ -61,7 +61,7 @@ TEST(TerrainSheets, WindingInTheFileDoesNotMatter) {
     for (std::size_t k = 0; k < t.size(); ++k) kept += t[k] == c.triangles[k];
     const auto warnings = orient_sheets(c.vertices, t, "cliff.obj");
     EXPECT_EQ(t, c.triangles) << seed;
-    EXPECT_EQ(warned(warnings, "wound against their neighbours"), kept > 0 && kept < t.size()) << seed;
+    EXPECT_EQ(warned_of(warnings, "wound against their neighbours"), kept > 0 && kept < t.size()) << seed;
   }
 }
 
@@ -90,11 +90,12 @@ TEST(TerrainSheets, AnUprightSheetKeepsTheWindingOfMostOfItsArea) {
     if (flipped >= 0) std::swap(t[flipped][1], t[flipped][2]);
     const auto warnings = orient_sheets(v, t, "wall.stl");
     EXPECT_EQ(t, east);
-    EXPECT_TRUE(warned(warnings, "they face [1, 0, 0]")) << (warnings.empty() ? "none" : warnings[0].str());
+    EXPECT_TRUE(warned_of(warnings, "they face [1, 0, 0]"))
+        << (warnings.empty() ? "none" : warnings[0].str());
   }
   Triangles west = turned(east, 0);
   const Triangles given = west;
-  EXPECT_TRUE(warned(orient_sheets(v, west, "wall.stl"), "they face [-1, 0, 0]"));
+  EXPECT_TRUE(warned_of(orient_sheets(v, west, "wall.stl"), "they face [-1, 0, 0]"));
   EXPECT_EQ(west, given);
 }
 
@@ -125,7 +126,7 @@ TEST(TerrainSheets, AMoebiusStripIsNamedWithItsPlace) {
     t.push_back({a, d, b});
   }
   const auto warnings = orient_sheets(v, t, "strip.obj", Vec3(1000, 2000, 0));
-  ASSERT_TRUE(warned(warnings, "Moebius"));
+  ASSERT_TRUE(warned_of(warnings, "Moebius"));
   EXPECT_NE(warnings.back().value.find("an edge at [9"), std::string::npos)
       << warnings.back().value;  // map coordinates
 }
@@ -137,7 +138,7 @@ TEST(TerrainSheets, EdgesOfMoreThanTwoFacesConnectNothing) {
                             {1, 0, 0},  {1, 1, 0}, {0.2, 0, -1}, {0.2, 1, -1}};
   Triangles t{{0, 1, 2}, {0, 2, 3}, {1, 2, 4}, {4, 2, 5}, {1, 2, 6}, {6, 2, 7}};
   const auto warnings = orient_sheets(v, t, "flap.obj");
-  EXPECT_TRUE(warned(warnings, "more than two faces meet there"))
+  EXPECT_TRUE(warned_of(warnings, "more than two faces meet there"))
       << (warnings.empty() ? "none" : warnings[0].str());
   for (const auto& f : t) EXPECT_GT(area_vector(v, f).z(), 0);
 }
@@ -146,7 +147,7 @@ TEST(TerrainSheets, RepeatedFacesAreLeftOut) {
   Cliff c;
   const Triangles given = c.triangles;
   c.triangles.push_back({4, 2, 5});
-  EXPECT_TRUE(warned(orient_sheets(c.vertices, c.triangles, "cliff.obj"), "repeats"));
+  EXPECT_TRUE(warned_of(orient_sheets(c.vertices, c.triangles, "cliff.obj"), "repeats"));
   EXPECT_EQ(c.triangles, given);
 }
 
@@ -223,8 +224,8 @@ TEST(TerrainSheets, LoosePiecesAndHolesAreNamed) {
   t.push_back({first, first + 1, first + 2});
   Triangles same = t;
   const auto warnings = orient_sheets(v, t, "scan.obj", Vec3(1000, 0, 0));
-  EXPECT_TRUE(warned(warnings, "1 face at [1003, 3, 20]"));
-  EXPECT_TRUE(warned(warnings, "faces are missing within the terrain"));
+  EXPECT_TRUE(warned_of(warnings, "1 face at [1003, 3, 20]"));
+  EXPECT_TRUE(warned_of(warnings, "faces are missing within the terrain"));
   EXPECT_TRUE(orient_sheets(v, same, "scan.obj", Vec3::Zero(), Box3(Vec3(0, 0, 0), Vec3(1, 1, 0)))
                   .empty());  // all that lies outside of the crop
 }

@@ -14,7 +14,7 @@ using talus::test::Place;
 
 namespace {
 
-io::Checkpoint sample() {
+io::Checkpoint sample_checkpoint() {
   io::Checkpoint c;
   c.scene_hash = "0123456789abcdef";
   c.version = "1.2.3";
@@ -38,7 +38,7 @@ std::string message_of(const std::filesystem::path& path, const std::string& has
 
 TEST(Checkpoint, ComesBackBitForBit) {
   const Place scratch;
-  const io::Checkpoint c = sample();
+  const io::Checkpoint c = sample_checkpoint();
   io::save_checkpoint(scratch.path() / "c.h5", c);
   const io::Checkpoint back = io::load_checkpoint(scratch.path() / "c.h5", c.scene_hash, c.version);
   EXPECT_EQ(back.integers, c.integers);
@@ -55,7 +55,7 @@ TEST(Checkpoint, SaysWhyItRefuses) {
   const Place scratch;
   const auto path = scratch.path() / "c.h5";
   EXPECT_NE(message_of(path, "x", "1.2.3").find("there is no checkpoint"), std::string::npos);
-  io::save_checkpoint(path, sample());
+  io::save_checkpoint(path, sample_checkpoint());
   EXPECT_NE(message_of(path, "another", "1.2.3").find("another scene"), std::string::npos);
   EXPECT_NE(
       message_of(path, "0123456789abcdef", "2.0.0").find("written by version 1.2.3, this is version 2.0.0"),
@@ -67,7 +67,7 @@ TEST(Checkpoint, SaysWhyItRefuses) {
 TEST(Checkpoint, EveryDamageIsNoticed) {
   const Place scratch;
   const auto path = scratch.path() / "c.h5";
-  io::save_checkpoint(path, sample());
+  io::save_checkpoint(path, sample_checkpoint());
   const std::string whole = io::read_file(path);
   for (std::size_t at = 0; at < whole.size(); at += 1 + whole.size() / 211) {
     std::string damaged = whole;

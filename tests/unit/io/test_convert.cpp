@@ -47,8 +47,6 @@ struct Converted : testing::Test {
   }
 };
 
-}  // namespace
-
 TEST_F(Converted, BlocksComeWithNamesUnitsAndAllDigits) {
   const std::string out = (scratch.path() / "blocks.csv").string();
   io::convert(results + "#/history/blocks", out);
@@ -180,3 +178,5 @@ TEST_F(Converted, FoldersMayHaveAHashInTheirNames) {
   EXPECT_EQ(io::file_and_part((folder / "missing.h5").string()).part, std::nullopt);
   EXPECT_EQ(io::file_and_part((folder / "missing.h5").string() + "#/ledger").part, "/ledger");
 }
+
+}  // namespace

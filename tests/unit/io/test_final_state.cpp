@@ -8,7 +8,7 @@ using namespace talus;
 
 namespace {
 
-sim::FinalState sample() {
+sim::FinalState sample_state() {
   sim::FinalState s;
   s.blocks["B 1"] = {Vec3(1, 2, 3),        Vec3(4, 5, 6),    Vec3(7, 8, 9), Quat(0.5, 0.5, 0.5, 0.5),
                      Vec6::Constant(1e-3), Vec6::Constant(2)};
@@ -35,13 +35,13 @@ void write(const std::filesystem::path& path, const sim::FinalState& s) {
 
 TEST(FinalState, ComesBackBitForBit) {
   const test::Place scratch;
-  write(scratch.path() / "a.h5", sample());
+  write(scratch.path() / "a.h5", sample_state());
   const sim::FinalState s = io::read_final_state(scratch.path() / "a.h5");
   EXPECT_EQ(s.blocks.at("B 1").w, Vec3(7, 8, 9));
-  EXPECT_EQ(s.structures.at("wall").history, sample().structures.at("wall").history);
-  EXPECT_EQ(s.bodies, sample().bodies);
+  EXPECT_EQ(s.structures.at("wall").history, sample_state().structures.at("wall").history);
+  EXPECT_EQ(s.bodies, sample_state().bodies);
   ASSERT_EQ(s.contacts.size(), 2U);
-  const coupling::ContactMemory &m = s.contacts[0].memory, expected = sample().contacts[0].memory;
+  const coupling::ContactMemory &m = s.contacts[0].memory, expected = sample_state().contacts[0].memory;
   EXPECT_EQ(s.contacts[0].partner, 1);
   EXPECT_EQ(m.feature, expected.feature);
   EXPECT_EQ(m.force, expected.force);
@@ -59,7 +59,7 @@ TEST(FinalState, WithoutContactsAsWell) {
 
 TEST(FinalState, BodiesThatAreNotInTheListAreRefused) {
   const test::Place scratch;
-  sim::FinalState s = sample();
+  sim::FinalState s = sample_state();
   s.contacts[1].partner = 2;
   write(scratch.path() / "a.h5", s);
   EXPECT_THROW((void)io::read_final_state(scratch.path() / "a.h5"), InputError);

@@ -53,8 +53,6 @@ struct GisFiles : testing::Test {
   }
 };
 
-}  // namespace
-
 TEST_F(GisFiles, TracksLieInMapCoordinatesWithTheirSystem) {
   const auto root = nlohmann::json::parse(io::tracks_geojson(results));
   EXPECT_EQ(root["type"], "FeatureCollection");
@@ -179,3 +177,5 @@ TEST(ForeignResults, AreRefusedBeforeTheyAreUsedAsIndices) {
   EXPECT_THROW(io::results_map(written("short.h5", 3, 2), "speed", 1), InputError);
   EXPECT_THROW(io::results_map(written("beyond.h5", 6, 7'000'000), "height", 1), InputError);
 }
+
+}  // namespace
