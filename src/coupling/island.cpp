@@ -14,59 +14,34 @@ namespace talus::coupling {
 IslandStepper::IslandStepper(const dda::Model& model, dda::State& state, Environment& environment,
                              ContactHistory& history, ContactHistory& surface_history,
                              const StepSettings& settings)
-    : model_(model),
-      state_(state),
-      env_(environment),
-      history_(history),
-      surface_history_(surface_history),
-      settings_(settings),
-      vegetated_(any_vegetation(environment.laws)) {}
+    : in_{model, state, environment, history, surface_history, settings, any_vegetation(environment.laws)} {
+  in_.scale.accuracy = settings.accuracy;
+}
 
 IslandStepper::~IslandStepper() = default;
 
-bool IslandStepper::moving_skin(const Partner& a) const {
-  return a.kind == Partner::Kind::structure &&
-         !env_.structures[static_cast<std::size_t>(a.index)].fixed_surface;
-}
-
 void IslandStepper::begin(const Island& island) {
-  island_ = &island;
+  in_.begin(island);
   report_ = IslandReport{};
-  impacts_ = unsolved_ = 0;
-  crowded_ = released_ = condensed_ = sprung_ = false;  // or the search would depend on the island before
+  impacts_ = 0;
+  released_ = step_.sprung = false;
   work_ = 0;
   allowed_.reset();
-  found_for_ = -1;
+  step_.found_for = -1;
   followed_ = -1;
-  skin_path_ = skin_travel_ = step_length_ = 0;
+  skin_path_ = skin_travel_ = step_.length = 0;
   watches_.assign(island.pairs.size(), PairWatch{});
   seen_.clear();
   impacts_on_skin_.clear();
-  for (const Body& b : bodies_)  // of the island before
-    if (static_cast<std::size_t>(b.block) < local_.size()) local_[static_cast<std::size_t>(b.block)] = -1;
-  local_.resize(model_.blocks.size(), -1);
-  bodies_.assign(island.blocks.size(), Body{});
+  step_.bodies.assign(island.blocks.size(), Body{});
   began_.resize(island.blocks.size());
   report_.went.assign(island.blocks.size(), 0.0);
   report_.ways.resize(island.blocks.size());
-  length_ = std::numeric_limits<double>::infinity();
-  speed_ = 0;
   for (std::size_t i = 0; i < island.blocks.size(); ++i) {
     const auto k = static_cast<std::size_t>(island.blocks[i]);
-    bodies_[i].block = island.blocks[i];
-    began_[i] = {state_.c[k], state_.q[k], state_.eps[k]};
-    local_[k] = static_cast<int>(i);
-    const double radius = model_.blocks[k].shape->radius;
-    length_ = std::min(length_, radius);
-    speed_ = std::max({speed_, state_.v[k].norm() + radius * state_.w[k].norm(),
-                       std::sqrt(model_.gravity.norm() * radius)});
+    step_.bodies[i].block = island.blocks[i];
+    began_[i] = {in_.state.c[k], in_.state.q[k], in_.state.eps[k]};
   }
-  if (island.blocks.empty())
-    for (int s : island.structures) {
-      length_ = std::min(length_, face_edge(skin(s)));
-      for (const Vec3& v : skin(s).velocities) speed_ = std::max(speed_, v.norm());
-    }
-  if (!(speed_ > 0)) speed_ = 1;
   go_on_following();
 }
 
@@ -74,37 +49,31 @@ void IslandStepper::begin(const Island& island) {
 /// (gains_energy): where it does not resolve the vibration, the trapezoid of the strains and the turning of
 /// their frame drive each other.
 bool IslandStepper::makes_energy(const Body& b) const {
-  const dda::Model::Block& block = model_.blocks[static_cast<std::size_t>(b.block)];
+  const dda::Model::Block& block = in_.model.blocks[static_cast<std::size_t>(b.block)];
   const double kinetic = 0.5 * block.mass * b.v0.head<3>().squaredNorm(),
-               round_off = 1e-14 * block.mass * speed_ * speed_;
+               round_off = 1e-14 * block.mass * in_.scale.speed * in_.scale.speed;
   return dda::internal_energy(block, b.free) - b.internal0 >
-         contact::tolerances().gain * settings_.accuracy * (kinetic + b.internal0) + round_off;
-}
-
-/// No point of a rigid block is faster [m/s].
-double IslandStepper::speed_of(int block) const {
-  const auto k = static_cast<std::size_t>(block);
-  return state_.v[k].norm() + model_.blocks[k].shape->radius * state_.w[k].norm();
+         contact::tolerances().gain * in_.settings.accuracy * (kinetic + b.internal0) + round_off;
 }
 
 void IslandStepper::begin_step(double h, bool frozen_strain) {
-  fastest_ = 0;
-  for (const Body& b : bodies_) fastest_ = std::max(fastest_, speed_of(b.block));
-  each_body([&](Body& b) {
+  step_.fastest = 0;
+  for (const Body& b : step_.bodies) step_.fastest = std::max(step_.fastest, in_.speed_of(b.block));
+  step_.each_body([&](Body& b) {
     const auto k = static_cast<std::size_t>(b.block);
-    b.start = dda::pose(state_, b.block);
-    b.q0 = state_.q[k];
-    b.rotation0 = state_.rotation(b.block);
-    b.eps0 = state_.eps[k];
-    b.v0 << state_.v[k], state_.w[k], state_.eps_rate[k];
-    b.momentum0 = dda::spin_momentum(model_.blocks[k], state_, b.block);
-    b.ndof = model_.blocks[k].deformable && !frozen_strain ? 12 : 6;
+    b.start = dda::pose(in_.state, b.block);
+    b.q0 = in_.state.q[k];
+    b.rotation0 = in_.state.rotation(b.block);
+    b.eps0 = in_.state.eps[k];
+    b.v0 << in_.state.v[k], in_.state.w[k], in_.state.eps_rate[k];
+    b.momentum0 = dda::spin_momentum(in_.model.blocks[k], in_.state, b.block);
+    b.ndof = in_.model.blocks[k].deformable && !frozen_strain ? 12 : 6;
     if (h == 0) b.follows = false;
     if (h == 0 || !b.leapfrog || b.ndof == 6)
-      b.internal0 = h > 0 || model_.blocks[k].deformable ? internal_energy(b.block) : 0;
-    b.drag = h > 0 && vegetated_ ? vegetation_drag(model_.blocks[k], env_, state_.c[k]) : 0.0;
+      b.internal0 = h > 0 || in_.model.blocks[k].deformable ? in_.internal_energy(b.block) : 0;
+    b.drag = h > 0 && in_.vegetated ? vegetation_drag(in_.model.blocks[k], in_.env, in_.state.c[k]) : 0.0;
     if (h > 0) {
-      b.free = dda::free_flow(model_, state_, b.block, h,
+      b.free = dda::free_flow(in_.model, in_.state, b.block, h,
                               b.end_rule         ? dda::FlowRule::implicit_end
                               : b.leapfrog       ? dda::FlowRule::leapfrog
                               : b.strains_at_end ? dda::FlowRule::strain_at_end
@@ -112,12 +81,12 @@ void IslandStepper::begin_step(double h, bool frozen_strain) {
                               b.drag);
       if (b.guarded && b.ndof == 12 && !b.end_rule && !b.strains_at_end && makes_energy(b)) {
         b.strains_at_end = true;
-        b.free = dda::free_flow(model_, state_, b.block, h, dda::FlowRule::strain_at_end, b.drag);
+        b.free = dda::free_flow(in_.model, in_.state, b.block, h, dda::FlowRule::strain_at_end, b.drag);
       }
       // without the parabola's part: x + h v^+
-      if (b.pressed) b.free.pose.c += (1 - b.free.theta) * h * h * b.free_acceleration(model_.gravity);
+      if (b.pressed) b.free.pose.c += (1 - b.free.theta) * h * h * b.free_acceleration(in_.model.gravity);
     } else {
-      dda::impulse_mass(model_, state_, b.block, b.ndof == 6, b.free.mass, b.free.inverse);
+      dda::impulse_mass(in_.model, in_.state, b.block, b.ndof == 6, b.free.mass, b.free.inverse);
       b.free.theta = 0.5;
       b.free.pose = b.start;
       b.free.q = b.q0;
@@ -136,44 +105,45 @@ void IslandStepper::begin_step(double h, bool frozen_strain) {
 }
 
 bool IslandStepper::has_closed() const {
-  for (const Body& b : bodies_)
-    if (!model_.blocks[static_cast<std::size_t>(b.block)].fixed_points.empty()) return true;
-  for (const Touch& t : touches_)
+  for (const Body& b : step_.bodies)
+    if (!in_.model.blocks[static_cast<std::size_t>(b.block)].fixed_points.empty()) return true;
+  for (const Touch& t : step_.touches)
     // A spring that meets has a row from here on; on which side of zero round-off put its gap must not tell.
-    if (t.stiffness > 0
-            ? t.at.gap <= 0 || (t.at.gap <= touch_gap() && t.approach < 0) || t.pulls()
-            : t.at.gap <= touch_gap() || (t.at.gap <= near_gap() && std::abs(t.approach) <= impact_speed(t)))
+    if (t.stiffness > 0 ? t.at.gap <= 0 || (t.at.gap <= in_.scale.touch_gap() && t.approach < 0) || t.pulls()
+                        : t.at.gap <= in_.scale.touch_gap() ||
+                              (t.at.gap <= in_.scale.near_gap() && std::abs(t.approach) <= impact_speed(t)))
       return true;
   return false;
 }
 
 void IslandStepper::save() {
-  saved_.clear();
-  for (const Body& b : bodies_) {
+  step_.saved.clear();
+  for (const Body& b : step_.bodies) {
     const auto k = static_cast<std::size_t>(b.block);
-    saved_.push_back({state_.c[k], state_.v[k], state_.w[k], state_.q[k], state_.eps[k], state_.eps_rate[k]});
+    step_.saved.push_back({in_.state.c[k], in_.state.v[k], in_.state.w[k], in_.state.q[k], in_.state.eps[k],
+                           in_.state.eps_rate[k]});
   }
 }
 
 void IslandStepper::restore() {
-  found_for_ = -1;
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    const auto k = static_cast<std::size_t>(bodies_[i].block);
-    const Saved& s = saved_[i];
-    state_.c[k] = s.c;
-    state_.v[k] = s.v;
-    state_.w[k] = s.w;
-    state_.q[k] = s.q;
-    state_.eps[k] = s.eps;
-    state_.eps_rate[k] = s.eps_rate;
+  step_.found_for = -1;
+  for (std::size_t i = 0; i < step_.bodies.size(); ++i) {
+    const auto k = static_cast<std::size_t>(step_.bodies[i].block);
+    const dda::BlockState& s = step_.saved[i];
+    in_.state.c[k] = s.c;
+    in_.state.v[k] = s.v;
+    in_.state.w[k] = s.w;
+    in_.state.q[k] = s.q;
+    in_.state.eps[k] = s.eps;
+    in_.state.eps_rate[k] = s.eps_rate;
   }
 }
 
 bool IslandStepper::finite() const {
-  return std::all_of(bodies_.begin(), bodies_.end(), [&](const Body& b) {
+  return std::all_of(step_.bodies.begin(), step_.bodies.end(), [&](const Body& b) {
     const auto k = static_cast<std::size_t>(b.block);
-    return state_.c[k].allFinite() && state_.q[k].coeffs().allFinite() && state_.v[k].allFinite() &&
-           state_.w[k].allFinite() && state_.eps[k].allFinite() && state_.eps_rate[k].allFinite();
+    return in_.state.c[k].allFinite() && in_.state.q[k].coeffs().allFinite() && in_.state.v[k].allFinite() &&
+           in_.state.w[k].allFinite() && in_.state.eps[k].allFinite() && in_.state.eps_rate[k].allFinite();
   });
 }
 

@@ -32,54 +32,12 @@
 #include "coupling/node_places.hpp"
 #include "coupling/pair_watch.hpp"
 #include "coupling/spring_carry.hpp"
+#include "coupling/step/context.hpp"
+#include "coupling/step/step.hpp"
 #include "coupling/touch.hpp"
 #include "dda/kinematics.hpp"
 
 namespace talus::coupling {
-
-struct Island {
-  std::vector<int> blocks;            // with DOFs, ascending
-  std::vector<CandidatePair> pairs;   // everything that may touch within the stretch, deterministic order
-  std::vector<int> structures;        // indices into Environment::structures, deformable ones only
-  std::vector<SurfacePair> surfaces;  // structures that may touch each other
-  std::vector<char> watched;          // per block: it may come near blocks of other islands
-};
-
-/// A part of a block's way over a stretch.
-struct Leg {
-  double t0 = 0, t1 = 0;   // [s]
-  contact::Motion motion;  // from t0 to t1
-};
-
-struct StepSettings {
-  double fixed_step = 0;        // [s]; 0: by accuracy
-  double accuracy = 1e-3;       // relative to block size
-  double min_step = 1e-9;       // [s]
-  int exchanges_per_rise = 20;  // least number of exchanges with a structure while a spring's force rises
-  int threads = 1;              // that one island may use; the result does not depend on it
-  /// Longest step of an island that is time-stepped, (4 accuracy L / g)^(1/2): what falls by twice the
-  /// accuracy's part of L [m] within it; g in m/s^2 [s].
-  double time_step(double length, double g) const {
-    return fixed_step > 0 ? fixed_step : std::sqrt(accuracy * 4 * length / std::max(g, 1e-12));
-  }
-  static constexpr double dearer = 4;  // events may cost so many times what time stepping does
-};
-
-struct IslandReport {
-  Ledger ledger;  // work of this stretch; `contact` unused
-  Counters counters;
-  std::vector<StructureContact> rows;  // contacts on structures, one per contact and step
-  AuditSums audit;
-  IslandMotion motion;                 // over the steps that rows fall into
-  std::vector<std::vector<Leg>> ways;  // of each watched block, leg by leg; of others empty
-  std::vector<double> went;  // of each block, farthest that a point of it may have come from where it began,
-                             // at the ends of steps [m]
-  double next_step = 0;      // suggested h for the next stretch [s]
-  bool at_rest = false;      // a static certificate: v = 0 solves the last step exactly
-  std::string failure;       // empty: done
-  bool stopped = false;  // from outside, before the end: the island is not at the end of the stretch, nor at
-                         // any of its steps
-};
 
 class IslandStepper {
  public:
@@ -98,8 +56,6 @@ class IslandStepper {
                        const std::atomic<int>* stop = nullptr, std::span<const double> rows = {});
 
  private:
-  struct Body;
-  struct Saved;
   struct Outcome;
   struct Trial;
   struct Booking;
@@ -122,10 +78,7 @@ class IslandStepper {
   void choose_followed();
   void go_on_following();
   void end_following();
-  double fastest_skin() const;
   std::vector<int> met_by(int structure) const;
-  const TriangleSurface& skin(int structure) const;       // as it is now
-  double surface_reach() const { return 0.5 * length_; }  // of nodes of a skin against faces of another [m]
   // island_run.cpp
   IslandReport run(double t, double duration);
   double next_length(const Trial& trial, double duration, double longest);
@@ -161,9 +114,6 @@ class IslandStepper {
   double first_change_of_drag(const Body& body, double h) const;
   double drag_limit(const Body& body) const;
   bool gains_energy() const;
-  double error_limit() const {
-    return contact::tolerances().pass_error * settings_.accuracy;
-  }  // between the last two passes of a step, relative to block size
   Vec3 slip(const Touch& touch, const Vec3& at) const;
   // island_swing.cpp
   void begin_swing();
@@ -183,70 +133,18 @@ class IslandStepper {
   void leave_out(std::size_t pair);
   void each_pair(
       const std::function<void(std::size_t)>& use) const;  // in any order, on several threads where it pays
-  template <class Use>
-  void each_body(Use&& use);
-  template <class Use>
-  void each_touch(Use&& use);
   void gather_touches();
   void carry();
   void carry_out_of_reach();
   double reach(int block, double h) const;
   double approach_reach(const CandidatePair& pair, double h) const;
-  bool in_large_heap() const {
-    return in_heap() && island_->blocks.size() >= 96;
-  }  // whose positions are known to 1e-8 of a block: of so many contacts one always lies a little beyond a
-     // closer tolerance
-  bool in_vast_heap() const {
-    return in_heap() && island_->blocks.size() >= 256;
-  }  // a path that starts where it nearly rests ends nowhere nearer; walls and towers of fewer come to rest
-     // by it
-  bool in_heap() const { return island_->structures.empty() && crowded_; }
-  double row_reach() const {
-    return contact::tolerances().row_reach * length_;
-  }  // touches that cannot close within a step of a heap are rows all the same so near [m]
-  double unseen() const {
-    return std::min(row_reach(), 5 * settings_.accuracy * length_);
-  }  // overlap by features that were no rows, left to the projection [m]
-  bool moving_skin(const Partner& a) const;
-  bool deformable_structure(const Touch& touch) const { return moving_skin(touch.a); }
-  /// Step before this one of length h at a touch; as long where none is known [s].
-  double length_before(const Touch& t, double h) const {
-    return t.lasted > 0 ? t.lasted : last_length_ > 0 ? last_length_ : h;
-  }
-  /// From half step to half step about the start of the step, what an impulse of a leapfrog's stands for [s].
-  double between_half_steps(const Touch& t, double h) const { return 0.5 * (length_before(t, h) + h); }
-  bool leapfrog() const {
-    return !condensed_ && !island_->structures.empty();
-  }  // all contacts act at the start of the step, springs by the secant rule
   bool has_closed() const;
-  double touch_gap() const { return contact::tolerances().touch_gap * length_; }
-  double near_gap() const {
-    return std::max(touch_gap(), contact::tolerances().near_gap * settings_.accuracy * length_);
-  }  // within which what moves slower than impact_speed() is in contact [m]
-  /// Part of a speed that the error of a step may be, and that is none by it (docs/theory/contact.md, 3).
-  double part_of_error() const { return settings_.accuracy * std::sqrt(settings_.accuracy); }
-  double part_of_none() const { return 0.25 * part_of_error(); }
   double fastest_among() const;
-  /// An opening of a closed touch that the drift has left, and the speed at which a step lets it close: none
-  /// by the error of a step [m/s].
-  bool left_open(const Touch& t) const { return t.at.gap > contact::tolerances().located_gap * length_; }
-  double closing_speed() const { return part_of_none() * speed_; }
   double relative_speed(const Touch& t) const;
   double slow_speed(const Touch& t) const;
-  static constexpr int most_unsolved = 2;
-  /// For the rest of the stretch: the island goes as a large one, and no row asks for motion.
-  bool jammed() const { return unsolved_ >= (island_->structures.empty() ? most_unsolved : 1); }
-  bool event_driven() const { return !crowded_ && island_->structures.empty(); }
   bool too_much_happens(double duration) const;
   bool costs_too_much(double duration, bool rebounds_alone) const;
   void go_time_stepped();
-  double flush() const {
-    return contact::tolerances().flush * length_;
-  }  // steps this low between neighbours are none [m]
-  double flush_skins() const {
-    return std::clamp(settings_.accuracy, contact::tolerances().flush, contact::tolerances().row_reach) *
-           length_;
-  }  // the same where one is a skin that moves: what positions may be off by [m]
 
   // island_impact.cpp
   double impact_speed(const Touch& touch) const;
@@ -292,9 +190,6 @@ class IslandStepper {
   bool goes_by_its_row(const Touch& touch) const;
   double parts_at(const Touch& touch) const;
   void add_row(Touch& touch, double h, bool first_pass);
-  double lead_out(double h) const {
-    return 1e-3 * speed_ * h;
-  }  // most that a step corrects of a spring's place at a structure [m]
   double left_inside(double gap, double h) const;
   void add_surface_row(Touch& touch, double h, bool first_pass);
   Vec3 add_structure_terms(int row, int structure, const SurfaceWeights& weights, const Mat3& frame,
@@ -356,12 +251,10 @@ class IslandStepper {
   void take_back();
   double motion(const Body& body, const Pose& from, const Pose& to) const;
   bool drift_beyond_motion(double h) const;
-  double speed_of(int block) const;
   std::map<std::pair<std::uint64_t, int>, double> deepest_by_motion() const;
   std::vector<Vec3> moments_of_way();
   void book(double h);
   double crushed_ahead(const Touch& touch) const;
-  double internal_energy(int block) const;
   double freed_shear(const Touch& touch) const;
   void collect_node_impulses();
   bool pressed_on_lost_face(const ContactMemory& m) const;
@@ -374,7 +267,6 @@ class IslandStepper {
   void save();
   void restore();
   // island_condensed.cpp
-  double gentle_speed() const;
   bool chosen_condensed() const;
   bool may_condense(double t, double duration);
   bool none_strikes(double duration);
@@ -420,15 +312,9 @@ class IslandStepper {
   std::pair<double, double> meeting(std::size_t pair, const Known& known) const;
   void look_ahead(const Crossing& met);
 
-  const dda::Model& model_;
-  dda::State& state_;
-  Environment& env_;
-  ContactHistory &history_, &surface_history_;
-  StepSettings settings_;
-  bool vegetated_;  // something grows on a ground
+  IslandContext in_;
+  Step step_;
   contact::ContactSolver solver_;
-  contact::ContactProblem problem_;
-  const Island* island_ = nullptr;
   std::span<const double> rows_;         // times that rows fall due at, ascending [s]
   std::vector<dda::BlockState> starts_;  // of the bodies in the step at hand, after impulses of no duration
   const std::atomic<int>* stop_ =
@@ -438,10 +324,7 @@ class IslandStepper {
     Quat q;
     Vec6 eps;
   };
-  std::vector<Began> began_;  // where the bodies were as the stretch began
-  std::vector<Body> bodies_;
-  std::vector<int> local_;                      // block -> body, -1
-  std::vector<Touch> touches_;                  // in the order of the island's pairs
+  std::vector<Began> began_;                    // where the bodies were as the stretch began
   std::vector<std::vector<Touch>> touches_of_;  // per pair, before internal edges were dropped
   std::vector<std::size_t> first_of_pair_;      // of touches_of_ one after the other, while they are gathered
   std::vector<Touch> touches_at_surfaces_;
@@ -451,12 +334,9 @@ class IslandStepper {
   std::vector<LooseSpring> loose_;  // springs that vanished loaded since the last step
   bool released_ = false;           // their energy was given back
   std::vector<char> flush_pair_;    // per pair: it had touches, all of them internal edges
-  std::vector<double> ahead_;  // per pair: it was met by a solution of this step, whose bodies moved so far:
-                               // its touches are rows [m]; 0: not
   std::vector<contact::Motion>
       motions_;  // of the bodies in the lumped step at hand, while its crossings are sought; else empty
-  bool settling_ = false;  // a step in which what parted slowly comes back: held where it is
-  bool at_start_ = true;   // the touches are those of the state that the memory belongs to
+  bool at_start_ = true;  // the touches are those of the state that the memory belongs to
   struct Seen {
     int block;
     Vec3 c;
@@ -471,41 +351,11 @@ class IslandStepper {
   double skin_path_ = 0;                           // bound on how far the skins have moved since then [m]
   double skin_travel_ = 0;                         // and since the stretch began [m]
   std::vector<PairWatch> watches_;                 // per pair, while skins are followed
-  double found_for_ = -1;  // step whose reach the touches cover at the present state; -1: none
-  struct NodeBody {
-    int structure, node;
-    Vec3 v_hat, v_before;
-    double mass;
-  };
-  std::vector<NodeBody> nodes_;
   NodePlaces node_places_;
-  struct Skin {
-    int structure;
-    std::vector<int> node;
-    MatX inverse;
-    VecX v_hat, v_before;
-  };                         // touched nodes, ascending; their W
-  std::vector<Skin> skins_;  // of the condensed regime, one body each in place of nodes_
-  bool condensed_ = false;   // the structures take condensed steps
-  bool sprung_ = false;      // springs act in the step, between blocks alone
-  bool from_start_ = false;  // an onset reaches some body of the step (Body::from_start)
   std::vector<NodeImpulse> shares_;
-  struct HeldShare {
-    int structure, node, contact;
-    double weight;
-    Vec3 tilt = Vec3::Zero();
-  };
-  std::vector<HeldShare>
-      held_;  // weights of the rows on nodes that are held: the support takes their impulse
-  struct NodeShare {
-    int structure, node;
-    Vec3 impulse, position;
-  };
-  std::vector<NodeShare> node_impulses_;
   std::vector<StructureContact> impacts_on_skin_;  // impulses of no duration that are not told yet; `force`
                                                    // is the impulse [N s], `time` when it was
   double stretch_start_ = 0, stretch_ = 0;         // the stretch at hand, its length [s]
-  std::vector<Saved> saved_;
   std::optional<std::vector<Vec6>>
       allowed_;         // accelerations that the contacts allow at the start of the step, if known
   struct BeforeDrift {  // all that taking a step changes, until the correction of its drift is known to be
@@ -525,30 +375,15 @@ class IslandStepper {
   std::vector<std::size_t> first_term_of_;  // into terms_of_, per body and one more
   std::vector<TermOfBody> terms_of_;        // of the bodies, ascending contacts of each
   std::vector<double> theta_of_;            // per contact of the problem
-  std::size_t rocking_rows_ = 0;            // last of the problem's contacts (add_rocking_rows)
   std::size_t jacobians_ = 0;               // entries of the Jacobians of the rows that have their place
   std::vector<double> pool_;                // masses and inverses of the problem's bodies
   std::vector<std::size_t> pool_offset_;
   IslandReport report_;
-  Ledger pending_;
-  double length_ = 1, speed_ = 1;  // block size and velocity scale of the island
-  double fastest_ = 0;             // of the points of its blocks at the start of the step [m/s]
-  bool certified_ = true;          // the last contact problem was solved as closely as a proof of rest asks
-  double unsolved_speed_ = 0;      // what the last contact problem's solution leaves [m/s]
-  double residual_ = 0;            // of the last contact problem, relative to its velocity scale
-  bool stalled_ = false;           // the search for the last solution got no farther than what is taken
-  double suggested_ = 0;           // step that error control would take next [s]
-  double step_length_ = 0;         // of the step being computed [s]
-  double last_length_ = 0;         // of the explicit one before it in this stretch, 0: none [s]
+  double suggested_ = 0;  // step that error control would take next [s]
   bool sheds_ = false,
        shed_ = false;  // a skin lost faces at the end of this step, of the one before it in this stretch
   int impacts_ = 0;
-  bool crowded_ = false;  // events took more work than they are worth: for the rest of the stretch the island
-                          // goes as a large one
-  std::vector<char> meets_to_rebound_;  // per pair: apart, and what closes within this time-stepped step is
-                                        // thrown back; empty: none
-  double work_ = 0;   // of the contact problems of the stretch: contacts times factorisations
-  int unsolved_ = 0;  // problems of the stretch that had no solution
+  double work_ = 0;  // of the contact problems of the stretch: contacts times factorisations
 };
 
 }  // namespace talus::coupling

@@ -54,25 +54,27 @@ Vec3 normal_rate(const Touch& t, NormalOwner owner, const std::optional<CrossedE
 
 /// Error that a step may have in the position of a block [m].
 double IslandStepper::step_error(int block) const {
-  return std::max(resolved, part_of_error()) * model_.blocks[static_cast<std::size_t>(block)].shape->radius;
+  return std::max(resolved, in_.scale.part_of_error()) *
+         in_.model.blocks[static_cast<std::size_t>(block)].shape->radius;
 }
 
 /// Time of a fall by half the radius [s].
 double IslandStepper::fall_time(int block) const {
-  const double g = model_.gravity.norm(),
-               radius = model_.blocks[static_cast<std::size_t>(block)].shape->radius;
+  const double g = in_.model.gravity.norm(),
+               radius = in_.model.blocks[static_cast<std::size_t>(block)].shape->radius;
   return g > 0 ? std::sqrt(radius / g) : 0;
 }
 
 /// Of islands of rigid blocks in hard contact without bonds: what a bond bears depends on the time in which
 /// it stops a motion.
 bool IslandStepper::looks_ahead() const {
-  if (settings_.fixed_step > 0 || !island_->structures.empty() || !(model_.gravity.norm() > 0)) return false;
-  for (const Body& b : bodies_) {
-    const dda::Model::Block& block = model_.blocks[static_cast<std::size_t>(b.block)];
+  if (in_.settings.fixed_step > 0 || !in_.island->structures.empty() || !(in_.model.gravity.norm() > 0))
+    return false;
+  for (const Body& b : step_.bodies) {
+    const dda::Model::Block& block = in_.model.blocks[static_cast<std::size_t>(b.block)];
     if (block.deformable || !block.fixed_points.empty()) return false;
   }
-  return std::all_of(touches_.begin(), touches_.end(),
+  return std::all_of(step_.touches.begin(), step_.touches.end(),
                      [](const Touch& t) { return t.stiffness == 0 && !(t.bond() > 0); });
 }
 
@@ -81,36 +83,37 @@ bool IslandStepper::looks_ahead() const {
 std::optional<std::vector<Vec6>> IslandStepper::allowed_accelerations() {
   std::vector<Touch> closed;
   double slowest = std::numeric_limits<double>::infinity();  // v_o of the island
-  for (const Body& b : bodies_) slowest = std::min(slowest, 0.25 * step_error(b.block) / fall_time(b.block));
-  for (const CandidatePair& pair : island_->pairs)
-    find_touches(model_, state_, env_, pair, near_gap(), history_, closed);
-  drop_internal_edges(model_, state_, env_, flush(), flush_skins(), closed);
+  for (const Body& b : step_.bodies)
+    slowest = std::min(slowest, 0.25 * step_error(b.block) / fall_time(b.block));
+  for (const CandidatePair& pair : in_.island->pairs)
+    find_touches(in_.model, in_.state, in_.env, pair, in_.scale.near_gap(), in_.history, closed);
+  drop_internal_edges(in_.model, in_.state, in_.env, in_.scale.flush(), in_.scale.flush_skins(), closed);
   // Velocities after so short a time stand for the accelerations: far above round-off of the velocities, far
   // below a fall [s].
-  double delta = slowest / model_.gravity.norm();
-  for (const Body& b : bodies_) delta = std::max(delta, instant * fall_time(b.block));
+  double delta = slowest / in_.model.gravity.norm();
+  for (const Body& b : step_.bodies) delta = std::max(delta, instant * fall_time(b.block));
 
   contact::ContactProblem problem;
-  std::vector<double> pool(2 * 36 * bodies_.size());
-  std::vector<Vec6> now(bodies_.size());
-  std::vector<double> drag(bodies_.size());
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    const auto k = static_cast<std::size_t>(bodies_[i].block);
+  std::vector<double> pool(2 * 36 * step_.bodies.size());
+  std::vector<Vec6> now(step_.bodies.size());
+  std::vector<double> drag(step_.bodies.size());
+  for (std::size_t i = 0; i < step_.bodies.size(); ++i) {
+    const auto k = static_cast<std::size_t>(step_.bodies[i].block);
     Mat12 mass, inverse;
-    dda::impulse_mass(model_, state_, bodies_[i].block, true, mass, inverse);
+    dda::impulse_mass(in_.model, in_.state, step_.bodies[i].block, true, mass, inverse);
     double* const m = pool.data() + 72 * i;
     Eigen::Map<Mat6>(m, 6, 6) = mass.topLeftCorner<6, 6>();
     Eigen::Map<Mat6>(m + 36, 6, 6) = inverse.topLeftCorner<6, 6>();
     problem.bodies.push_back({6, static_cast<int>(6 * i), m, m + 36});
-    now[i] << state_.v[k], state_.w[k];
+    now[i] << in_.state.v[k], in_.state.w[k];
     Vec6 free;
-    drag[i] = vegetated_ ? vegetation_drag(model_.blocks[k], env_, state_.c[k]) : 0.0;
-    free << model_.gravity - drag[i] * state_.v[k],
-        inverse.block<3, 3>(3, 3) * -state_.w[k].cross(mass.block<3, 3>(3, 3) * state_.w[k]);
+    drag[i] = in_.vegetated ? vegetation_drag(in_.model.blocks[k], in_.env, in_.state.c[k]) : 0.0;
+    free << in_.model.gravity - drag[i] * in_.state.v[k],
+        inverse.block<3, 3>(3, 3) * -in_.state.w[k].cross(mass.block<3, 3>(3, 3) * in_.state.w[k]);
     for (int c = 0; c < 6; ++c) problem.v_hat.push_back(now[i][c] + delta * free[c]);
   }
 
-  double scale = delta * model_.gravity.norm();
+  double scale = delta * in_.model.gravity.norm();
   struct Couple {
     std::size_t row, of;
     double resistance;
@@ -123,14 +126,14 @@ std::optional<std::vector<Vec6>> IslandStepper::allowed_accelerations() {
     const Vec3 x = 0.5 * (t.at.point_a + t.at.point_b);
     for (const auto& [block, sign] :
          {std::pair(t.a.kind == Partner::Kind::block ? t.a.index : -1, -1.0), std::pair(t.b, 1.0)}) {
-      const int l = block < 0 ? -1 : local_[static_cast<std::size_t>(block)];
+      const int l = block < 0 ? -1 : in_.local[static_cast<std::size_t>(block)];
       if (l < 0) continue;
       const std::size_t at = problem.jacobians.size();
       problem.terms.push_back({l, static_cast<int>(at)});
       problem.jacobians.resize(at + 18, 0.0);
       double* const j = problem.jacobians.data() + at;
       if (!couple) {
-        write_jacobian(j, frame, x - state_.c[static_cast<std::size_t>(block)], Mat3::Identity(),
+        write_jacobian(j, frame, x - in_.state.c[static_cast<std::size_t>(block)], Mat3::Identity(),
                        Mat3::Identity(), 6, sign);
       } else {
         for (std::size_t r = 0; r < axes.size(); ++r)
@@ -141,43 +144,46 @@ std::optional<std::vector<Vec6>> IslandStepper::allowed_accelerations() {
     return c;
   };
   const auto pressed = [&](const Touch& t) {  // by the step just computed: what it holds lasts
-    return std::any_of(touches_.begin(), touches_.end(), [&](const Touch& k) {
+    return std::any_of(step_.touches.begin(), step_.touches.end(), [&](const Touch& k) {
       return k.row >= 0 && k.impulse[0] > 0 && k.b == t.b && k.a == t.a && k.at.key == t.at.key;
     });
   };
   for (const Touch& t : closed) {
     if (std::abs(t.approach) > slowest &&
-        !(std::abs(t.approach) < contact::tolerances().pressed_still * speed_ && pressed(t)))
+        !(std::abs(t.approach) < contact::tolerances().pressed_still * in_.scale.speed && pressed(t)))
       continue;
     const auto kb = static_cast<std::size_t>(t.b);
     const bool of_blocks = t.a.kind == Partner::Kind::block;
-    const Pose pose_a = of_blocks ? dda::pose(state_, t.a.index) : Pose{}, pose_b = dda::pose(state_, t.b);
-    const NormalOwner owner = normal_owner(t, model_, env_, &pose_a);
+    const Pose pose_a = of_blocks ? dda::pose(in_.state, t.a.index) : Pose{},
+               pose_b = dda::pose(in_.state, t.b);
+    const NormalOwner owner = normal_owner(t, in_.model, in_.env, &pose_a);
     const auto edges =
-        owner == NormalOwner::edges ? crossed_edges(t, model_, env_, pose_a, pose_b) : std::nullopt;
+        owner == NormalOwner::edges ? crossed_edges(t, in_.model, in_.env, pose_a, pose_b) : std::nullopt;
     if (owner == NormalOwner::edges)
       return std::nullopt;  // the rate of its normal is not known well enough: such steps are judged by their
                             // iteration alone
     const Mat3 frame = contact_frame(t.at.normal);
     const Vec3 x = 0.5 * (t.at.point_a + t.at.point_b);
     const auto turning = [&](int block) {
-      return Vec3(state_.w[static_cast<std::size_t>(block)].cross(
-          state_.w[static_cast<std::size_t>(block)].cross(x - state_.c[static_cast<std::size_t>(block)])));
+      return Vec3(in_.state.w[static_cast<std::size_t>(block)].cross(
+          in_.state.w[static_cast<std::size_t>(block)].cross(x -
+                                                             in_.state.c[static_cast<std::size_t>(block)])));
     };
-    const Vec3 spin_a = of_blocks ? state_.w[static_cast<std::size_t>(t.a.index)] : Vec3(Vec3::Zero());
-    const Vec3 u = point_velocity(state_, t.b, x) -
-                   (of_blocks ? point_velocity(state_, t.a.index, x) : Vec3(Vec3::Zero()));
+    const Vec3 spin_a = of_blocks ? in_.state.w[static_cast<std::size_t>(t.a.index)] : Vec3(Vec3::Zero());
+    const Vec3 u = point_velocity(in_.state, t.b, x) -
+                   (of_blocks ? point_velocity(in_.state, t.a.index, x) : Vec3(Vec3::Zero()));
     const Vec3 bent = turning(t.b) - (of_blocks ? turning(t.a.index) : Vec3(Vec3::Zero()));
     contact::ProblemContact c = row_of(t, frame, {}, 0, false);
     c.bias = delta * (frame.transpose() * bent);
-    c.bias[0] += delta * 2 * normal_rate(t, owner, edges, spin_a, state_.w[kb]).dot(u) - t.at.normal.dot(u);
+    c.bias[0] +=
+        delta * 2 * normal_rate(t, owner, edges, spin_a, in_.state.w[kb]).dot(u) - t.at.normal.dot(u);
     const Vec3 along = frame.transpose() * u;
     if (along.tail<2>().norm() <= slowest)
       c.bias.tail<2>() -= along.tail<2>();
     else
       scale = std::max(scale, contact::tolerances().still *
                                   along.tail<2>().norm());  // round-off of the slip is no acceleration
-    c.friction = friction_now(state_, t);
+    c.friction = friction_now(in_.state, t);
     if (!t.broken) {
       c.cohesion = (t.law->cohesion + (t.glued ? t.bond_cohesion : 0.0)) * t.at.area * delta;
       if (t.glued) c.tension = (t.law->tension + t.bond_tension) * t.at.area * delta;
@@ -189,11 +195,11 @@ std::optional<std::vector<Vec6>> IslandStepper::allowed_accelerations() {
     const double arm = rolling_arm(t);
     const std::array<Vec3, 2> tangents{frame.col(1), frame.col(2)};
     const std::array<Vec3, 1> normal{frame.col(0)};
-    const Vec3 spin = state_.w[kb] - spin_a;
+    const Vec3 spin = in_.state.w[kb] - spin_a;
     const auto add = [&](std::span<const Vec3> axes, double resistance) {
       contact::ProblemContact rolling = row_of(t, frame, axes, arm, true);
       rolling.bias[0] = 1;
-      rolling.compliance[0] = 1 / model_.blocks[kb].mass;
+      rolling.compliance[0] = 1 / in_.model.blocks[kb].mass;
       double fastest = 0;
       for (const Vec3& axis : axes) fastest = std::max(fastest, arm * std::abs(axis.dot(spin)));
       if (fastest <= slowest)
@@ -206,14 +212,14 @@ std::optional<std::vector<Vec6>> IslandStepper::allowed_accelerations() {
     if (t.law->rolling_resistance > 0) add(tangents, t.law->rolling_resistance);
     if (t.law->drilling_resistance > 0) add(normal, t.law->drilling_resistance);
   }
-  std::vector<Vec6> a(bodies_.size());
+  std::vector<Vec6> a(step_.bodies.size());
   if (problem.contacts.empty()) {
     problem.v = problem.v_hat;
   } else {
     contact::SolveSettings settings;
     settings.velocity_scale = scale;
-    settings.tolerance = std::max(
-        resolved, contact::tolerances().acceleration * settings_.accuracy * std::sqrt(settings_.accuracy));
+    settings.tolerance = std::max(resolved, contact::tolerances().acceleration * in_.settings.accuracy *
+                                                std::sqrt(in_.settings.accuracy));
     settings.sufficient = 1e-5;
     constexpr int most = 10;
     for (int i = 0; i < most; ++i) {
@@ -230,7 +236,7 @@ std::optional<std::vector<Vec6>> IslandStepper::allowed_accelerations() {
       if (change <= 1e-5 * all) break;
     }
   }
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+  for (std::size_t i = 0; i < step_.bodies.size(); ++i) {
     a[i] = (Eigen::Map<const Vec6>(problem.v.data() + 6 * i) - now[i]) / delta;
     if (drag[i] > 0) a[i].head<3>() += drag[i] * now[i].head<3>();
   }
@@ -242,14 +248,14 @@ std::optional<std::vector<Vec6>> IslandStepper::allowed_accelerations() {
 double IslandStepper::error_by_ends(double h, std::span<const Vec6> at_start,
                                     std::span<const Vec6> at_end) const {
   double worst = 0;
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    const Body& b = bodies_[i];
+  for (std::size_t i = 0; i < step_.bodies.size(); ++i) {
+    const Body& b = step_.bodies[i];
     const auto k = static_cast<std::size_t>(b.block);
     Vec6 used;
-    used << state_.v[k] - b.v0.head<3>(), state_.w[k] - b.v0.segment<3>(3);
-    if (b.drag > 0) used.head<3>() = h * dda::drag_acceleration(b.drag, h, b.v0.head<3>(), state_.v[k]);
+    used << in_.state.v[k] - b.v0.head<3>(), in_.state.w[k] - b.v0.segment<3>(3);
+    if (b.drag > 0) used.head<3>() = h * dda::drag_acceleration(b.drag, h, b.v0.head<3>(), in_.state.v[k]);
     const Vec6 off = used - 0.5 * h * (at_start[i] + at_end[i]);
-    const double speed = off.head<3>().norm() + model_.blocks[k].shape->radius * off.tail<3>().norm();
+    const double speed = off.head<3>().norm() + in_.model.blocks[k].shape->radius * off.tail<3>().norm();
     worst = std::max(worst, std::max(fall_time(b.block), h) * speed / step_error(b.block));
   }
   return worst;

@@ -27,9 +27,9 @@ void IslandStepper::confine(const Touch& t, const contact::ProblemContact& c) {
   // where a shear spring sticks.
   const bool slides = at_coulomb_bound(c, t.impulse);
   const auto hold = [&](int block) {
-    const int l = local_[static_cast<std::size_t>(block)];
+    const int l = in_.local[static_cast<std::size_t>(block)];
     if (l < 0) return;
-    Mat3& along = bodies_[static_cast<std::size_t>(l)].along;
+    Mat3& along = step_.bodies[static_cast<std::size_t>(l)].along;
     if (t.shear_stiffness > 0 && !slides) {
       along.setZero();
       return;
@@ -46,20 +46,20 @@ void IslandStepper::confine(const Touch& t, const contact::ProblemContact& c) {
 
 /// The terms that act on each body, in the order of the contacts.
 void IslandStepper::list_terms() {
-  const std::size_t bodies = bodies_.size();
+  const std::size_t bodies = step_.bodies.size();
   first_term_of_.assign(bodies + 2, 0);
   const auto of_block = [&](const contact::ContactTerm& term) {
     return term.body < static_cast<int>(bodies);
   };
-  for (const contact::ContactTerm& term : problem_.terms)
+  for (const contact::ContactTerm& term : step_.problem.terms)
     if (of_block(term)) ++first_term_of_[static_cast<std::size_t>(term.body) + 2];
   for (std::size_t b = 2; b < first_term_of_.size(); ++b) first_term_of_[b] += first_term_of_[b - 1];
   terms_of_.resize(first_term_of_.back());
-  for (std::size_t i = 0; i < problem_.contacts.size();
+  for (std::size_t i = 0; i < step_.problem.contacts.size();
        ++i)  // first_term_of_[b + 1] runs up to the end of body b's list
-    for (int k = problem_.contacts[i].first_term;
-         k < problem_.contacts[i].first_term + problem_.contacts[i].terms; ++k)
-      if (const contact::ContactTerm& term = problem_.terms[static_cast<std::size_t>(k)]; of_block(term))
+    for (int k = step_.problem.contacts[i].first_term;
+         k < step_.problem.contacts[i].first_term + step_.problem.contacts[i].terms; ++k)
+      if (const contact::ContactTerm& term = step_.problem.terms[static_cast<std::size_t>(k)]; of_block(term))
         terms_of_[first_term_of_[static_cast<std::size_t>(term.body) + 1]++] = {static_cast<int>(i), k};
   first_term_of_.pop_back();
 }
@@ -69,54 +69,56 @@ void IslandStepper::list_terms() {
 bool IslandStepper::mark_reached(const std::function<bool(const Touch&)>& bear,
                                  const std::function<bool(const Touch&)>& begins,
                                  const std::function<void(Body&)>& mark) {
-  const auto body = [&](const Touch& t) { return local_[static_cast<std::size_t>(t.b)]; };
-  if (std::ranges::none_of(touches_, [&](const Touch& t) { return t.row >= 0 && begins(t); })) return false;
-  DisjointSets sets(static_cast<int>(bodies_.size()));
-  for (const Touch& t : touches_)
+  const auto body = [&](const Touch& t) { return in_.local[static_cast<std::size_t>(t.b)]; };
+  if (std::ranges::none_of(step_.touches, [&](const Touch& t) { return t.row >= 0 && begins(t); }))
+    return false;
+  DisjointSets sets(static_cast<int>(step_.bodies.size()));
+  for (const Touch& t : step_.touches)
     if (t.row >= 0 && t.a.kind == Partner::Kind::block && bear(t))
-      if (const int a = local_[static_cast<std::size_t>(t.a.index)]; a >= 0) sets.join(a, body(t));
-  std::vector<char> reached(bodies_.size(), 0);
-  for (const Touch& t : touches_)
+      if (const int a = in_.local[static_cast<std::size_t>(t.a.index)]; a >= 0) sets.join(a, body(t));
+  std::vector<char> reached(step_.bodies.size(), 0);
+  for (const Touch& t : step_.touches)
     if (t.row >= 0 && begins(t)) reached[static_cast<std::size_t>(sets.root(body(t)))] = 1;
-  for (std::size_t i = 0; i < bodies_.size(); ++i)
-    if (reached[static_cast<std::size_t>(sets.root(static_cast<int>(i)))] != 0) mark(bodies_[i]);
+  for (std::size_t i = 0; i < step_.bodies.size(); ++i)
+    if (reached[static_cast<std::size_t>(sets.root(static_cast<int>(i)))] != 0) mark(step_.bodies[i]);
   return true;
 }
 
 void IslandStepper::apply(double h) {
-  if (h > 0) found_for_ = -1;  // an impulse leaves the positions
+  if (h > 0) step_.found_for = -1;  // an impulse leaves the positions
   // With a hard onset in the step all its impulses act from the start: x + h v^+. Steps of closed touches
   // alone keep the trapezoid, and springs their own rule.
   const bool sprung =
-      std::ranges::any_of(touches_, [](const Touch& t) { return t.row >= 0 && t.stiffness > 0; });
-  from_start_ = false;
-  for (Body& b : bodies_) b.from_start = false;
-  if (!sprung && h > 0 && island_->structures.empty()) {
+      std::ranges::any_of(step_.touches, [](const Touch& t) { return t.row >= 0 && t.stiffness > 0; });
+  step_.from_start = false;
+  for (Body& b : step_.bodies) b.from_start = false;
+  if (!sprung && h > 0 && in_.island->structures.empty()) {
     const auto impulse = [&](const Touch& t) -> const Vec3& {
-      return problem_.contacts[static_cast<std::size_t>(t.row)].impulse;
+      return step_.problem.contacts[static_cast<std::size_t>(t.row)].impulse;
     };
-    from_start_ = mark_reached([&](const Touch& t) { return !impulse(t).isZero(0); },
-                               [&](const Touch& t) { return t.mode == Mode::end && impulse(t)[0] > 0; },
-                               [](Body& b) { b.from_start = true; });
+    step_.from_start = mark_reached([&](const Touch& t) { return !impulse(t).isZero(0); },
+                                    [&](const Touch& t) { return t.mode == Mode::end && impulse(t)[0] > 0; },
+                                    [](Body& b) { b.from_start = true; });
   }
-  theta_of_.assign(problem_.contacts.size(), 0.5);  // of rolling rows and fixed points
-  each_touch([&](Touch& t) {
+  theta_of_.assign(step_.problem.contacts.size(), 0.5);  // of rolling rows and fixed points
+  step_.each_touch([&](Touch& t) {
     if (t.row < 0) return;
-    t.impulse = problem_.contacts[static_cast<std::size_t>(t.row)].impulse;
-    if (from_start_ && bodies_[static_cast<std::size_t>(local_[static_cast<std::size_t>(t.b)])].from_start)
+    t.impulse = step_.problem.contacts[static_cast<std::size_t>(t.row)].impulse;
+    if (step_.from_start &&
+        step_.bodies[static_cast<std::size_t>(in_.local[static_cast<std::size_t>(t.b)])].from_start)
       t.theta = 1;
     if (t.stiffness > 0 && h > 0) t.indentation = indentation_at_end(t, h);
     theta_of_[static_cast<std::size_t>(t.row)] =
-        t.spring == Mode::spring_end || (condensed_ && deformable_structure(t))
+        t.spring == Mode::spring_end || (in_.condensed && in_.deformable_structure(t))
             ? 0.5
             : t.theta;  // of blocks of the trapezoid
   });
   list_terms();
-  each_body([&](Body& b) {
+  step_.each_body([&](Body& b) {
     b.impulse.setZero();
     b.shift.setZero();
     b.along = Mat3::Identity();
-    const std::size_t i = static_cast<std::size_t>(&b - bodies_.data());
+    const std::size_t i = static_cast<std::size_t>(&b - step_.bodies.data());
     // A pebble beneath a boulder bears impulses of which its own is less than the last digit: the sum of all
     // on a body follows from its velocity. Contacts move positions by theta times their impulse (1/2
     // trapezoid, 1 end of the step): what differs from the first one's theta is added up by itself.
@@ -125,67 +127,69 @@ void IslandStepper::apply(double h) {
     Vec12 others = Vec12::Zero();
     for (std::size_t e = first_term_of_[i]; e < first_term_of_[i + 1]; ++e) {
       const auto row = static_cast<std::size_t>(terms_of_[e].contact);
-      const Vec3& p = problem_.contacts[row].impulse;
+      const Vec3& p = step_.problem.contacts[row].impulse;
       if (p == Vec3::Zero()) continue;
       const double own = b.end_rule ? 1.0 : theta_of_[row];
       if (!theta) theta = own;
       if (own == *theta) continue;
       const Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>> jacobian(
-          problem_.jacobians.data() + problem_.terms[static_cast<std::size_t>(terms_of_[e].term)].jacobian, 3,
-          b.ndof);
+          step_.problem.jacobians.data() +
+              step_.problem.terms[static_cast<std::size_t>(terms_of_[e].term)].jacobian,
+          3, b.ndof);
       others.head(b.ndof) += (own - *theta) * (jacobian.transpose() * p);
     }
     if (theta) {
-      b.v_solved.head(b.ndof) = Eigen::Map<const VecX>(problem_.v.data() + problem_.bodies[i].offset, b.ndof);
+      b.v_solved.head(b.ndof) =
+          Eigen::Map<const VecX>(step_.problem.v.data() + step_.problem.bodies[i].offset, b.ndof);
       b.impulse.head(b.ndof) =
           b.free.mass.topLeftCorner(b.ndof, b.ndof) * (b.v_solved - b.free.velocity).head(b.ndof);
       b.shift = *theta * b.impulse + others;
     }
   });
   if (sprung)
-    for (const Touch& t : touches_)
-      if (t.row >= 0 && (t.mode == Mode::spring_end || (sprung_ && t.stiffness == 0)) && t.b >= 0 &&
+    for (const Touch& t : step_.touches)
+      if (t.row >= 0 && (t.mode == Mode::spring_end || (step_.sprung && t.stiffness == 0)) && t.b >= 0 &&
           t.impulse[0] > 0)
-        confine(t, problem_.contacts[static_cast<std::size_t>(t.row)]);
-  each_body([&](Body& b) { move_body(b, h); });
+        confine(t, step_.problem.contacts[static_cast<std::size_t>(t.row)]);
+  step_.each_body([&](Body& b) { move_body(b, h); });
 }
 
 /// Position, velocity and spin at the end of the step by the impulses on the body.
 void IslandStepper::move_body(Body& b, double h) {
   const auto k = static_cast<std::size_t>(b.block);
   const dda::FreeFlow& f = b.free;
-  state_.c[k] = f.pose.c;
-  state_.q[k] = f.q;
-  state_.eps[k] = f.eps;
+  in_.state.c[k] = f.pose.c;
+  in_.state.q[k] = f.q;
+  in_.state.eps[k] = f.eps;
   if (!b.impulse.isZero(0)) {
     Vec12 d = Vec12::Zero();
     d.head(b.ndof) = h * (f.inverse.topLeftCorner(b.ndof, b.ndof) * b.shift.head(b.ndof));
     if (!b.end_rule && !b.from_start && !b.leapfrog) d.head<3>() *= 2 * f.theta;  // theta for 1/2
-    state_.c[k] += d.head<3>();
+    in_.state.c[k] += d.head<3>();
     // Of free flow's own parabola only the velocity counts, unless next to nothing pushes: what falls
     // together falls as what falls alone.
     if (b.from_start)
-      state_.c[k] += std::min(1.0, b.impulse.head<3>().norm() /
-                                       (0.1 * model_.blocks[k].mass * model_.gravity.norm() * h)) *
-                     (1 - f.theta) * h * h * b.free_acceleration(model_.gravity);
-    if (!d.segment<3>(3).isZero(0)) state_.q[k] = (dda::rotation_by(d.segment<3>(3)) * f.q).normalized();
+      in_.state.c[k] += std::min(1.0, b.impulse.head<3>().norm() /
+                                          (0.1 * in_.model.blocks[k].mass * in_.model.gravity.norm() * h)) *
+                        (1 - f.theta) * h * h * b.free_acceleration(in_.model.gravity);
+    if (!d.segment<3>(3).isZero(0)) in_.state.q[k] = (dda::rotation_by(d.segment<3>(3)) * f.q).normalized();
     if (b.ndof == 12)
-      state_.eps[k] +=
+      in_.state.eps[k] +=
           b.leapfrog || b.strains_at_end ? Vec6(h * (b.v_solved - f.velocity).tail<6>()) : Vec6(d.tail<6>());
   }
   // Along the contact faces nothing is stiff: there the path keeps the trapezoid, exact in steady sliding.
-  if (b.end_rule) state_.c[k] -= (1 - f.theta) * h * (b.along * (b.v_solved.head<3>() - b.v0.head<3>()));
-  state_.v[k] = b.v_solved.head<3>();
-  state_.eps_rate[k] = b.ndof == 12 ? Vec6(b.v_solved.tail<6>()) : Vec6(Vec6::Zero());
+  if (b.end_rule) in_.state.c[k] -= (1 - f.theta) * h * (b.along * (b.v_solved.head<3>() - b.v0.head<3>()));
+  in_.state.v[k] = b.v_solved.head<3>();
+  in_.state.eps_rate[k] = b.ndof == 12 ? Vec6(b.v_solved.tail<6>()) : Vec6(Vec6::Zero());
   // Angular momentum exactly: w follows from it at the orientation reached.
-  if (h == 0 || (b.impulse.segment<3>(3).isZero(0) && f.q.coeffs() == state_.q[k].coeffs())) {
-    state_.w[k] = b.v_solved.segment<3>(3);
+  if (h == 0 || (b.impulse.segment<3>(3).isZero(0) && f.q.coeffs() == in_.state.q[k].coeffs())) {
+    in_.state.w[k] = b.v_solved.segment<3>(3);
   } else {
     // The point that the way really taken keeps the angular momentum about is another than that of the last
     // pass, which the rows were made about.
     Vec3 turned = b.impulse.segment<3>(3);
-    if (island_->structures.empty() && !b.end_rule && !b.pressed)
-      turned -= ((b.from_start ? b.start.c : Vec3(0.5 * (b.start.c + state_.c[k]))) - b.about)
+    if (in_.island->structures.empty() && !b.end_rule && !b.pressed)
+      turned -= ((b.from_start ? b.start.c : Vec3(0.5 * (b.start.c + in_.state.c[k]))) - b.about)
                     .cross(b.impulse.head<3>());
     set_spin(b.block, b.momentum0 + turned, b.ndof == 12);
   }
@@ -195,29 +199,30 @@ void IslandStepper::move_body(Body& b, double h) {
 /// strained as it is.
 void IslandStepper::set_spin(int i, const Vec3& momentum, bool strains) {
   const auto k = static_cast<std::size_t>(i);
-  const dda::Model::Block& block = model_.blocks[k];
-  const Mat3 rotation = state_.rotation(i);
+  const dda::Model::Block& block = in_.model.blocks[k];
+  const Mat3 rotation = in_.state.rotation(i);
   if (!strains) {
-    state_.w[k] = rotation * block.inertia.inverse() * (rotation.transpose() * momentum);
+    in_.state.w[k] = rotation * block.inertia.inverse() * (rotation.transpose() * momentum);
     return;
   }
-  const Mat12 mass = dda::mass_matrix(block, dda::pose(state_, i), rotation);
-  state_.w[k] = mass.block<3, 3>(3, 3).inverse() * (momentum - mass.block<3, 6>(3, 6) * state_.eps_rate[k]);
+  const Mat12 mass = dda::mass_matrix(block, dda::pose(in_.state, i), rotation);
+  in_.state.w[k] =
+      mass.block<3, 3>(3, 3).inverse() * (momentum - mass.block<3, 6>(3, 6) * in_.state.eps_rate[k]);
 }
 
 double IslandStepper::indentation_at_end(const Touch& t, double h) const {
-  const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
-  const bool by_body =
-      t.spring == Mode::spring_end && t.b >= 0 && !deformable_structure(t);  // each side goes by its own rule
-  double way = by_body ? 0.0 : -t.theta * t.u_ref;                           // row 0 of theta J (v - v_ref)
+  const contact::ProblemContact& c = step_.problem.contacts[static_cast<std::size_t>(t.row)];
+  const bool by_body = t.spring == Mode::spring_end && t.b >= 0 &&
+                       !in_.deformable_structure(t);  // each side goes by its own rule
+  double way = by_body ? 0.0 : -t.theta * t.u_ref;    // row 0 of theta J (v - v_ref)
   for (int k = 0; k < c.terms; ++k) {
-    const contact::ContactTerm& term = problem_.terms[static_cast<std::size_t>(c.first_term + k)];
-    const contact::ProblemBody& body = problem_.bodies[static_cast<std::size_t>(term.body)];
-    const double* const v = problem_.v.data() + body.offset;
-    const Body* const b = by_body ? &bodies_[static_cast<std::size_t>(term.body)] : nullptr;
+    const contact::ContactTerm& term = step_.problem.terms[static_cast<std::size_t>(c.first_term + k)];
+    const contact::ProblemBody& body = step_.problem.bodies[static_cast<std::size_t>(term.body)];
+    const double* const v = step_.problem.v.data() + body.offset;
+    const Body* const b = by_body ? &step_.bodies[static_cast<std::size_t>(term.body)] : nullptr;
     const double theta = b == nullptr ? t.theta : b->end_rule ? 1.0 : 0.5;
     for (int i = 0; i < body.ndof; ++i)
-      way += theta * problem_.jacobians[static_cast<std::size_t>(term.jacobian + 3 * i)] *
+      way += theta * step_.problem.jacobians[static_cast<std::size_t>(term.jacobian + 3 * i)] *
              (v[i] - (b != nullptr ? b->v_ref[i] : 0.0));
   }
   return -(t.gap_ref + h * way);

@@ -113,7 +113,7 @@ template <class Thing, class Use>
 void IslandStepper::Booking::each(const std::vector<Thing>& things, int at_once, Use&& use) {
   const int n = static_cast<int>(things.size()), books = (n + at_once - 1) / at_once;
   std::vector<Booking> parts(static_cast<std::size_t>(books), Booking{of, h});
-  contact::in_ranges(books, of.settings_.threads < 2 ? books : 2, [&](int from, int to) {
+  contact::in_ranges(books, of.in_.settings.threads < 2 ? books : 2, [&](int from, int to) {
     for (int part = from; part < to; ++part)
       for (int i = part * at_once; i < std::min(n, (part + 1) * at_once); ++i)
         use(parts[static_cast<std::size_t>(part)], things[static_cast<std::size_t>(i)]);
@@ -124,22 +124,22 @@ void IslandStepper::Booking::each(const std::vector<Thing>& things, int at_once,
 IslandStepper::Booking::Slip IslandStepper::Booking::slip(const contact::ProblemContact& c) const {
   Slip s;
   for (int k = 0; k < c.terms; ++k) {
-    const contact::ContactTerm& term = of.problem_.terms[static_cast<std::size_t>(c.first_term + k)];
-    const contact::ProblemBody& body = of.problem_.bodies[static_cast<std::size_t>(term.body)];
-    const Rows j(of.problem_.jacobians.data() + term.jacobian, 3, body.ndof);
-    if (term.body < static_cast<int>(of.bodies_.size())) {
-      const Body& b = of.bodies_[static_cast<std::size_t>(term.body)];
+    const contact::ContactTerm& term = of.step_.problem.terms[static_cast<std::size_t>(c.first_term + k)];
+    const contact::ProblemBody& body = of.step_.problem.bodies[static_cast<std::size_t>(term.body)];
+    const Rows j(of.step_.problem.jacobians.data() + term.jacobian, 3, body.ndof);
+    if (term.body < static_cast<int>(of.step_.bodies.size())) {
+      const Body& b = of.step_.bodies[static_cast<std::size_t>(term.body)];
       s.blocks += j * mean_velocity(b.v0, b.free, b.v_solved).head(body.ndof);
       s.last += j * b.v_solved.head(body.ndof);
     } else {
       // The leapfrog's work is impulse times the mean of the half-step velocities before and after.
-      const Eigen::Map<const VecX> end(of.problem_.v.data() + body.offset, body.ndof);
-      const std::size_t part = static_cast<std::size_t>(term.body) - of.bodies_.size();
+      const Eigen::Map<const VecX> end(of.step_.problem.v.data() + body.offset, body.ndof);
+      const std::size_t part = static_cast<std::size_t>(term.body) - of.step_.bodies.size();
       s.last += j * end;
-      if (of.condensed_)
-        s.structure += j * (0.5 * (of.skins_[part].v_before + end));
+      if (of.in_.condensed)
+        s.structure += j * (0.5 * (of.step_.skins[part].v_before + end));
       else
-        s.structure += j * (0.5 * (of.nodes_[part].v_before + end));
+        s.structure += j * (0.5 * (of.step_.nodes[part].v_before + end));
     }
   }
   return s;
@@ -151,9 +151,9 @@ double IslandStepper::Booking::work(const contact::ProblemContact& c) const {
 }
 
 void IslandStepper::Booking::row(const Touch& t) {
-  const contact::ProblemContact& c = of.problem_.contacts[static_cast<std::size_t>(t.row)];
+  const contact::ProblemContact& c = of.step_.problem.contacts[static_cast<std::size_t>(t.row)];
   const Slip s = slip(c);
-  if (of.deformable_structure(t)) {
+  if (of.in_.deformable_structure(t)) {
     pending.blocks_contact_work += c.impulse.dot(s.blocks);
     pending.structure_contact_work += c.impulse.dot(s.structure);
   }
@@ -166,8 +166,8 @@ void IslandStepper::Booking::row(const Touch& t) {
 void IslandStepper::Booking::hard_row(const Touch& t, const contact::ProblemContact& c, const Slip& s) {
   const Vec3 mean = s.blocks + s.structure;
   const double normal_work = c.impulse[0] * mean[0], slip_work = c.impulse.tail<2>().dot(mean.tail<2>());
-  if (of.from_start_ &&
-      of.bodies_[static_cast<std::size_t>(of.local_[static_cast<std::size_t>(t.b)])].from_start) {
+  if (of.step_.from_start &&
+      of.step_.bodies[static_cast<std::size_t>(of.in_.local[static_cast<std::size_t>(t.b)])].from_start) {
     // Positions go by the velocities at the end, and so does the slip: friction takes its force times that.
     // By the means of the velocities the normals have taken the rest.
     const double slid = std::max(0.0, -c.impulse.tail<2>().dot(s.last.tail<2>()));
@@ -177,7 +177,7 @@ void IslandStepper::Booking::hard_row(const Touch& t, const contact::ProblemCont
   }
   loss.slides(-slip_work);
   (t.mode == Mode::closed ? pending.algorithmic : loss.impact) -= normal_work;
-  const bool by_end = of.leapfrog() || (of.sprung_ && t.theta == 1);  // its blocks go by x + h v^+
+  const bool by_end = of.in_.leapfrog() || (of.step_.sprung && t.theta == 1);  // its blocks go by x + h v^+
   if (t.mode != Mode::closed && h > 0 && by_end) onset -= normal_work;
 }
 
@@ -193,7 +193,7 @@ void IslandStepper::Booking::spring_row(const Touch& t, const contact::ProblemCo
   shear(t, c, s);
   const double crushed = booked_by_craters(t) ? t.crushed - t.crushed_ahead + of.crushed_ahead(t)
                          : t.mode == Mode::spring_secant
-                             ? crushed_by_half(t, -t.at.gap + of.length_before(t, h) * t.approach)
+                             ? crushed_by_half(t, -t.at.gap + of.step_.length_before(t, h) * t.approach)
                              : t.normal_law.crushing(t.indentation);
   (t.law->yields() ? pending.yield_work : pending.damping_work) += crushed;
   // With a dashpot the loss is mostly its own. From what the ledger counts as stored: nothing is lost with a
@@ -206,7 +206,7 @@ void IslandStepper::Booking::spring_row(const Touch& t, const contact::ProblemCo
   const double lost = -(c.impulse[0] * mean[0] + torn + (of.spring_energy_at_end(t, h) - t.stored) -
                         stretched(t) + crushed + freed);
   (t.dashpot > 0 ? pending.damping_work : pending.algorithmic) += lost;
-  if (t.dashpot > 0 && of.leapfrog()) onset += std::max(0.0, lost);
+  if (t.dashpot > 0 && of.in_.leapfrog()) onset += std::max(0.0, lost);
 }
 
 /// Friction in the half step before of what sticks now: the impulse stands for the time from half step to
@@ -215,8 +215,8 @@ double IslandStepper::Booking::slid_before(const Touch& t, const contact::Proble
                                            const Slip& s) const {
   if (!t.shears_by_half) return 0;
   const Vec3 before = 2 * (s.blocks + s.structure) - s.last, stretched = t.frame.transpose() * t.shear_way;
-  return std::max(0.0,
-                  -0.5 * c.impulse.tail<2>().dot((before - stretched / of.length_before(t, h)).tail<2>()));
+  return std::max(
+      0.0, -0.5 * c.impulse.tail<2>().dot((before - stretched / of.step_.length_before(t, h)).tail<2>()));
 }
 
 void IslandStepper::Booking::shear(const Touch& t, const contact::ProblemContact& c, const Slip& s) {
@@ -225,7 +225,7 @@ void IslandStepper::Booking::shear(const Touch& t, const contact::ProblemContact
   // Of what slides, the ground in the way takes its part of the cone.
   const double bound = c.friction * c.impulse[0] + c.cohesion,
                in_the_way = t.ploughing > 0 && bound > 0 ? std::min(1.0, t.ploughing / bound) : 0.0;
-  if (!of.leapfrog()) {
+  if (!of.in_.leapfrog()) {
     const double lost = -(slip_work + stretch), ploughed = in_the_way * std::max(0.0, lost);
     loss.sprung += lost - ploughed;
     pending.ploughing_work += ploughed;
@@ -244,25 +244,25 @@ void IslandStepper::Booking::shear(const Touch& t, const contact::ProblemContact
 /// Positions that left the trapezoid met gravity elsewhere than the velocities did.
 void IslandStepper::Booking::position(const Body& b) {
   const auto k = static_cast<std::size_t>(b.block);
-  const dda::Model::Block& block = of.model_.blocks[k];
+  const dda::Model::Block& block = of.in_.model.blocks[k];
   const Vec3 trapezoid = b.start.c + h * mean_velocity(b.v0, b.free, b.v_solved).head<3>();
   // Blocks that an impact stopped at the start of the step stay higher than the means of the velocities say:
   // so much less it took.
-  const double sunk = block.mass * of.model_.gravity.dot(of.state_.c[k] - trapezoid);
+  const double sunk = block.mass * of.in_.model.gravity.dot(of.in_.state.c[k] - trapezoid);
   (b.from_start && sunk < 0 ? loss.impact : pending.algorithmic) += sunk;
 }
 
 /// The momentum is exact at the orientation reached, where the inertia is another than the one that the
 /// impulse met. A rigid impulse of a straining block turns its strain rate as well.
 void IslandStepper::Booking::turning(const Body& b) {
-  const bool changes = h > 0 || of.model_.blocks[static_cast<std::size_t>(b.block)].deformable;
+  const bool changes = h > 0 || of.in_.model.blocks[static_cast<std::size_t>(b.block)].deformable;
   if (changes && !b.impulse.isZero(0))
-    pending.algorithmic -= of.internal_energy(b.block) - b.internal0 -
+    pending.algorithmic -= of.in_.internal_energy(b.block) - b.internal0 -
                            b.impulse.segment<3>(3).dot(mean_velocity(b.v0, b.free, b.v_solved).segment<3>(3));
 }
 
 void IslandStepper::Booking::straining(const Body& b) {
-  const dda::Model::Block& block = of.model_.blocks[static_cast<std::size_t>(b.block)];
+  const dda::Model::Block& block = of.in_.model.blocks[static_cast<std::size_t>(b.block)];
   const Vec6 rate = 0.5 * (b.v0.tail<6>() + b.v_solved.tail<6>());
   const Vec6 viscous = b.end_rule || b.strains_at_end ? Vec6(b.v_solved.tail<6>())
                                                       : rate;  // the rate that made the viscous stress
@@ -275,25 +275,25 @@ void IslandStepper::Booking::straining(const Body& b) {
   Eigen::Matrix<double, 9, 1> of_contacts = b.impulse.tail<9>();
   if (b.follows) of_contacts.tail<6>() -= b.strain_lag;
   if (h > 0)
-    pending.algorithmic -= of.internal_energy(b.block) - b.internal0 + damped -
+    pending.algorithmic -= of.in_.internal_energy(b.block) - b.internal0 + damped -
                            of_contacts.dot(mean_velocity(b.v0, b.free, b.v_solved).tail<9>());
 }
 
 void IslandStepper::book(double h) {
   Booking books{*this, h};
-  books.each(touches_, touches_at_once, [](Booking& of, const Touch& t) {
+  books.each(step_.touches, touches_at_once, [](Booking& of, const Touch& t) {
     if (t.row >= 0) of.row(t);
   });
-  each_rolling(touches_, problem_, [&](const Touch&, double, const contact::ProblemContact& c) {
+  each_rolling(step_.touches, step_.problem, [&](const Touch&, double, const contact::ProblemContact& c) {
     books.loss.slides(-books.work(c));
   });
-  each_held(touches_, problem_, [&](const contact::ProblemContact& c) {
+  each_held(step_.touches, step_.problem, [&](const contact::ProblemContact& c) {
     (h > 0 ? books.pending.algorithmic : books.loss.impact) -= books.work(c);
   });
-  books.each(bodies_, bodies_at_once, [](Booking& of, const Body& b) {
+  books.each(step_.bodies, bodies_at_once, [](Booking& of, const Body& b) {
     if (b.drag > 0)
       of.pending.vegetation_work +=
-          dda::drag_work(of.of.model_.blocks[static_cast<std::size_t>(b.block)].mass, b.drag, of.h,
+          dda::drag_work(of.of.in_.model.blocks[static_cast<std::size_t>(b.block)].mass, b.drag, of.h,
                          b.v0.head<3>(), b.v_solved.head<3>());
     const double before = of.pending.algorithmic;
     if (!b.impulse.isZero(0) || b.end_rule || b.pressed) of.position(b);
@@ -302,23 +302,24 @@ void IslandStepper::book(double h) {
     of.reading -= b.converted;
     b.ndof == 6 ? of.turning(b) : of.straining(b);
   });
-  pending_ += books.pending;
-  const double met = books.loss.settle(pending_);
-  if (from_start_) books.onset += met;
+  step_.pending += books.pending;
+  const double met = books.loss.settle(step_.pending);
+  if (step_.from_start) books.onset += met;
   // A hard contact (or a stiff dashpot) at a structure acts at the end of the step, an onset in a large
   // island at its start, neither along it: its work with the mean velocities counts as lost what the block's
   // own energy says was not, so that only the sum of both is known.
-  const double overcounted = std::clamp(books.reading - pending_.algorithmic,
-                                        std::min(from_start_ ? met : 0.0, 0.0), std::max(books.onset, 0.0));
-  pending_.damping_work -= overcounted;
-  pending_.algorithmic += overcounted;
+  const double overcounted =
+      std::clamp(books.reading - step_.pending.algorithmic, std::min(step_.from_start ? met : 0.0, 0.0),
+                 std::max(books.onset, 0.0));
+  step_.pending.damping_work -= overcounted;
+  step_.pending.algorithmic += overcounted;
 }
 
 /// Columns of a bed that come out of contact lose the last of their pressure sheared: what they held slips
 /// away. Those that join are not sheared, and a part shears as one: what evens out among them slips as well.
 double IslandStepper::freed_shear(const Touch& t) const {
   if (!t.normal_law.bed) return 0;
-  const std::vector<ContactMemory>& memory = history_[static_cast<std::size_t>(t.b)];
+  const std::vector<ContactMemory>& memory = in_.history[static_cast<std::size_t>(t.b)];
   const auto last =
       std::lower_bound(memory.begin(), memory.end(), std::pair(t.a.id(), t.at.key),
                        [](const ContactMemory& m, const std::pair<std::uint64_t, std::uint64_t>& key) {
@@ -332,11 +333,6 @@ double IslandStepper::freed_shear(const Touch& t) const {
 /// ahead, of a leapfrog for the half of it, is put right a step later.
 double IslandStepper::crushed_ahead(const Touch& t) const {
   return (t.mode == Mode::spring_secant ? 0.5 : 1.0) * t.normal_law.crushing(t.indentation);
-}
-
-double IslandStepper::internal_energy(int block) const {
-  const dda::BlockEnergy e = dda::energy(model_, state_, block);
-  return e.rotational + e.straining + e.strain_energy;
 }
 
 }  // namespace talus::coupling

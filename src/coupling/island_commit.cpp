@@ -23,48 +23,48 @@ double led_in_quietly(const Touch& t) {
 
 void IslandStepper::collect_node_impulses() {
   // What each structure node really gets: J^T p over its contacts.
-  node_impulses_.clear();
-  for (std::size_t i = 0; i < nodes_.size(); ++i) {
-    const NodeBody& n = nodes_[i];
-    node_impulses_.push_back(
+  step_.node_impulses.clear();
+  for (std::size_t i = 0; i < step_.nodes.size(); ++i) {
+    const NodeBody& n = step_.nodes[i];
+    step_.node_impulses.push_back(
         {n.structure, n.node, Vec3::Zero(),
-         env_.structures[static_cast<std::size_t>(n.structure)].structure->node_position(n.node)});
+         in_.env.structures[static_cast<std::size_t>(n.structure)].structure->node_position(n.node)});
   }
   std::vector<std::size_t> first;  // of each skin's nodes
-  for (const Skin& s : skins_) {
-    first.push_back(node_impulses_.size());
+  for (const Skin& s : step_.skins) {
+    first.push_back(step_.node_impulses.size());
     for (const int node : s.node)
-      node_impulses_.push_back(
+      step_.node_impulses.push_back(
           {s.structure, node, Vec3::Zero(),
-           env_.structures[static_cast<std::size_t>(s.structure)].structure->node_position(node)});
+           in_.env.structures[static_cast<std::size_t>(s.structure)].structure->node_position(node)});
   }
-  for (const contact::ProblemContact& c : problem_.contacts)
+  for (const contact::ProblemContact& c : step_.problem.contacts)
     for (int k = 0; k < c.terms; ++k) {
-      const contact::ContactTerm& term = problem_.terms[static_cast<std::size_t>(c.first_term + k)];
-      const int part = term.body - static_cast<int>(bodies_.size());
+      const contact::ContactTerm& term = step_.problem.terms[static_cast<std::size_t>(c.first_term + k)];
+      const int part = term.body - static_cast<int>(step_.bodies.size());
       if (part < 0 || c.impulse.isZero(0)) continue;
       const std::size_t at =
-          condensed_ ? first[static_cast<std::size_t>(part)] : static_cast<std::size_t>(part);
-      const std::size_t count = condensed_ ? skins_[static_cast<std::size_t>(part)].node.size() : 1;
+          in_.condensed ? first[static_cast<std::size_t>(part)] : static_cast<std::size_t>(part);
+      const std::size_t count = in_.condensed ? step_.skins[static_cast<std::size_t>(part)].node.size() : 1;
       for (std::size_t i = 0; i < count; ++i)
-        node_impulses_[at + i].impulse +=
-            Eigen::Map<const Mat3>(problem_.jacobians.data() + static_cast<std::size_t>(term.jacobian) +
+        step_.node_impulses[at + i].impulse +=
+            Eigen::Map<const Mat3>(step_.problem.jacobians.data() + static_cast<std::size_t>(term.jacobian) +
                                    9 * i)
                 .transpose() *
             c.impulse;
     }
-  for (const Touch& t : touches_)
-    for (const HeldShare& s : held_) {
+  for (const Touch& t : step_.touches)
+    for (const HeldShare& s : step_.held) {
       if (t.row < 0 || s.contact != t.row || t.impulse.isZero(0)) continue;
-      const Structure& structure = *env_.structures[static_cast<std::size_t>(s.structure)].structure;
+      const Structure& structure = *in_.env.structures[static_cast<std::size_t>(s.structure)].structure;
       const Vec3 p = t.frame * t.impulse;
-      node_impulses_.push_back(
+      step_.node_impulses.push_back(
           {s.structure, s.node, s.weight * p + s.tilt.dot(p) * t.normal, structure.node_position(s.node)});
     }
 }
 
 void IslandStepper::remember(const Touch& t, double h, std::vector<ContactMemory>& list) const {
-  const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
+  const contact::ProblemContact& c = step_.problem.contacts[static_cast<std::size_t>(t.row)];
   const Vec3 p = t.frame * c.impulse;
   ContactMemory memory;
   memory.partner = t.a.id();
@@ -85,14 +85,15 @@ void IslandStepper::remember(const Touch& t, double h, std::vector<ContactMemory
     memory.normal = t.at.normal;
     // Deeper than the geometry says it comes back slowly, at its own cost; the other way round it waits for
     // the contact to open, or to rest.
-    const bool own = deformable_structure(t);
-    const double led_out = std::clamp(t.offset, -lead_out(h),
-                                      own || t.energetic ? 0.0 : std::min(lead_out(h), led_in_quietly(t)));
+    const bool own = in_.deformable_structure(t);
+    const double led_out =
+        std::clamp(t.offset, -in_.scale.lead_out(h),
+                   own || t.energetic ? 0.0 : std::min(in_.scale.lead_out(h), led_in_quietly(t)));
     memory.indentation = std::max(0.0, t.indentation + (t.indentation > 0 ? led_out : 0.0));
     memory.offset = t.offset - led_out;
     memory.stiffness = own ? t.stiffness : t.normal_law.stiffness;
     memory.growth = t.normal_law.growth;
-    memory.lasted = leapfrog() ? h : 0;
+    memory.lasted = in_.leapfrog() ? h : 0;
   }
   if (memory.broken || memory.glued || memory.crushed > 0 || memory.normal_energy + memory.shear_energy > 0 ||
       !c.impulse.isZero(0)) {
@@ -106,11 +107,11 @@ void IslandStepper::remember(const Touch& t, double h, std::vector<ContactMemory
 
 /// What a block was born inside is forgotten once the touches of the step found nothing inside any more.
 void IslandStepper::shrink_births(int block) {
-  std::vector<ContactMemory>& list = history_[static_cast<std::size_t>(block)];
+  std::vector<ContactMemory>& list = in_.history[static_cast<std::size_t>(block)];
   for (ContactMemory& m : list) {
     if (m.feature != born_inside) continue;
     m.indentation = 0;
-    for (const Touch& t : touches_)
+    for (const Touch& t : step_.touches)
       if (t.b == block && t.a.id() == m.partner) m.indentation = std::max(m.indentation, t.offset - t.at.gap);
   }
   std::erase_if(list,
@@ -121,11 +122,11 @@ void IslandStepper::shrink_births(int block) {
 /// piece.
 bool IslandStepper::pressed_on_lost_face(const ContactMemory& m) const {
   constexpr double near = 0.25;  // of the edge of a face, which no step takes it
-  for (const int s : island_->structures) {
+  for (const int s : in_.island->structures) {
     if (m.partner != Partner{Partner::Kind::structure, s}.id()) continue;
-    const contact::SurfaceIndex& skin = *env_.structures[static_cast<std::size_t>(s)].index;
+    const contact::SurfaceIndex& skin = *in_.env.structures[static_cast<std::size_t>(s)].index;
     contact::ContactPoint at;
-    return !contact::node_surface(skin, m.place, -m.normal, length_, at) ||
+    return !contact::node_surface(skin, m.place, -m.normal, in_.scale.length, at) ||
            std::abs(at.gap) > near * face_edge(skin.surface(), at.face_a);
   }
   return false;
@@ -162,17 +163,18 @@ double left_sheared(const std::vector<ContactMemory>& memory, std::span<const To
 /// The memory of every body and skin anew, from the rows of the step.
 void IslandStepper::remember_all(double h) {
   std::vector<const Touch*> craters;  // few have any, and a heap has a hundred thousand touches
-  std::vector<std::size_t> first(bodies_.size() + 2, 0);  // into `rows`, per body
+  std::vector<std::size_t> first(step_.bodies.size() + 2, 0);  // into `rows`, per body
   std::vector<const Touch*> rows;
-  for (const Touch& t : touches_) {
+  for (const Touch& t : step_.touches) {
     if (!t.craters.empty()) craters.push_back(&t);
-    if (t.row >= 0 && t.b >= 0) ++first[static_cast<std::size_t>(local_[static_cast<std::size_t>(t.b)]) + 2];
+    if (t.row >= 0 && t.b >= 0)
+      ++first[static_cast<std::size_t>(in_.local[static_cast<std::size_t>(t.b)]) + 2];
   }
   for (std::size_t b = 2; b < first.size(); ++b) first[b] += first[b - 1];
   rows.resize(first.back());
-  for (const Touch& t : touches_)
+  for (const Touch& t : step_.touches)
     if (t.row >= 0 && t.b >= 0)
-      rows[first[static_cast<std::size_t>(local_[static_cast<std::size_t>(t.b)]) + 1]++] = &t;
+      rows[first[static_cast<std::size_t>(in_.local[static_cast<std::size_t>(t.b)]) + 1]++] = &t;
   const auto clear = [](std::vector<ContactMemory>& memory) {
     double held = 0;
     for (const ContactMemory& m : memory) held += m.normal_energy + m.shear_energy;
@@ -186,12 +188,12 @@ void IslandStepper::remember_all(double h) {
   };
   // Springs whose contact is no longer found take their energy along: booked as the scheme's loss, but for
   // what a structure's cells took with them. What their shear springs held slips away.
-  std::vector<double> held(bodies_.size()), torn(bodies_.size()), slipped(bodies_.size());
-  each_body([&](const Body& b) {
-    const auto i = static_cast<std::size_t>(&b - bodies_.data());
-    std::vector<ContactMemory>& memory = history_[static_cast<std::size_t>(b.block)];
+  std::vector<double> held(step_.bodies.size()), torn(step_.bodies.size()), slipped(step_.bodies.size());
+  step_.each_body([&](const Body& b) {
+    const auto i = static_cast<std::size_t>(&b - step_.bodies.data());
+    std::vector<ContactMemory>& memory = in_.history[static_cast<std::size_t>(b.block)];
     if (shed_) torn[i] = lost_with_faces(memory, std::span(rows).subspan(first[i], first[i + 1] - first[i]));
-    if (!leapfrog())
+    if (!in_.leapfrog())
       slipped[i] = left_sheared(memory, std::span(rows).subspan(first[i], first[i + 1] - first[i]));
     held[i] = clear(memory);
     keep_craters(craters, b.block, memory);
@@ -199,40 +201,41 @@ void IslandStepper::remember_all(double h) {
     for (std::size_t k = first[i]; k < first[i + 1]; ++k) remember(*rows[k], h, memory);
     sort(memory);
   });
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+  for (std::size_t i = 0; i < step_.bodies.size(); ++i) {
     report_.ledger.algorithmic += held[i] - torn[i] - slipped[i];
     report_.ledger.damping_work += torn[i];
     report_.ledger.friction_work += slipped[i];
   }
-  for (const SurfacePair& pair : island_->surfaces)
-    report_.ledger.algorithmic += clear(surface_history_[static_cast<std::size_t>(pair.b)]);
-  for (const Touch& t : touches_)
-    if (t.row >= 0 && t.b < 0) remember(t, h, surface_history_[static_cast<std::size_t>(t.b_structure)]);
-  for (const SurfacePair& pair : island_->surfaces) sort(surface_history_[static_cast<std::size_t>(pair.b)]);
+  for (const SurfacePair& pair : in_.island->surfaces)
+    report_.ledger.algorithmic += clear(in_.surface_history[static_cast<std::size_t>(pair.b)]);
+  for (const Touch& t : step_.touches)
+    if (t.row >= 0 && t.b < 0) remember(t, h, in_.surface_history[static_cast<std::size_t>(t.b_structure)]);
+  for (const SurfacePair& pair : in_.island->surfaces)
+    sort(in_.surface_history[static_cast<std::size_t>(pair.b)]);
 }
 
 /// The greatest depth that springs have crushed.
 void IslandStepper::report_crushing() {
   Counters& n = report_.counters;
-  for (const Touch& t : touches_) {
+  for (const Touch& t : step_.touches) {
     if (t.row < 0 || t.stiffness == 0 || t.law->kind != ContactLaw::Kind::crushing) continue;
     const double depth = t.normal_law.crushed_after(t.indentation);
     n.crush_depth = std::max(n.crush_depth, depth);
     if (!(t.law->yield_thickness > 0) || depth / t.law->yield_thickness <= n.crush_share) continue;
     n.crush_share = depth / t.law->yield_thickness;
-    n.crush_law = static_cast<int>(t.law - env_.laws.law.data());
-    if (n.crush_law < 0 || n.crush_law >= static_cast<int>(env_.laws.law.size()))
+    n.crush_law = static_cast<int>(t.law - in_.env.laws.law.data());
+    if (n.crush_law < 0 || n.crush_law >= static_cast<int>(in_.env.laws.law.size()))
       n.crush_law = -1;  // a joint's own
   }
 }
 
 /// The ways that friction remembers.
 void IslandStepper::go_on_with_ways(double h) {
-  if (state_.slid.empty()) return;
+  if (in_.state.slid.empty()) return;
   const auto at_start = [&](int block, const Vec3& x) {  // velocity of a rigid block's point
-    const int l = local_[static_cast<std::size_t>(block)];
+    const int l = in_.local[static_cast<std::size_t>(block)];
     if (l < 0) return Vec3(Vec3::Zero());
-    const Body& b = bodies_[static_cast<std::size_t>(l)];
+    const Body& b = step_.bodies[static_cast<std::size_t>(l)];
     return Vec3(b.v0.head<3>() + b.v0.segment<3>(3).cross(x - b.start.c));
   };
   const auto slip_at_start = [&](const Touch& t) {
@@ -240,23 +243,23 @@ void IslandStepper::go_on_with_ways(double h) {
     if (t.a.kind == Partner::Kind::block) u -= at_start(t.a.index, t.at.point_a);
     return (u - t.at.normal * t.at.normal.dot(u)).norm();
   };
-  std::vector<double> slip_speed(bodies_.size(), -1.0);
+  std::vector<double> slip_speed(step_.bodies.size(), -1.0);
   const auto slides = [&](int block, double speed) {
-    if (const int l = local_[static_cast<std::size_t>(block)]; l >= 0)
+    if (const int l = in_.local[static_cast<std::size_t>(block)]; l >= 0)
       slip_speed[static_cast<std::size_t>(l)] = std::max(slip_speed[static_cast<std::size_t>(l)], speed);
   };
-  for (const Touch& t : touches_) {
+  for (const Touch& t : step_.touches) {
     if (t.row < 0 || t.b < 0 || !(t.impulse[0] > 0) || !t.law->changes_with_way()) continue;
     const double speed = 0.5 * (slip_at_start(t) + slip(t, t.at.point_b).norm());
     slides(t.b, speed);
     if (t.a.kind == Partner::Kind::block) slides(t.a.index, speed);
   }
-  for (std::size_t l = 0; l < bodies_.size(); ++l) {
-    const int material = model_.blocks[static_cast<std::size_t>(bodies_[l].block)].material;
+  for (std::size_t l = 0; l < step_.bodies.size(); ++l) {
+    const int material = in_.model.blocks[static_cast<std::size_t>(step_.bodies[l].block)].material;
     double recovery = 0;
-    for (int m = 0; m < env_.laws.materials; ++m)
-      recovery = std::max(recovery, env_.laws(m, material).friction_recovery);
-    go_on_sliding(state_, bodies_[l].block, slip_speed[l], recovery, h);
+    for (int m = 0; m < in_.env.laws.materials; ++m)
+      recovery = std::max(recovery, in_.env.laws(m, material).friction_recovery);
+    go_on_sliding(in_.state, step_.bodies[l].block, slip_speed[l], recovery, h);
   }
 }
 
@@ -265,7 +268,7 @@ void IslandStepper::go_on_with_ways(double h) {
 /// is usual.
 void IslandStepper::tell_impacts(double t_end) {
   const double least = shortest_told *
-                       (settings_.fixed_step > 0 ? std::min(settings_.fixed_step, stretch_) : stretch_),
+                       (in_.settings.fixed_step > 0 ? std::min(in_.settings.fixed_step, stretch_) : stretch_),
                gone = t_end - stretch_start_;
   const bool last = stretch_ - gone <= contact::tolerances().same_instant * stretch_;
   std::erase_if(impacts_on_skin_, [&](StructureContact& row) {
@@ -280,24 +283,24 @@ void IslandStepper::tell_impacts(double t_end) {
 }
 
 void IslandStepper::commit(double t_end, double h) {
-  report_.ledger += pending_;
+  report_.ledger += step_.pending;
   released_ = false;
   report_crushing();
   go_on_with_ways(h);
   remember_all(h);
-  for (const Touch& t : touches_)
+  for (const Touch& t : step_.touches)
     if (t.row >= 0 && t.stiffness > 0) report_.ledger.algorithmic -= t.stored;
   AuditSums& audit = report_.audit;
   double blocks_force = 0, force_scale = 0;
   Vec3 on_structures = Vec3::Zero(), on_blocks = Vec3::Zero(), moment = Vec3::Zero();
   double moment_scale = 0;
-  for (const Touch& t : touches_) {
+  for (const Touch& t : step_.touches) {
     if (t.row < 0 || t.a.kind != Partner::Kind::structure) continue;
-    const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
+    const contact::ProblemContact& c = step_.problem.contacts[static_cast<std::size_t>(t.row)];
     const Vec3 p = t.frame * c.impulse;
     if (t.b < 0) {  // between structures what one gets the other gives: its round-off is that of its own size
       force_scale += p.norm();
-      moment_scale += (t.acts_at.norm() + length_) * p.norm();
+      moment_scale += (t.acts_at.norm() + in_.scale.length) * p.norm();
       continue;
     }
     if (!c.impulse.isZero(0)) {
@@ -316,15 +319,15 @@ void IslandStepper::commit(double t_end, double h) {
       blocks_force += p.norm();
       force_scale += p.norm();
       moment += t.acts_at.cross(p);
-      moment_scale += (t.acts_at.norm() + length_) * p.norm();
+      moment_scale += (t.acts_at.norm() + in_.scale.length) * p.norm();
     }
   }
   tell_impacts(t_end);
-  for (const auto& n : node_impulses_) {
+  for (const auto& n : step_.node_impulses) {
     on_structures += n.impulse;
     moment += n.position.cross(n.impulse);
   }
-  if (blocks_force > 0 && !node_impulses_.empty()) {
+  if (blocks_force > 0 && !step_.node_impulses.empty()) {
     audit.worst_force = std::max(audit.worst_force, (on_blocks + on_structures).norm() / force_scale);
     audit.worst_moment = std::max(audit.worst_moment, moment.norm() / std::max(moment_scale, 1e-300));
     audit.impulse_on_structure += on_structures;

@@ -19,32 +19,25 @@ constexpr std::size_t most_faces = 400;  // touched at a time: the dense body co
 
 }  // namespace
 
-/// Normal speed that a condensed step may stop: a rebound of this speed stays below a tenth of the accuracy
-/// asked for [m/s].
-double IslandStepper::gentle_speed() const {
-  const contact::Tolerances& tol = contact::tolerances();
-  return std::max(std::sqrt(2 * tol.gentle_height * settings_.accuracy * model_.gravity.norm() * length_),
-                  tol.gentle_speed * settings_.accuracy * speed_);
-}
-
 bool IslandStepper::chosen_condensed() const {
-  return std::all_of(island_->structures.begin(), island_->structures.end(), [&](int s) {
-    return env_.structures[static_cast<std::size_t>(s)].structure->condensed_by_choice();
+  return std::all_of(in_.island->structures.begin(), in_.island->structures.end(), [&](int s) {
+    return in_.env.structures[static_cast<std::size_t>(s)].structure->condensed_by_choice();
   });
 }
 
 /// Normal speed of the block of a touch alone, < 0 towards its partner [m/s].
 double IslandStepper::own_approach(const Touch& t) const {
-  return t.at.normal.dot(point_velocity(state_, t.b, t.at.point_b));
+  return t.at.normal.dot(point_velocity(in_.state, t.b, t.at.point_b));
 }
 
 /// Whether a stretch may begin condensed: no block strikes a structure in it, and every structure can.
 bool IslandStepper::may_condense(double t, double duration) {
-  if (!island_->surfaces.empty()) return false;
+  if (!in_.island->surfaces.empty()) return false;
   // What costs least is asked first: the structure's forces, which the next step needs in any case, before a
   // search that reaches through the whole stretch.
-  const bool able = std::all_of(island_->structures.begin(), island_->structures.end(), [&](int s) {
-    return env_.structures[static_cast<std::size_t>(s)].structure->condensed_step(t, settings_.accuracy) > 0;
+  const bool able = std::all_of(in_.island->structures.begin(), in_.island->structures.end(), [&](int s) {
+    return in_.env.structures[static_cast<std::size_t>(s)].structure->condensed_step(
+               t, in_.settings.accuracy) > 0;
   });
   return able && (chosen_condensed() || none_strikes(duration));
 }
@@ -52,18 +45,18 @@ bool IslandStepper::may_condense(double t, double duration) {
 /// True if no block comes to a structure within the time faster than a condensed step may stop: each rests on
 /// it, or stays away.
 bool IslandStepper::none_strikes(double duration) {
-  found_for_ = -1;
+  step_.found_for = -1;
   find(duration);
-  found_for_ = -1;  // a step reaches less far
-  for (std::size_t i = 0; i < island_->pairs.size(); ++i) {
-    const Partner& a = island_->pairs[i].a;
+  step_.found_for = -1;  // a step reaches less far
+  for (std::size_t i = 0; i < in_.island->pairs.size(); ++i) {
+    const Partner& a = in_.island->pairs[i].a;
     if (a.kind != Partner::Kind::structure ||
-        env_.structures[static_cast<std::size_t>(a.index)].fixed_surface)
+        in_.env.structures[static_cast<std::size_t>(a.index)].fixed_surface)
       continue;
     const std::span touches =
-        std::span(touches_).subspan(first_of_pair_[i], first_of_pair_[i + 1] - first_of_pair_[i]);
+        std::span(step_.touches).subspan(first_of_pair_[i], first_of_pair_[i + 1] - first_of_pair_[i]);
     const bool rests = std::ranges::any_of(
-        touches, [&](const Touch& t) { return t.persistent && own_approach(t) > -gentle_speed(); });
+        touches, [&](const Touch& t) { return t.persistent && own_approach(t) > -in_.gentle_speed(); });
     if (!rests && std::ranges::any_of(touches, [&](const Touch& t) { return meets_fast(t, duration); }))
       return false;
   }
@@ -75,9 +68,9 @@ bool IslandStepper::none_strikes(double duration) {
 /// step resolves, is stilled by its first one (what is left of it: `meets_fast`).
 bool IslandStepper::blow(double t, double h) const {
   bool any = false;
-  for (const Touch& touch : touches_) {
-    if (!meets_fast(touch, h) || own_approach(touch) > -gentle_speed()) continue;
-    env_.structures[static_cast<std::size_t>(touch.a.index)].structure->struck(t);
+  for (const Touch& touch : step_.touches) {
+    if (!meets_fast(touch, h) || own_approach(touch) > -in_.gentle_speed()) continue;
+    in_.env.structures[static_cast<std::size_t>(touch.a.index)].structure->struck(t);
     any = true;
   }
   return any;
@@ -85,16 +78,16 @@ bool IslandStepper::blow(double t, double h) const {
 
 /// Whether a block and a structure meet within h faster than a condensed step may stop.
 bool IslandStepper::meets_fast(const Touch& t, double h) const {
-  return t.b >= 0 && deformable_structure(t) && t.approach <= -gentle_speed() &&
-         t.at.gap + h * t.approach - 0.5 * h * h * model_.gravity.norm() <= 0;
+  return t.b >= 0 && in_.deformable_structure(t) && t.approach <= -in_.gentle_speed() &&
+         t.at.gap + h * t.approach - 0.5 * h * h * in_.model.gravity.norm() <= 0;
 }
 
 /// Faces of moving skins that the touches at hand name.
 std::size_t IslandStepper::touched_faces() const {
   std::vector<std::pair<int, int>> faces;
-  for (const Touch& t : touches_)
-    if (t.b >= 0 && deformable_structure(t))
-      faces.emplace_back(t.a.index, env_.structures[static_cast<std::size_t>(t.a.index)]
+  for (const Touch& t : step_.touches)
+    if (t.b >= 0 && in_.deformable_structure(t))
+      faces.emplace_back(t.a.index, in_.env.structures[static_cast<std::size_t>(t.a.index)]
                                         .index->surface()
                                         .parent_face[static_cast<std::size_t>(t.at.face_a)]);
   std::sort(faces.begin(), faces.end());
@@ -106,19 +99,19 @@ std::size_t IslandStepper::touched_faces() const {
 double IslandStepper::condensed_length(double t, double duration, double remaining, double longest) {
   const bool chosen = chosen_condensed();
   double explicit_step = duration;
-  for (int s : island_->structures) {
-    Structure& structure = *env_.structures[static_cast<std::size_t>(s)].structure;
-    double limit = structure.condensed_step(t, settings_.accuracy);
+  for (int s : in_.island->structures) {
+    Structure& structure = *in_.env.structures[static_cast<std::size_t>(s)].structure;
+    double limit = structure.condensed_step(t, in_.settings.accuracy);
     if (limit == 0) return 0;
     // Motion that stays below the accuracy has no period to keep: a squat structure's, of few stable steps,
     // least of all.
-    const double omega = std::sqrt(12 * settings_.accuracy) / limit;
+    const double omega = std::sqrt(12 * in_.settings.accuracy) / limit;
     double fastest = 0;
-    for (const Vec3& v : skin(s).velocities) fastest = std::max(fastest, v.norm());
-    if (fastest <= 0.1 * settings_.accuracy * length_ * omega)
+    for (const Vec3& v : in_.skin(s).velocities) fastest = std::max(fastest, v.norm());
+    if (fastest <= 0.1 * in_.settings.accuracy * in_.scale.length * omega)
       limit = std::max({limit, 0.8 / omega, 4 * least_gain * structure.critical_step()});
     explicit_step = std::min(explicit_step, structure.critical_step());
-    if (settings_.fixed_step <= 0) longest = std::min(longest, limit);
+    if (in_.settings.fixed_step <= 0) longest = std::min(longest, limit);
   }
   if (suggested_ > 2.5 * explicit_step)
     longest = std::min(longest, suggested_);  // shorter ones were the explicit regime's
@@ -127,19 +120,21 @@ double IslandStepper::condensed_length(double t, double duration, double remaini
   find(h);
   if (blow(t, h) || touched_faces() > most_faces) return 0;
   const auto begun = [&](double length) {
-    const bool all = std::all_of(island_->structures.begin(), island_->structures.end(), [&](int s) {
-      return env_.structures[static_cast<std::size_t>(s)].structure->may_begin(t, length, settings_.accuracy);
+    const bool all = std::all_of(in_.island->structures.begin(), in_.island->structures.end(), [&](int s) {
+      return in_.env.structures[static_cast<std::size_t>(s)].structure->may_begin(t, length,
+                                                                                  in_.settings.accuracy);
     });
     return all ? length : 0.0;
   };
-  if (settings_.fixed_step > 0) return begun(std::min(h, remaining));
+  if (in_.settings.fixed_step > 0) return begun(std::min(h, remaining));
   // At least so many exchanges while the force of a spring rises.
   weigh_springs();
   double rate_sq = 0;
-  for (const Touch& touch : touches_)
-    if (touch.stiffness > 0 && touch.energetic && deformable_structure(touch) && touch.at.gap <= touch_gap())
+  for (const Touch& touch : step_.touches)
+    if (touch.stiffness > 0 && touch.energetic && in_.deformable_structure(touch) &&
+        touch.at.gap <= in_.scale.touch_gap())
       rate_sq = std::max(rate_sq, touch.rate_sq);
-  const double rise = rate_sq > 0 ? 0.5 * M_PI / std::sqrt(rate_sq) / settings_.exchanges_per_rise : h;
+  const double rise = rate_sq > 0 ? 0.5 * M_PI / std::sqrt(rate_sq) / in_.settings.exchanges_per_rise : h;
   const double spring = std::max(0.5 * explicit_step, std::min(rise, spring_limit(h, true)));
   while (h > spring) h *= 0.5;
   if (!chosen && h < std::min(least_gain * explicit_step, remaining))
@@ -149,12 +144,12 @@ double IslandStepper::condensed_length(double t, double duration, double remaini
 
 /// Nodes that the touches at hand may press on, and their compliance.
 void IslandStepper::gather_skins() {
-  skins_.clear();
-  for (int s : island_->structures) {
-    StructurePart& part = env_.structures[static_cast<std::size_t>(s)];
+  step_.skins.clear();
+  for (int s : in_.island->structures) {
+    StructurePart& part = in_.env.structures[static_cast<std::size_t>(s)];
     Skin skin;
     skin.structure = s;
-    for (const Touch& t : touches_) {
+    for (const Touch& t : step_.touches) {
       if (t.b < 0 || t.a.kind != Partner::Kind::structure || t.a.index != s) continue;
       // Its face's nodes: within the step the point may move over all of them.
       const TriangleSurface& surface = part.index->surface();
@@ -176,7 +171,7 @@ void IslandStepper::gather_skins() {
       skin.v_hat.segment<3>(3 * i) = part.structure->predicted_velocity(node);
       skin.v_before.segment<3>(3 * i) = part.structure->node_velocity(node);
     }
-    skins_.push_back(std::move(skin));
+    step_.skins.push_back(std::move(skin));
   }
 }
 
@@ -184,29 +179,31 @@ void IslandStepper::gather_skins() {
 /// over the step, which is its displacement over h.
 Vec3 IslandStepper::add_skin_terms(int row, int structure, const SurfaceWeights& w, const Mat3& frame,
                                    double sign, Vec3& u_ref) {
-  const auto skin =
-      std::find_if(skins_.begin(), skins_.end(), [&](const Skin& s) { return s.structure == structure; });
+  const auto skin = std::find_if(step_.skins.begin(), step_.skins.end(),
+                                 [&](const Skin& s) { return s.structure == structure; });
   Vec3 mean = Vec3::Zero(), end = Vec3::Zero();
   std::size_t at = 0;
-  const int offset = static_cast<int>(problem_.jacobians.size());
-  if (skin != skins_.end()) {
-    at = problem_.jacobians.size();
-    problem_.jacobians.resize(at + 9 * skin->node.size(), 0.0);
-    problem_.terms.push_back(
-        {static_cast<int>(bodies_.size() + static_cast<std::size_t>(skin - skins_.begin())), offset});
+  const int offset = static_cast<int>(step_.problem.jacobians.size());
+  if (skin != step_.skins.end()) {
+    at = step_.problem.jacobians.size();
+    step_.problem.jacobians.resize(at + 9 * skin->node.size(), 0.0);
+    step_.problem.terms.push_back(
+        {static_cast<int>(step_.bodies.size() + static_cast<std::size_t>(skin - step_.skins.begin())),
+         offset});
   }
   for (int i = 0; i < w.count; ++i) {
     const int node = w.node[static_cast<std::size_t>(i)];
     const double weight = w.weight[static_cast<std::size_t>(i)];
     if (weight == 0) continue;
-    const auto found = skin == skins_.end() ? std::vector<int>::const_iterator{}
-                                            : std::lower_bound(skin->node.cbegin(), skin->node.cend(), node);
-    if (skin == skins_.end() || found == skin->node.cend() || *found != node) {
-      held_.push_back({structure, node, row, sign * weight});
+    const auto found = skin == step_.skins.end()
+                           ? std::vector<int>::const_iterator{}
+                           : std::lower_bound(skin->node.cbegin(), skin->node.cend(), node);
+    if (skin == step_.skins.end() || found == skin->node.cend() || *found != node) {
+      step_.held.push_back({structure, node, row, sign * weight});
       continue;
     }
     const auto k = static_cast<Eigen::Index>(found - skin->node.cbegin());
-    Eigen::Map<Mat3>(problem_.jacobians.data() + at + 9 * static_cast<std::size_t>(k)) +=
+    Eigen::Map<Mat3>(step_.problem.jacobians.data() + at + 9 * static_cast<std::size_t>(k)) +=
         sign * weight * frame.transpose();
     end += weight * skin->v_hat.segment<3>(3 * k);
     mean += 0.5 * weight * (skin->v_hat.segment<3>(3 * k) + skin->v_before.segment<3>(3 * k));
@@ -222,8 +219,8 @@ Vec3 IslandStepper::add_skin_terms(int row, int structure, const SurfaceWeights&
 /// inside there is projected, and a rebound is given back where its speed is more than a condensed step may
 /// stop.
 double IslandStepper::approach_left(const Touch& t, double h) const {
-  const bool between_blocks = !deformable_structure(t);
-  if (between_blocks && t.at.gap <= touch_gap() && t.approach < -gentle_speed())
+  const bool between_blocks = !in_.deformable_structure(t);
+  if (between_blocks && t.at.gap <= in_.scale.touch_gap() && t.approach < -in_.gentle_speed())
     return t.law->restitution_at(t.approach) * t.approach;
   const double start = t.normal.dot(t.slip);
   if (between_blocks || t.at.gap >= 0) return std::max(0.0, 2 * std::max(t.at.gap, 0.0) / h + start);
@@ -235,60 +232,62 @@ double IslandStepper::approach_left(const Touch& t, double h) const {
 /// of the blocks: the midpoint rule's h^2/12 times the change of the acceleration, of blocks and of the
 /// touched nodes.
 double IslandStepper::condensed_error(double h) const {
-  VecX change = VecX::Zero(static_cast<Eigen::Index>(problem_.v.size()));
-  for (const Touch& t : touches_) {
-    if (t.row < 0 || !deformable_structure(t)) continue;
-    const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
+  VecX change = VecX::Zero(static_cast<Eigen::Index>(step_.problem.v.size()));
+  for (const Touch& t : step_.touches) {
+    if (t.row < 0 || !in_.deformable_structure(t)) continue;
+    const contact::ProblemContact& c = step_.problem.contacts[static_cast<std::size_t>(t.row)];
     const Vec3 p = c.impulse - h * (t.frame.transpose() * t.warm);
     for (int k = 0; k < c.terms; ++k) {
-      const contact::ContactTerm& term = problem_.terms[static_cast<std::size_t>(c.first_term + k)];
-      const contact::ProblemBody& body = problem_.bodies[static_cast<std::size_t>(term.body)];
-      change.segment(body.offset, body.ndof) += Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>(
-                                                    problem_.jacobians.data() + term.jacobian, 3, body.ndof)
-                                                    .transpose() *
-                                                p;
+      const contact::ContactTerm& term = step_.problem.terms[static_cast<std::size_t>(c.first_term + k)];
+      const contact::ProblemBody& body = step_.problem.bodies[static_cast<std::size_t>(term.body)];
+      change.segment(body.offset, body.ndof) +=
+          Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>(
+              step_.problem.jacobians.data() + term.jacobian, 3, body.ndof)
+              .transpose() *
+          p;
     }
   }
   double largest = 0;
-  for (std::size_t i = 0; i < problem_.bodies.size(); ++i) {
-    const contact::ProblemBody& body = problem_.bodies[i];
+  for (std::size_t i = 0; i < step_.problem.bodies.size(); ++i) {
+    const contact::ProblemBody& body = step_.problem.bodies[i];
     const VecX v = Eigen::Map<const MatX>(body.mass_inverse, body.ndof, body.ndof) *
                    change.segment(body.offset, body.ndof);
-    if (i < bodies_.size())
+    if (i < step_.bodies.size())
       largest = std::max(largest, v.head<3>().norm());
     else
       largest = std::max(largest, v.cwiseAbs().maxCoeff());
   }
-  return h / 12 * largest / length_;
+  return h / 12 * largest / in_.scale.length;
 }
 
 /// Normal speeds at the skins as the condensed step at hand begins: what it does not resolve of their
 /// velocities is gone.
 void IslandStepper::approach_skins() {
-  for (Touch& t : touches_)
-    if (t.b >= 0 && deformable_structure(t))
-      t.approach =
-          t.at.normal.dot(point_velocity(state_, t.b, t.at.point_b) - partner_velocity(state_, env_, t));
+  for (Touch& t : step_.touches)
+    if (t.b >= 0 && in_.deformable_structure(t))
+      t.approach = t.at.normal.dot(point_velocity(in_.state, t.b, t.at.point_b) -
+                                   partner_velocity(in_.state, in_.env, t));
 }
 
 /// Hands the impulses to the structures; if one may not take them all are as they were, and it is told that
 /// it was struck.
 bool IslandStepper::correct_skins(double t, double h) {
-  bool taken = std::none_of(touches_.begin(), touches_.end(),
+  bool taken = std::none_of(step_.touches.begin(), step_.touches.end(),
                             [&](const Touch& touch) { return meets_fast(touch, h); });
-  std::size_t done = taken ? 0 : island_->structures.size();
-  for (int s : island_->structures) {
+  std::size_t done = taken ? 0 : in_.island->structures.size();
+  for (int s : in_.island->structures) {
     if (!taken) break;
-    Structure& structure = *env_.structures[static_cast<std::size_t>(s)].structure;
+    Structure& structure = *in_.env.structures[static_cast<std::size_t>(s)].structure;
     shares_.clear();
-    for (const NodeShare& n : node_impulses_)
+    for (const NodeShare& n : step_.node_impulses)
       if (n.structure == s) shares_.push_back({n.node, n.impulse});
     taken = structure.correct_condensed(t, h, shares_);
     ++done;
   }
   if (!taken)
     for (std::size_t i = 0; i < done; ++i) {
-      Structure& structure = *env_.structures[static_cast<std::size_t>(island_->structures[i])].structure;
+      Structure& structure =
+          *in_.env.structures[static_cast<std::size_t>(in_.island->structures[i])].structure;
       structure.undo_condensed();
       if (i + 1 == done) structure.struck(t);
     }
@@ -298,11 +297,11 @@ bool IslandStepper::correct_skins(double t, double h) {
 /// A block at rest on a structure at rest moves as the skin below it does.
 double IslandStepper::skin_speed() const {
   double fastest = 0;
-  for (const Skin& skin : skins_)
+  for (const Skin& skin : step_.skins)
     for (const int node : skin.node)
       fastest = std::max(
           fastest,
-          env_.structures[static_cast<std::size_t>(skin.structure)].structure->node_velocity(node).norm());
+          in_.env.structures[static_cast<std::size_t>(skin.structure)].structure->node_velocity(node).norm());
   return fastest;
 }
 

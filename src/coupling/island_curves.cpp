@@ -13,19 +13,19 @@ namespace talus::coupling {
 double IslandStepper::normal_compliance(const contact::ProblemContact& c) const {
   double sum = 0;
   for (int k = 0; k < c.terms; ++k) {
-    const contact::ContactTerm& term = problem_.terms[static_cast<std::size_t>(c.first_term + k)];
-    const double* j = problem_.jacobians.data() + term.jacobian;
-    if (term.body < static_cast<int>(bodies_.size())) {
-      const Body& b = bodies_[static_cast<std::size_t>(term.body)];
+    const contact::ContactTerm& term = step_.problem.terms[static_cast<std::size_t>(c.first_term + k)];
+    const double* j = step_.problem.jacobians.data() + term.jacobian;
+    if (term.body < static_cast<int>(step_.bodies.size())) {
+      const Body& b = step_.bodies[static_cast<std::size_t>(term.body)];
       Vec12 row = Vec12::Zero();
       for (int i = 0; i < b.ndof; ++i) row[i] = j[3 * i];
       sum += row.head(b.ndof).dot(b.free.inverse.topLeftCorner(b.ndof, b.ndof) * row.head(b.ndof));
-    } else if (condensed_) {
-      const Skin& s = skins_[static_cast<std::size_t>(term.body) - bodies_.size()];
+    } else if (in_.condensed) {
+      const Skin& s = step_.skins[static_cast<std::size_t>(term.body) - step_.bodies.size()];
       const Eigen::Map<const VecX, 0, Eigen::InnerStride<3>> row(j, s.inverse.rows());
       sum += row.dot(s.inverse * row);
     } else {
-      const NodeBody& n = nodes_[static_cast<std::size_t>(term.body) - bodies_.size()];
+      const NodeBody& n = step_.nodes[static_cast<std::size_t>(term.body) - step_.bodies.size()];
       sum += (j[0] * j[0] + j[3] * j[3] + j[6] * j[6]) / n.mass;
     }
   }
@@ -54,16 +54,16 @@ double inverse_mass(const Structure& structure, const SurfaceWeights& w) {
 /// it at the end of the step; what tilts it moves it at the start alone, and feeds the tilting where the step
 /// does not resolve it.
 bool IslandStepper::part_resolved(const Touch& t) const {
-  const dda::Model::Block& block = model_.blocks[static_cast<std::size_t>(t.b)];
+  const dda::Model::Block& block = in_.model.blocks[static_cast<std::size_t>(t.b)];
   Mat12 mass, inverse;
-  dda::impulse_mass(model_, state_, t.b, !block.deformable, mass, inverse);
-  const Vec12 row = point_row(block, state_.rotation(t.b), dda::pose(state_, t.b).F.inverse(),
-                              t.at.point_a - state_.c[static_cast<std::size_t>(t.b)], t.at.normal);
-  const StructurePart& part = env_.structures[static_cast<std::size_t>(t.a.index)];
+  dda::impulse_mass(in_.model, in_.state, t.b, !block.deformable, mass, inverse);
+  const Vec12 row = point_row(block, in_.state.rotation(t.b), dda::pose(in_.state, t.b).F.inverse(),
+                              t.at.point_a - in_.state.c[static_cast<std::size_t>(t.b)], t.at.normal);
+  const StructurePart& part = in_.env.structures[static_cast<std::size_t>(t.a.index)];
   const double compliance =
       row.dot(inverse * row) +
       inverse_mass(*part.structure, skin_weights(t, part.index->surface(), t.at.point_a));
-  return found_for_ * found_for_ * t.stiffness * compliance < 1;
+  return step_.found_for * step_.found_for * t.stiffness * compliance < 1;
 }
 
 /// Springs between structures: a node of one skin on its spring, whose own oscillation a longer step would
@@ -71,18 +71,19 @@ bool IslandStepper::part_resolved(const Touch& t) const {
 double IslandStepper::skin_spring_limit(double ahead) const {
   constexpr double resolved_phase = 0.7;
   double fastest_sq = 0, brought = 0, rattles = 0;  // twice the energies
-  for (const Touch& t : touches_) {
-    if (t.b >= 0 || t.stiffness == 0 || t.at.gap > 2 * ahead * std::max(0.0, -t.approach) + touch_gap())
+  for (const Touch& t : step_.touches) {
+    if (t.b >= 0 || t.stiffness == 0 ||
+        t.at.gap > 2 * ahead * std::max(0.0, -t.approach) + in_.scale.touch_gap())
       continue;
-    const Structure& a = *env_.structures[static_cast<std::size_t>(t.a.index)].structure;
-    const SurfaceWeights w = skin_weights(t, skin(t.a.index), t.at.point_a);
+    const Structure& a = *in_.env.structures[static_cast<std::size_t>(t.a.index)].structure;
+    const SurfaceWeights w = skin_weights(t, in_.skin(t.a.index), t.at.point_a);
     const double inverse =
-        1 / env_.structures[static_cast<std::size_t>(t.b_structure)].structure->node_mass(t.b_node) +
+        1 / in_.env.structures[static_cast<std::size_t>(t.b_structure)].structure->node_mass(t.b_node) +
         inverse_mass(a, w);
     if (!(inverse > 0)) continue;
     fastest_sq = std::max(fastest_sq, t.stiffness * inverse);
     brought += t.approach * t.approach / inverse + 2 * t.stored;
-    rattles += gentle_speed() * gentle_speed() / inverse;
+    rattles += in_.gentle_speed() * in_.gentle_speed() / inverse;
   }
   return brought > rattles ? resolved_phase / std::sqrt(fastest_sq) : std::numeric_limits<double>::infinity();
 }
@@ -96,8 +97,8 @@ double IslandStepper::skin_spring_limit(double ahead) const {
 /// resolved, too. `ahead`: a step within which an open contact would have to close to count [s].
 double IslandStepper::rise_limit(double ahead) const {
   double limit =
-      island_->surfaces.empty() ? std::numeric_limits<double>::infinity() : skin_spring_limit(ahead);
-  if (bodies_.empty()) return limit;       // structures alone
+      in_.island->surfaces.empty() ? std::numeric_limits<double>::infinity() : skin_spring_limit(ahead);
+  if (step_.bodies.empty()) return limit;  // structures alone
   constexpr double resolved_phase = 0.95;  // conserving() asks for 1
   constexpr double fewest = 2;             // a step that still resolves the contact's own oscillation
   struct AtSkin {
@@ -105,20 +106,20 @@ double IslandStepper::rise_limit(double ahead) const {
            fastest_sq = 0;  // hard: the part of hard contacts; fastest: of a node on Hertz's spring [1/s^2]
     Vec3 force = Vec3::Zero();
   };
-  std::vector<AtSkin> skin(bodies_.size());
+  std::vector<AtSkin> skin(step_.bodies.size());
   double most = 0;  // twice the energy, as below
-  for (const Body& b : bodies_) {
+  for (const Body& b : step_.bodies) {
     const auto k = static_cast<std::size_t>(b.block);
-    most = std::max(most, model_.blocks[k].mass * state_.v[k].squaredNorm());
+    most = std::max(most, in_.model.blocks[k].mass * in_.state.v[k].squaredNorm());
   }
   constexpr double least = 0.01;  // of the largest energy
-  const double rattles = gentle_speed() * gentle_speed() / least;
-  for (const Touch& t : touches_) {
-    if (t.b < 0 || !deformable_structure(t)) continue;
-    AtSkin& s = skin[static_cast<std::size_t>(local_[static_cast<std::size_t>(t.b)])];
+  const double rattles = in_.gentle_speed() * in_.gentle_speed() / least;
+  for (const Touch& t : step_.touches) {
+    if (t.b < 0 || !in_.deformable_structure(t)) continue;
+    AtSkin& s = skin[static_cast<std::size_t>(in_.local[static_cast<std::size_t>(t.b)])];
     s.stored += 2 * t.stored;
-    if (t.at.gap > 2 * ahead * std::max(0.0, -t.approach) + touch_gap()) continue;
-    const StructurePart& part = env_.structures[static_cast<std::size_t>(t.a.index)];
+    if (t.at.gap > 2 * ahead * std::max(0.0, -t.approach) + in_.scale.touch_gap()) continue;
+    const StructurePart& part = in_.env.structures[static_cast<std::size_t>(t.a.index)];
     const double cell = part.structure->young() * face_edge(part.index->surface(), t.at.face_a);
     const double k = t.stiffness > 0 ? t.stiffness * cell / (t.stiffness + cell) : cell;
     s.stiffness += k;
@@ -131,10 +132,10 @@ double IslandStepper::rise_limit(double ahead) const {
     s.approach = std::max(s.approach, -t.approach);
     s.force += t.warm;
   }
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+  for (std::size_t i = 0; i < step_.bodies.size(); ++i) {
     AtSkin& s = skin[i];
     if (s.stiffness == 0) continue;
-    const double mass = model_.blocks[static_cast<std::size_t>(bodies_[i].block)].mass;
+    const double mass = in_.model.blocks[static_cast<std::size_t>(step_.bodies[i].block)].mass;
     const double brought = mass * s.approach * s.approach + s.force.squaredNorm() / s.stiffness;
     const bool sprung = s.stiffness > s.hard * (1 + contact::tolerances().same_stiffness);
     const double scale = std::max(
@@ -144,11 +145,11 @@ double IslandStepper::rise_limit(double ahead) const {
     if (gentle && !sprung) continue;
     if (gentle) s.stiffness -= s.hard;
     const double energy =
-        sprung ? mass * state_.v[static_cast<std::size_t>(bodies_[i].block)].squaredNorm() + s.stored
+        sprung ? mass * in_.state.v[static_cast<std::size_t>(step_.bodies[i].block)].squaredNorm() + s.stored
                : brought;
     const double part = scale > 0 ? std::min(1.0, std::sqrt(energy / scale)) : 1.0;
-    const double exchanges =
-        std::max(std::min<double>(fewest, settings_.exchanges_per_rise), part * settings_.exchanges_per_rise);
+    const double exchanges = std::max(std::min<double>(fewest, in_.settings.exchanges_per_rise),
+                                      part * in_.settings.exchanges_per_rise);
     limit = std::min(limit, 0.5 * M_PI * std::sqrt(mass / s.stiffness) / exchanges);
     if (s.fastest_sq > 0)
       limit = std::min(limit, resolved_phase / std::sqrt(s.fastest_sq + s.stiffness / mass));
@@ -168,7 +169,7 @@ void IslandStepper::secant_row(Touch& t, contact::ProblemContact& c, double h, b
   Tangent at = tangent_at_structure(t, h);
   if (!at.follows_law) {
     // Open as far as can be told: from zero, with the slope of the way it could still go.
-    const double way = std::max(h * std::abs(t.u_ref), contact::tolerances().overlap_none * length_);
+    const double way = std::max(h * std::abs(t.u_ref), contact::tolerances().overlap_none * in_.scale.length);
     t.indentation = at.force = 0;
     at.slope =
         t.mode == Mode::spring_secant ? t.normal_law.work(way) / (way * way) : t.normal_law.force(way) / way;
@@ -190,14 +191,14 @@ void IslandStepper::secant_row(Touch& t, contact::ProblemContact& c, double h, b
 /// What an impulse of such a contact lasts for: from half step to half step, as the structure's own forces do
 /// [s].
 double IslandStepper::lasts_at_structure(const Touch& t, double h) const {
-  return t.mode == Mode::spring_secant ? between_half_steps(t, h) : h;
+  return t.mode == Mode::spring_secant ? step_.between_half_steps(t, h) : h;
 }
 
 /// Force and tangent of such a contact's law over the step, where it ends at the touch's indentation.
 IslandStepper::Tangent IslandStepper::tangent_at_structure(const Touch& t, double h) const {
   const double end = t.indentation,
-               before =
-                   -t.at.gap + length_before(t, h) * t.approach;  // the latter: at the start of the last step
+               before = -t.at.gap +
+                        step_.length_before(t, h) * t.approach;  // the latter: at the start of the last step
   Tangent at;
   if (t.mode == Mode::spring_end) {
     at.force = t.normal_law.force(std::max(end, 0.0));
@@ -218,13 +219,13 @@ IslandStepper::Tangent IslandStepper::tangent_at_structure(const Touch& t, doubl
 
 /// Whether the impulse of such a contact is its law's at the indentation reached, to `allowed` of it.
 bool IslandStepper::follows_law(const Touch& t, double h, double allowed) const {
-  const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
+  const contact::ProblemContact& c = step_.problem.contacts[static_cast<std::size_t>(t.row)];
   const double u = t.u_ref - (t.indentation + t.gap_ref) / h;  // at the end [m/s]
   const Tangent at = tangent_at_structure(t, h);
   const double damped = t.dashpot * (t.mode == Mode::spring_secant ? 0.5 * (t.approach + u) : u);
   const double asked = std::max(0.0, lasts_at_structure(t, h) * ((at.follows_law ? at.force : 0.0) - damped));
   return std::abs(c.impulse[0] - asked) <=
-         allowed * (c.impulse[0] + h * t.stiffness * contact::tolerances().follows_law * length_);
+         allowed * (c.impulse[0] + h * t.stiffness * contact::tolerances().follows_law * in_.scale.length);
 }
 
 /// Shear spring by the same rule as the normal one; `moved` (frame) is what its ends move apart where the
@@ -236,11 +237,11 @@ void IslandStepper::shear_row(Touch& t, contact::ProblemContact& c, double h, co
   const Vec3 d = t.frame.transpose() * t.shear,
              way = t.frame.transpose() *
                    t.shear_way;  // elongation at the start, and what the step before added
-  t.shears_by_half = t.mode == Mode::spring_secant && deformable_structure(t) && !t.normal_law.bed &&
+  t.shears_by_half = t.mode == Mode::spring_secant && in_.deformable_structure(t) && !t.normal_law.bed &&
                      h * h * t.shear_stiffness * normal_compliance(c) < 1;
   for (int i = 1; i < 3; ++i) {
     if (t.shears_by_half) {
-      c.compliance[i] = 2 / (between_half_steps(t, h) * h * t.shear_stiffness);
+      c.compliance[i] = 2 / (step_.between_half_steps(t, h) * h * t.shear_stiffness);
       c.bias[i] = (2 * d[i] - way[i] + moved[i]) / h - u_ref[i];
     } else if (t.mode == Mode::spring_mean) {
       c.compliance[i] = 4 / (h * h * t.shear_stiffness);
@@ -253,7 +254,7 @@ void IslandStepper::shear_row(Touch& t, contact::ProblemContact& c, double h, co
 }
 
 bool IslandStepper::gives_way(const Touch& t) const {
-  const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
+  const contact::ProblemContact& c = step_.problem.contacts[static_cast<std::size_t>(t.row)];
   const double least = c.friction > 0 ? std::min(c.tension, c.cohesion / c.friction) : c.tension;
   if (c.cohesion > 0 && at_coulomb_bound(c, c.impulse)) return true;  // slid
   return least > 0 ? c.impulse[0] <= -least * (1 - contact::tolerances().at_bound) : c.impulse.isZero(0);
@@ -288,9 +289,9 @@ Vec3 IslandStepper::shear_way(const Touch& t, double h) const {
 
 Vec3 IslandStepper::shear_at_end(const Touch& t, double h) const {
   // Mean (or end) force over the step names the elongation; sliding shortens it to what friction holds.
-  const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
+  const contact::ProblemContact& c = step_.problem.contacts[static_cast<std::size_t>(t.row)];
   const Vec3 force = t.frame.col(1) * c.impulse[1] + t.frame.col(2) * c.impulse[2];
-  const Vec3 held = -force / ((t.shears_by_half ? between_half_steps(t, h) : h) * t.shear_stiffness);
+  const Vec3 held = -force / ((t.shears_by_half ? step_.between_half_steps(t, h) : h) * t.shear_stiffness);
   const bool slides = at_coulomb_bound(c, c.impulse);
   if (t.shears_by_half) return slides ? held : Vec3(2 * held - (t.shear - t.shear_way));
   if (t.mode != Mode::spring_mean) return held;

@@ -34,10 +34,11 @@ namespace talus::coupling {
 /// Of the hard contacts at hand, the deepest of each pair [m].
 double IslandStepper::sum_of_overlaps() const {
   double sum = 0, deepest = 0;
-  for (std::size_t i = 0; i < touches_.size(); ++i) {  // in the order of the pairs
-    const Touch& t = touches_[i];
+  for (std::size_t i = 0; i < step_.touches.size(); ++i) {  // in the order of the pairs
+    const Touch& t = step_.touches[i];
     if (t.stiffness == 0) deepest = std::max(deepest, -t.at.gap);
-    if (i + 1 < touches_.size() && touches_[i + 1].a == t.a && touches_[i + 1].b == t.b) continue;
+    if (i + 1 < step_.touches.size() && step_.touches[i + 1].a == t.a && step_.touches[i + 1].b == t.b)
+      continue;
     sum += std::exchange(deepest, 0.0);
   }
   return sum;
@@ -51,12 +52,12 @@ void IslandStepper::keep_for_drift() {
   before_drift_.works = report_.motion.works.size();
   before_drift_.segments = report_.motion.segments.size();
   before_drift_.impacts = impacts_on_skin_;
-  before_drift_.memory.resize(bodies_.size());
-  before_drift_.poses.resize(bodies_.size());
-  each_body([&](const Body& b) {
-    const auto i = static_cast<std::size_t>(&b - bodies_.data());
-    before_drift_.memory[i] = history_[static_cast<std::size_t>(b.block)];
-    before_drift_.poses[i] = dda::pose(state_, b.block);
+  before_drift_.memory.resize(step_.bodies.size());
+  before_drift_.poses.resize(step_.bodies.size());
+  step_.each_body([&](const Body& b) {
+    const auto i = static_cast<std::size_t>(&b - step_.bodies.data());
+    before_drift_.memory[i] = in_.history[static_cast<std::size_t>(b.block)];
+    before_drift_.poses[i] = dda::pose(in_.state, b.block);
   });
 }
 
@@ -69,9 +70,9 @@ void IslandStepper::take_back() {
   report_.motion.works.resize(before_drift_.works);
   report_.motion.segments.resize(before_drift_.segments);
   impacts_on_skin_ = before_drift_.impacts;
-  each_body([&](const Body& b) {
-    const auto i = static_cast<std::size_t>(&b - bodies_.data());
-    history_[static_cast<std::size_t>(b.block)].swap(before_drift_.memory[i]);
+  step_.each_body([&](const Body& b) {
+    const auto i = static_cast<std::size_t>(&b - step_.bodies.data());
+    in_.history[static_cast<std::size_t>(b.block)].swap(before_drift_.memory[i]);
   });
   reject();
 }
@@ -79,7 +80,7 @@ void IslandStepper::take_back() {
 /// Way of the farthest point of a body between two of its poses [m].
 double IslandStepper::motion(const Body& body, const Pose& from, const Pose& to) const {
   return (to.c - from.c).norm() +
-         model_.blocks[static_cast<std::size_t>(body.block)].shape->radius * (to.F - from.F).norm();
+         in_.model.blocks[static_cast<std::size_t>(body.block)].shape->radius * (to.F - from.F).norm();
 }
 
 namespace {
@@ -96,39 +97,40 @@ double lever(const dda::Model::Block& block) {
 }  // namespace
 
 bool IslandStepper::drift_beyond_motion(double h) const {
-  const double fall = h * h * model_.gravity.norm();
-  std::vector<double> way(bodies_.size()), allowed(bodies_.size());
+  const double fall = h * h * in_.model.gravity.norm();
+  std::vector<double> way(step_.bodies.size()), allowed(step_.bodies.size());
   bool corrected = false;
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    const Saved& start = saved_[i];
+  for (std::size_t i = 0; i < step_.bodies.size(); ++i) {
+    const dda::BlockState& start = step_.saved[i];
     const Pose from{start.c, start.q.toRotationMatrix() * (Mat3::Identity() + dda::strain_tensor(start.eps))};
-    way[i] = allowed[i] = motion(bodies_[i], from, before_drift_.poses[i]) + fall;
+    way[i] = allowed[i] = motion(step_.bodies[i], from, before_drift_.poses[i]) + fall;
     allowed[i] += 2 * contact::tolerances().overlap_none *
-                  model_.blocks[static_cast<std::size_t>(bodies_[i].block)].shape->radius;
-    corrected = corrected || before_drift_.poses[i].c != state_.c[static_cast<std::size_t>(bodies_[i].block)];
+                  in_.model.blocks[static_cast<std::size_t>(step_.bodies[i].block)].shape->radius;
+    corrected =
+        corrected || before_drift_.poses[i].c != in_.state.c[static_cast<std::size_t>(step_.bodies[i].block)];
   }
   if (!corrected) return false;
   const double skins =
-      island_->structures.empty()
+      in_.island->structures.empty()
           ? 0
-          : 2 * h * fastest_skin();  // twice, since the start of the step may have been faster
-  for (const CandidatePair& pair : island_->pairs) {
+          : 2 * h * in_.fastest_skin();  // twice, since the start of the step may have been faster
+  for (const CandidatePair& pair : in_.island->pairs) {
     if (pair.a.kind == Partner::Kind::structure) {
-      if (const int b = local_[static_cast<std::size_t>(pair.b)]; b >= 0)
+      if (const int b = in_.local[static_cast<std::size_t>(pair.b)]; b >= 0)
         allowed[static_cast<std::size_t>(b)] =
             std::max(allowed[static_cast<std::size_t>(b)], way[static_cast<std::size_t>(b)] + skins);
     }
     if (pair.a.kind != Partner::Kind::block) continue;
-    const int a = local_[static_cast<std::size_t>(pair.a.index)],
-              b = local_[static_cast<std::size_t>(pair.b)];
+    const int a = in_.local[static_cast<std::size_t>(pair.a.index)],
+              b = in_.local[static_cast<std::size_t>(pair.b)];
     if (a < 0 || b < 0) continue;
     const auto i = static_cast<std::size_t>(a), j = static_cast<std::size_t>(b);
     allowed[i] = std::max(allowed[i], way[i] + way[j]);
     allowed[j] = std::max(allowed[j], way[i] + way[j]);
   }
-  for (std::size_t i = 0; i < bodies_.size(); ++i)
-    if (motion(bodies_[i], before_drift_.poses[i], dda::pose(state_, bodies_[i].block)) >
-        lever(model_.blocks[static_cast<std::size_t>(bodies_[i].block)]) *
+  for (std::size_t i = 0; i < step_.bodies.size(); ++i)
+    if (motion(step_.bodies[i], before_drift_.poses[i], dda::pose(in_.state, step_.bodies[i].block)) >
+        lever(in_.model.blocks[static_cast<std::size_t>(step_.bodies[i].block)]) *
             (allowed[i] + before_drift_.overlaps))
       return true;
   return false;

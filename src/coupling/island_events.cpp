@@ -28,16 +28,16 @@ contact::Motion IslandStepper::motion_of(int block, bool lumped) const {
   // From the start of the step to the state just computed: rotation vector, and a parabola, of pushed blocks
   // of lumped steps the chord.
   contact::Motion m;
-  m.start = dda::pose(state_, block);
-  const int l = local_[static_cast<std::size_t>(block)];
+  m.start = dda::pose(in_.state, block);
+  const int l = in_.local[static_cast<std::size_t>(block)];
   if (l < 0) return m;
-  const Body& b = bodies_[static_cast<std::size_t>(l)];
+  const Body& b = step_.bodies[static_cast<std::size_t>(l)];
   m.start = b.start;
-  m.displacement = state_.c[static_cast<std::size_t>(block)] - b.start.c;
+  m.displacement = in_.state.c[static_cast<std::size_t>(block)] - b.start.c;
   if (!lumped || b.impulse.isZero(0))
     m.half_gravity_step =
-        m.displacement - step_length_ * b.v0.head<3>();  // leaves with the velocity that it has
-  const Quat turn = state_.q[static_cast<std::size_t>(block)] * b.q0.conjugate();
+        m.displacement - step_.length * b.v0.head<3>();  // leaves with the velocity that it has
+  const Quat turn = in_.state.q[static_cast<std::size_t>(block)] * b.q0.conjugate();
   const Vec3 v = turn.w() < 0 ? Vec3(-turn.vec()) : Vec3(turn.vec());
   const double s = v.norm();
   m.rotation = s < 1e-12 ? Vec3(2 * v) : Vec3(2 * std::atan2(s, std::abs(turn.w())) / s * v);
@@ -45,12 +45,12 @@ contact::Motion IslandStepper::motion_of(int block, bool lumped) const {
 }
 
 contact::Motion IslandStepper::lumped_motion(int block) const {
-  const int l = local_[static_cast<std::size_t>(block)];
+  const int l = in_.local[static_cast<std::size_t>(block)];
   return l < 0 || motions_.empty() ? motion_of(block, true) : motions_[static_cast<std::size_t>(l)];
 }
 
 double IslandStepper::time_of_impact(const CandidatePair& pair, double tolerance, bool lumped) const {
-  const Polyhedron& shape = *model_.blocks[static_cast<std::size_t>(pair.b)].shape;
+  const Polyhedron& shape = *in_.model.blocks[static_cast<std::size_t>(pair.b)].shape;
   const auto motion_in_step = [&](int block) {
     return lumped ? lumped_motion(block) : motion_of(block, false);
   };
@@ -58,12 +58,13 @@ double IslandStepper::time_of_impact(const CandidatePair& pair, double tolerance
   const auto index = static_cast<std::size_t>(pair.a.index);
   switch (pair.a.kind) {
     case Partner::Kind::block:
-      return contact::time_of_impact(*model_.blocks[index].shape, motion_in_step(pair.a.index), shape, motion,
-                                     tolerance);
-    case Partner::Kind::plane: return contact::time_of_impact(env_.planes[index], shape, motion, tolerance);
-    case Partner::Kind::terrain: return contact::time_of_impact(*env_.terrain, shape, motion, tolerance);
+      return contact::time_of_impact(*in_.model.blocks[index].shape, motion_in_step(pair.a.index), shape,
+                                     motion, tolerance);
+    case Partner::Kind::plane:
+      return contact::time_of_impact(in_.env.planes[index], shape, motion, tolerance);
+    case Partner::Kind::terrain: return contact::time_of_impact(*in_.env.terrain, shape, motion, tolerance);
     case Partner::Kind::structure:
-      return contact::time_of_impact(*env_.structures[index].index, shape, motion, tolerance);
+      return contact::time_of_impact(*in_.env.structures[index].index, shape, motion, tolerance);
   }
   return 2;
 }
@@ -76,20 +77,20 @@ double IslandStepper::first_impact() const {
   // mostly.
   double first = 2;
   std::size_t t = 0;  // touches follow the order of the pairs
-  for (std::size_t i = 0; i < island_->pairs.size(); ++i) {
-    const CandidatePair& pair = island_->pairs[i];
+  for (std::size_t i = 0; i < in_.island->pairs.size(); ++i) {
+    const CandidatePair& pair = in_.island->pairs[i];
     bool closed = false, sprung = false;
-    for (; t < touches_.size() && touches_[t].a == pair.a && touches_[t].b == pair.b; ++t) {
-      closed = closed || touches_[t].row >= 0;
-      sprung = sprung || (touches_[t].row >= 0 && touches_[t].stiffness > 0);
+    for (; t < step_.touches.size() && step_.touches[t].a == pair.a && step_.touches[t].b == pair.b; ++t) {
+      closed = closed || step_.touches[t].row >= 0;
+      sprung = sprung || (step_.touches[t].row >= 0 && step_.touches[t].stiffness > 0);
     }
-    const double thin = thickness(model_, pair);
+    const double thin = thickness(in_.model, pair);
     if (!closed)
       first = std::min(
-          first,
-          time_of_impact(pair,
-                         flush_pair_[i] != 0 ? 2 * touch_gap() : contact::tolerances().located_gap * length_,
-                         false));
+          first, time_of_impact(pair,
+                                flush_pair_[i] != 0 ? 2 * in_.scale.touch_gap()
+                                                    : contact::tolerances().located_gap * in_.scale.length,
+                                false));
     else if (path(pair) > contact::tolerances().unseen_way * thin)
       first = std::min(
           first,
@@ -108,7 +109,7 @@ bool IslandStepper::rebounds(const Touch& t) const {
 
 /// Something that is to be thrown back has closed.
 bool IslandStepper::rebound_waits() const {
-  return std::ranges::any_of(touches_,
+  return std::ranges::any_of(step_.touches,
                              [&](const Touch& t) { return rebounds(t) && meets_hard(t) && !(t.bond() > 0); });
 }
 
@@ -116,40 +117,40 @@ bool IslandStepper::rebound_waits() const {
 /// touch nothing fall, the others go on as they go: exact in flight, of what slides or turns on others met by
 /// ever shorter steps.
 double IslandStepper::first_rebound(double h) {
-  meets_to_rebound_.assign(island_->pairs.size(), 0);
-  std::vector<char> borne(bodies_.size(), 0);
+  step_.meets_to_rebound.assign(in_.island->pairs.size(), 0);
+  std::vector<char> borne(step_.bodies.size(), 0);
   const auto bear = [&](int block) {
-    if (const int l = block < 0 ? -1 : local_[static_cast<std::size_t>(block)]; l >= 0)
+    if (const int l = block < 0 ? -1 : in_.local[static_cast<std::size_t>(block)]; l >= 0)
       borne[static_cast<std::size_t>(l)] = 1;
   };
-  for (std::size_t i = 0; i < island_->pairs.size(); ++i) {
+  for (std::size_t i = 0; i < in_.island->pairs.size(); ++i) {
     bool apart = true, thrown_back = false;
     for (std::size_t t = first_of_pair_[i]; t < first_of_pair_[i + 1]; ++t) {
-      apart = apart && touches_[t].at.gap > touch_gap();
-      thrown_back = thrown_back || rebounds(touches_[t]);
+      apart = apart && step_.touches[t].at.gap > in_.scale.touch_gap();
+      thrown_back = thrown_back || rebounds(step_.touches[t]);
     }
-    meets_to_rebound_[i] = apart && thrown_back;
+    step_.meets_to_rebound[i] = apart && thrown_back;
     if (apart) continue;
-    bear(island_->pairs[i].b);
-    if (island_->pairs[i].a.kind == Partner::Kind::block) bear(island_->pairs[i].a.index);
+    bear(in_.island->pairs[i].b);
+    if (in_.island->pairs[i].a.kind == Partner::Kind::block) bear(in_.island->pairs[i].a.index);
   }
-  for (std::size_t l = 0; l < bodies_.size(); ++l) {
-    const auto k = static_cast<std::size_t>(bodies_[l].block);
+  for (std::size_t l = 0; l < step_.bodies.size(); ++l) {
+    const auto k = static_cast<std::size_t>(step_.bodies[l].block);
     contact::Motion m;
-    m.start = dda::pose(state_, bodies_[l].block);
-    if (!borne[l]) m.half_gravity_step = 0.5 * h * h * model_.gravity;
-    m.displacement = h * state_.v[k] + m.half_gravity_step;
-    m.rotation = h * state_.w[k];
+    m.start = dda::pose(in_.state, step_.bodies[l].block);
+    if (!borne[l]) m.half_gravity_step = 0.5 * h * h * in_.model.gravity;
+    m.displacement = h * in_.state.v[k] + m.half_gravity_step;
+    m.rotation = h * in_.state.w[k];
     motions_.push_back(m);
   }
   double first = 1;
-  for (std::size_t i = 0; i < island_->pairs.size(); ++i)
-    if (meets_to_rebound_[i] != 0)
+  for (std::size_t i = 0; i < in_.island->pairs.size(); ++i)
+    if (step_.meets_to_rebound[i] != 0)
       first = std::min(
-          first,
-          time_of_impact(island_->pairs[i],
-                         flush_pair_[i] != 0 ? 2 * touch_gap() : contact::tolerances().located_gap * length_,
-                         true));
+          first, time_of_impact(in_.island->pairs[i],
+                                flush_pair_[i] != 0 ? 2 * in_.scale.touch_gap()
+                                                    : contact::tolerances().located_gap * in_.scale.length,
+                                true));
   motions_.clear();
   return std::max(first, contact::tolerances().time_round_off) * h;
 }
@@ -158,22 +159,22 @@ double IslandStepper::first_rebound(double h) {
 double IslandStepper::path(const CandidatePair& pair) const {
   const contact::Motion b = lumped_motion(pair.b);
   Vec3 moved = b.displacement, bulge = b.half_gravity_step;
-  double turned = model_.blocks[static_cast<std::size_t>(pair.b)].shape->radius * b.rotation.norm();
+  double turned = in_.model.blocks[static_cast<std::size_t>(pair.b)].shape->radius * b.rotation.norm();
   if (pair.a.kind == Partner::Kind::block) {
     const contact::Motion a = lumped_motion(pair.a.index);
     moved -= a.displacement;
     bulge -= a.half_gravity_step;
-    turned += model_.blocks[static_cast<std::size_t>(pair.a.index)].shape->radius * a.rotation.norm();
+    turned += in_.model.blocks[static_cast<std::size_t>(pair.a.index)].shape->radius * a.rotation.norm();
   }
   return moved.norm() + bulge.norm() / 4 + turned;
 }
 
 /// Where a point of a block (or of what is fixed) was at the start of the step.
 Vec3 IslandStepper::carried_back(int block, const Vec3& x) const {
-  const int l = block < 0 ? -1 : local_[static_cast<std::size_t>(block)];
+  const int l = block < 0 ? -1 : in_.local[static_cast<std::size_t>(block)];
   if (l < 0) return x;
-  const Pose now = dda::pose(state_, block);
-  const Pose& then = bodies_[static_cast<std::size_t>(l)].start;
+  const Pose now = dda::pose(in_.state, block);
+  const Pose& then = step_.bodies[static_cast<std::size_t>(l)].start;
   return then.c + then.F * (now.F.inverse() * (x - now.c));
 }
 
@@ -181,10 +182,10 @@ Vec3 IslandStepper::carried_back(int block, const Vec3& x) const {
 /// own them.
 Touch IslandStepper::carried_back(Touch t) const {
   const int a = t.a.kind == Partner::Kind::block ? t.a.index : -1;
-  const Pose pose_a = a >= 0 ? dda::pose(state_, a) : Pose{};
-  const NormalOwner owner = normal_owner(t, model_, env_, &pose_a);
+  const Pose pose_a = a >= 0 ? dda::pose(in_.state, a) : Pose{};
+  const NormalOwner owner = normal_owner(t, in_.model, in_.env, &pose_a);
   const int carrier = owner == NormalOwner::a ? a : owner == NormalOwner::b ? t.b : -1;
-  const Vec3 x = carrier >= 0 ? state_.c[static_cast<std::size_t>(carrier)] : Vec3(Vec3::Zero());
+  const Vec3 x = carrier >= 0 ? in_.state.c[static_cast<std::size_t>(carrier)] : Vec3(Vec3::Zero());
   t.at.normal = (carried_back(carrier, x + t.at.normal) - carried_back(carrier, x)).normalized();
   t.at.point_b = carried_back(t.b, t.at.point_b);
   t.at.point_a = carried_back(a, t.at.point_a);
@@ -197,10 +198,10 @@ Touch IslandStepper::carried_back(Touch t) const {
 /// none.
 std::vector<Touch> IslandStepper::unforeseen(std::size_t pair, std::span<const Touch> known) const {
   std::vector<Touch> found;
-  find_touches(model_, state_, env_, island_->pairs[pair], 0, history_, found);
+  find_touches(in_.model, in_.state, in_.env, in_.island->pairs[pair], 0, in_.history, found);
   std::erase_if(found, [&](const Touch& t) {
     const auto same = [&](const Touch& k) { return k.at.key == t.at.key; };
-    return t.stiffness > 0 || t.at.gap >= -unseen() ||
+    return t.stiffness > 0 || t.at.gap >= -in_.scale.unseen() ||
            std::ranges::any_of(known, [&](const Touch& k) { return k.row >= 0 && same(k); }) ||
            std::ranges::any_of(touches_of_[pair], [&](const Touch& k) { return k.met && same(k); });
   });
@@ -214,21 +215,22 @@ std::pair<double, double> IslandStepper::meeting(std::size_t i, const Known& kno
   // Rows bound the gap of the features they name. A pair without rows may not come closer than it was known
   // to be apart; one with rows may not move by more than a part of the thinner body's thickness unseen.
   constexpr double never = 2;
-  const CandidatePair& pair = island_->pairs[i];
+  const CandidatePair& pair = in_.island->pairs[i];
   bool listed = known.listed;
-  const double thin = thickness(model_, pair), way = path(pair);
+  const double thin = thickness(in_.model, pair), way = path(pair);
   const double clear = listed      ? contact::tolerances().unseen_way * thin
                        : known.any ? std::max(known.apart, 0.0)
                                    : margins_[i];
   if (way <= clear) return {never, way};
   double s = never;
   if (!listed) {
-    s = time_of_impact(pair, contact::tolerances().located_gap * length_, true);
+    s = time_of_impact(pair, contact::tolerances().located_gap * in_.scale.length, true);
     if (s > 1) return {never, way};
     // A level below all that is named, and met later: it was below already. Concave blocks graze each other
     // where the search names no contact; a step that ended there would be followed by one that ends as early.
     listed =
-        time_of_impact(pair, std::max(0.9 * clear, contact::tolerances().overlap_none * length_), true) > s;
+        time_of_impact(pair, std::max(0.9 * clear, contact::tolerances().overlap_none * in_.scale.length),
+                       true) > s;
     if (listed && way <= contact::tolerances().unseen_way * thin) return {never, way};
   }
   if (listed) {
@@ -239,17 +241,17 @@ std::pair<double, double> IslandStepper::meeting(std::size_t i, const Known& kno
 }
 
 IslandStepper::Crossing IslandStepper::crossing() {
-  const std::size_t pairs = island_->pairs.size();
+  const std::size_t pairs = in_.island->pairs.size();
   std::vector<Known> known(pairs);
   const auto know = [&](std::size_t i) {
-    const CandidatePair& pair = island_->pairs[i];
+    const CandidatePair& pair = in_.island->pairs[i];
     Known& k = known[i];
     k = {.first = first_of_pair_[i], .listed = flush_pair_[i] != 0};
     for (std::size_t t = k.first; t < first_of_pair_[i + 1]; ++t) {
       k.any = true;
-      k.open = k.open || touches_[t].row < 0;
-      k.listed = k.listed || touches_[t].row >= 0;
-      k.apart = std::min(k.apart, touches_[t].at.gap);
+      k.open = k.open || step_.touches[t].row < 0;
+      k.listed = k.listed || step_.touches[t].row >= 0;
+      k.apart = std::min(k.apart, step_.touches[t].at.gap);
       ++k.count;
     }
     if (std::isfinite(left_out_[i])) {
@@ -258,31 +260,32 @@ IslandStepper::Crossing IslandStepper::crossing() {
     }
     // A skin moves along with what comes off it, which this motion knows nothing of: features within reach
     // are known, one that closes unforeseen starts unloaded where it is.
-    k.listed = k.listed || (k.any && moving_skin(pair.a));
+    k.listed = k.listed || (k.any && in_.moving_skin(pair.a));
   };
   std::vector<std::pair<double, double>> met(pairs);
   Crossing out;
   out.features.resize(pairs);
-  for (const Body& b : bodies_) motions_.push_back(motion_of(b.block, true));
+  for (const Body& b : step_.bodies) motions_.push_back(motion_of(b.block, true));
   each_pair([&](std::size_t i) {
     know(i);
     met[i] = meeting(i, known[i]);
-    const bool may =
-        met[i].first > 1 && known[i].listed && met[i].second > unseen() && !moving_skin(island_->pairs[i].a);
-    if (may) out.features[i] = unforeseen(i, std::span(touches_).subspan(known[i].first, known[i].count));
+    const bool may = met[i].first > 1 && known[i].listed && met[i].second > in_.scale.unseen() &&
+                     !in_.moving_skin(in_.island->pairs[i].a);
+    if (may)
+      out.features[i] = unforeseen(i, std::span(step_.touches).subspan(known[i].first, known[i].count));
   });
   motions_.clear();
   for (std::size_t i = 0; i < pairs; ++i) {
     const auto [s, way] = met[i];
     out.listed = out.listed || !out.features[i].empty();
     if (s > 1) continue;
-    if (i < meets_to_rebound_.size() &&
-        meets_to_rebound_[i] != 0) {  // at the end of the step is where it is to meet
-      if ((1 - s) * way > touch_gap()) out.first = std::min(out.first, s);
+    if (i < step_.meets_to_rebound.size() &&
+        step_.meets_to_rebound[i] != 0) {  // at the end of the step is where it is to meet
+      if ((1 - s) * way > in_.scale.touch_gap()) out.first = std::min(out.first, s);
       continue;
     }
-    if (ahead_[i] == 0 && (known[i].open || !known[i].any) && !moving_skin(island_->pairs[i].a)) {
-      ahead_[i] = way;
+    if (step_.ahead[i] == 0 && (known[i].open || !known[i].any) && !in_.moving_skin(in_.island->pairs[i].a)) {
+      step_.ahead[i] = way;
       out.listed = true;
     } else {
       out.first = std::min(out.first, s);
@@ -295,16 +298,16 @@ IslandStepper::Crossing IslandStepper::crossing() {
 /// start, and the features that it met unforeseen. All others keep the impulses of the last solution.
 void IslandStepper::look_ahead(const Crossing& met) {
   const auto gathered = [this](std::size_t i) {
-    return std::span(touches_).subspan(first_of_pair_[i], first_of_pair_[i + 1] - first_of_pair_[i]);
+    return std::span(step_.touches).subspan(first_of_pair_[i], first_of_pair_[i + 1] - first_of_pair_[i]);
   };
   std::atomic<bool> any = false;
   each_pair([&](std::size_t i) {
     bool here = false;
-    if (ahead_[i] != 0 && (touches_of_[i].empty() || std::isfinite(left_out_[i]))) {
-      margins_[i] = std::max(margins_[i], ahead_[i]);
+    if (step_.ahead[i] != 0 && (touches_of_[i].empty() || std::isfinite(left_out_[i]))) {
+      margins_[i] = std::max(margins_[i], step_.ahead[i]);
       left_out_[i] = std::numeric_limits<double>::infinity();
       std::vector<Touch> all;
-      find_touches(model_, state_, env_, island_->pairs[i], margins_[i], history_, all);
+      find_touches(in_.model, in_.state, in_.env, in_.island->pairs[i], margins_[i], in_.history, all);
       for (Touch& t : all) {
         if (std::ranges::any_of(touches_of_[i], [&](const Touch& known) { return known.at.key == t.at.key; }))
           continue;
@@ -332,10 +335,11 @@ void IslandStepper::look_ahead(const Crossing& met) {
   std::vector<std::pair<contact::FeatureKey, Vec3>> before(
       first_before.back());  // name and force of every touch
   std::vector<Vec3> at_surfaces;
-  for (std::size_t k = first_before.back(); k < touches_.size(); ++k) at_surfaces.push_back(touches_[k].warm);
+  for (std::size_t k = first_before.back(); k < step_.touches.size(); ++k)
+    at_surfaces.push_back(step_.touches[k].warm);
   each_pair([&](std::size_t i) {
     for (std::size_t k = first_before[i]; k < first_before[i + 1]; ++k)
-      before[k] = {touches_[k].at.key, touches_[k].warm};
+      before[k] = {step_.touches[k].at.key, step_.touches[k].warm};
   });
   gather_touches();
   each_pair([&](std::size_t i) {
@@ -343,20 +347,20 @@ void IslandStepper::look_ahead(const Crossing& met) {
     for (std::size_t t = first_of_pair_[i]; t < first_of_pair_[i + 1];
          ++t) {  // the order of the touches within a pair is the same
       std::size_t same = k;
-      while (same < first_before[i + 1] && before[same].first != touches_[t].at.key) ++same;
+      while (same < first_before[i + 1] && before[same].first != step_.touches[t].at.key) ++same;
       if (same == first_before[i + 1]) continue;
-      touches_[t].warm = before[same].second;
+      step_.touches[t].warm = before[same].second;
       k = same + 1;
     }
   });
   for (std::size_t k = 0; k < at_surfaces.size(); ++k)
-    touches_[first_of_pair_.back() + k].warm = at_surfaces[k];
+    step_.touches[first_of_pair_.back() + k].warm = at_surfaces[k];
 }
 
 bool IslandStepper::locate_event(double& h, int passes) {
   // Shortens the step so that it ends at the first onset. Touches that were rows of this step are not onsets;
   // what they cross is drift and is projected. False: no solution at an end tried, the state is of no use.
-  std::vector<Touch> start = touches_;
+  std::vector<Touch> start = step_.touches;
   struct ByPair {
     static std::pair<std::uint64_t, int> pair(const Touch* t) { return {t->a.id(), t->b}; }
     bool operator()(const Touch* s, const Touch* t) const { return pair(s) < pair(t); }
@@ -382,38 +386,39 @@ bool IslandStepper::locate_event(double& h, int passes) {
   // sank by more than half of its depth did.
   const auto swapped = [&](const Touch& t) {
     return std::ranges::any_of(of_pair(t), [](const Touch* s) { return s->row >= 0; }) &&
-           gap_before(t) < std::min(-10 * touch_gap(), 0.5 * t.at.gap);
+           gap_before(t) < std::min(-10 * in_.scale.touch_gap(), 0.5 * t.at.gap);
   };
   // Nor is what comes on slowly an onset, while it is near.
   const auto slow = [&](const Touch& t) {
-    return t.stiffness == 0 && t.approach >= -impact_speed(t) && t.at.gap >= -near_gap();
+    return t.stiffness == 0 && t.approach >= -impact_speed(t) && t.at.gap >= -in_.scale.near_gap();
   };
   // What went in and is on its way back at the end crossed all the same. What strains seems to be by the
   // rates of its strains, which turn about many times within a long step, and the search, whose motion does
   // not strain, knows nothing of it.
   const auto strains = [&](int block) {
-    return local_[static_cast<std::size_t>(block)] >= 0 &&
-           model_.blocks[static_cast<std::size_t>(block)].deformable;
+    return in_.local[static_cast<std::size_t>(block)] >= 0 &&
+           in_.model.blocks[static_cast<std::size_t>(block)].deformable;
   };
   bool any_depth = false;  // rounding of what rests is none, unless something deeper is sought
   const auto came_through = [&](const Touch& t) {
     const bool rings =
         t.stiffness == 0 && (strains(t.b) || (t.a.kind == Partner::Kind::block && strains(t.a.index)));
-    return t.at.gap < (rings || any_depth ? 0 : -near_gap()) && gap_before(t) > 0;
+    return t.at.gap < (rings || any_depth ? 0 : -in_.scale.near_gap()) && gap_before(t) > 0;
   };
   double rate = 0, before = 0;
   const auto worst_onset = [&](double step) {
     // Deepest new touch at the end of the step, its approach velocity, and its gap before.
     std::vector<Touch> keep;
-    keep.swap(touches_);
+    keep.swap(step_.touches);
     std::vector<std::size_t> first_kept = first_of_pair_;
-    found_for_ = -1;
+    step_.found_for = -1;
     find(step, false);
     double gap = std::numeric_limits<double>::infinity();
     rate = 0;
-    for (const Touch& t : touches_)
+    for (const Touch& t : step_.touches)
       if (!was_row(t) && t.at.gap < gap &&
-          ((t.approach < (t.stiffness > 0 ? -t.quiet_speed : -contact::tolerances().slips * speed_) &&
+          ((t.approach <
+                (t.stiffness > 0 ? -t.quiet_speed : -contact::tolerances().slips * in_.scale.speed) &&
             !slow(t)) ||
            came_through(t)) &&
           !swapped(t)) {
@@ -421,18 +426,19 @@ bool IslandStepper::locate_event(double& h, int passes) {
         rate = t.approach;
         before = gap_before(t);
       }
-    touches_.swap(keep);
+    step_.touches.swap(keep);
     first_of_pair_.swap(first_kept);
-    found_for_ = -1;
+    step_.found_for = -1;
     return gap;
   };
   const auto solve_for = [&](double step) {
     // Contact forces change little with the end of the step: those of the last trial start the next.
     for (std::size_t i = 0; i < start.size(); ++i)
-      if (touches_[i].row >= 0) start[i].warm = touches_[i].frame * touches_[i].impulse / step_length_;
+      if (step_.touches[i].row >= 0)
+        start[i].warm = step_.touches[i].frame * step_.touches[i].impulse / step_.length;
     restore();
-    touches_ = start;
-    step_length_ = step;
+    step_.touches = start;
+    step_.length = step;
     if (smooth(step, false, passes).ok) return true;
     restore();
     return smooth(step, false, passes, true).ok;
@@ -440,14 +446,14 @@ bool IslandStepper::locate_event(double& h, int passes) {
   // Thin blocks may have gone through each other on the way to what is met at the end of a step, whose
   // touches then do not tell.
   const auto far_enough_to_pass = [&] {
-    return std::any_of(island_->pairs.begin(), island_->pairs.end(), [&](const CandidatePair& pair) {
-      return path(pair) > contact::tolerances().unseen_way * thickness(model_, pair);
+    return std::any_of(in_.island->pairs.begin(), in_.island->pairs.end(), [&](const CandidatePair& pair) {
+      return path(pair) > contact::tolerances().unseen_way * thickness(in_.model, pair);
     });
   };
   // As close as coordinates of this size can tell; Newton's iteration gets there in a turn or two.
   double far = 0;
-  for (const Body& b : bodies_) far = std::max(far, b.start.c.cwiseAbs().maxCoeff());
-  const double onset_tolerance = 1e-13 * length_ + 4e-15 * far, passed = -1e-8 * length_;
+  for (const Body& b : step_.bodies) far = std::max(far, b.start.c.cwiseAbs().maxCoeff());
+  const double onset_tolerance = 1e-13 * in_.scale.length + 4e-15 * far, passed = -1e-8 * in_.scale.length;
   double step = h;
   double s = first_impact(), gap = worst_onset(step);
   while ((s <= 1 || gap < passed) && !stopped()) {
@@ -497,7 +503,7 @@ bool IslandStepper::locate_event(double& h, int passes) {
       gap_there = gap;
     }
     if (met || bracketed) {
-      step = step_length_;
+      step = step_.length;
       if (!far_enough_to_pass() || (s = first_impact()) >= 0.999) break;
       gap = std::numeric_limits<double>::infinity();
       continue;
@@ -508,7 +514,7 @@ bool IslandStepper::locate_event(double& h, int passes) {
     if (step <= sure) {
       // Met by the search, and still no contact is named there: on by a thousandth of the size at a time,
       // else it would be met again at once.
-      const double least = std::min(h, 1e-3 * length_ / speed_);
+      const double least = std::min(h, 1e-3 * in_.scale.length / in_.scale.speed);
       if (step < least && !std::isfinite(worst_onset(step))) {
         if (!solve_for(least)) return false;
         step = least;

@@ -63,33 +63,34 @@ void keep_nearest(std::vector<Touch>& touches) {
 }  // namespace
 
 double IslandStepper::reach(int block, double h) const {
-  const int l = local_[static_cast<std::size_t>(block)];
+  const int l = in_.local[static_cast<std::size_t>(block)];
   if (l < 0) return 0;
-  return h * speed_of(block) + h * h * model_.gravity.norm();
+  return h * in_.speed_of(block) + h * h * in_.model.gravity.norm();
 }
 
 /// Blocks of a heap move along with each other: as far as the two can approach on their present motions, and
 /// what rows are made for ahead. What impulses change in the step is met by its solution (crossing()).
 double IslandStepper::approach_reach(const CandidatePair& pair, double h) const {
   const auto a = static_cast<std::size_t>(pair.a.index), b = static_cast<std::size_t>(pair.b);
-  const double turning = model_.blocks[a].shape->radius * state_.w[a].norm() +
-                         model_.blocks[b].shape->radius * state_.w[b].norm();
-  return h * ((state_.v[b] - state_.v[a]).norm() + turning) + h * h * model_.gravity.norm() + row_reach();
+  const double turning = in_.model.blocks[a].shape->radius * in_.state.w[a].norm() +
+                         in_.model.blocks[b].shape->radius * in_.state.w[b].norm();
+  return h * ((in_.state.v[b] - in_.state.v[a]).norm() + turning) + h * h * in_.model.gravity.norm() +
+         in_.scale.row_reach();
 }
 
 void IslandStepper::find(double h, bool at_start) {
-  if (found_for_ >= h * (1 - contact::tolerances().same_instant))
+  if (step_.found_for >= h * (1 - contact::tolerances().same_instant))
     return;  // the touches at hand hold for this state and reach
   at_start_ = at_start;
-  found_for_ = h;
-  const std::size_t pairs = island_->pairs.size();
+  step_.found_for = h;
+  const std::size_t pairs = in_.island->pairs.size();
   touches_of_.resize(pairs);
   margins_.resize(pairs);
   left_out_.resize(pairs);
   each_pair([this](std::size_t i) { look(i); });
   touches_at_surfaces_.clear();
-  for (const SurfacePair& pair : island_->surfaces)
-    find_surface_touches(env_, pair, surface_reach(), surface_history_, touches_at_surfaces_);
+  for (const SurfacePair& pair : in_.island->surfaces)
+    find_surface_touches(in_.env, pair, in_.scale.surface_reach(), in_.surface_history, touches_at_surfaces_);
   gather_touches();
 }
 
@@ -101,23 +102,24 @@ void IslandStepper::find_moved(const std::vector<Pose>& last, std::vector<double
     Vec3 shift = Vec3::Zero();
     double turn = 0;  // of its farthest points [m]
   };
-  std::vector<Way> ways(bodies_.size());
-  contact::in_ranges(static_cast<int>(bodies_.size()), bodies_at_once, [&](int from, int to) {
+  std::vector<Way> ways(step_.bodies.size());
+  contact::in_ranges(static_cast<int>(step_.bodies.size()), bodies_at_once, [&](int from, int to) {
     for (auto i = static_cast<std::size_t>(from); i < static_cast<std::size_t>(to); ++i) {
-      const Pose now = dda::pose(state_, bodies_[i].block);
-      ways[i] = {now.c - last[i].c, model_.blocks[static_cast<std::size_t>(bodies_[i].block)].shape->radius *
-                                        (now.F - last[i].F).norm()};
+      const Pose now = dda::pose(in_.state, step_.bodies[i].block);
+      ways[i] = {now.c - last[i].c,
+                 in_.model.blocks[static_cast<std::size_t>(step_.bodies[i].block)].shape->radius *
+                     (now.F - last[i].F).norm()};
     }
   });
   const auto way_of = [&](int block) {
-    const int l = local_[static_cast<std::size_t>(block)];
+    const int l = in_.local[static_cast<std::size_t>(block)];
     return l >= 0 ? ways[static_cast<std::size_t>(l)] : Way{};
   };
-  const double carries = (in_vast_heap() ? 3e-4 : in_large_heap() ? 1e-4 : 1e-5) * length_;
+  const double carries = (in_.in_vast_heap() ? 3e-4 : in_.in_large_heap() ? 1e-4 : 1e-5) * in_.scale.length;
   std::atomic<bool> searched = false;
   each_pair([&](std::size_t i) {
-    const CandidatePair& pair = island_->pairs[i];
-    if (moving_skin(pair.a)) return;
+    const CandidatePair& pair = in_.island->pairs[i];
+    if (in_.moving_skin(pair.a)) return;
     const Way b = way_of(pair.b), a = pair.a.kind == Partner::Kind::block ? way_of(pair.a.index) : Way{};
     const double moved = (b.shift - a.shift).norm() + b.turn + a.turn;
     if (moved == 0 && b.shift.isZero(0)) return;
@@ -143,7 +145,7 @@ void IslandStepper::take_carried() {
   each_pair([this](std::size_t i) {  // the order of the touches within a pair is the same; some were dropped
     std::size_t k = first_of_pair_[i];
     for (const Touch& t : touches_of_[i])
-      if (k < first_of_pair_[i + 1] && touches_[k].at.key == t.at.key) touches_[k++].at = t.at;
+      if (k < first_of_pair_[i + 1] && step_.touches[k].at.key == t.at.key) step_.touches[k++].at = t.at;
   });
 }
 
@@ -156,13 +158,13 @@ void IslandStepper::carry_pair(std::size_t pair, const std::vector<Pose>& last) 
     Vec3 operator()(const Vec3& x) const { return to + turn * (x - from) - x; }
   };
   const auto carry_of = [&](int block) {
-    const int l = block < 0 ? -1 : local_[static_cast<std::size_t>(block)];
+    const int l = block < 0 ? -1 : in_.local[static_cast<std::size_t>(block)];
     if (l < 0) return Carry{};
-    const Pose now = dda::pose(state_, block);
+    const Pose now = dda::pose(in_.state, block);
     const Pose& from = last[static_cast<std::size_t>(l)];
     return Carry{now.F * from.F.inverse(), from.c, now.c};
   };
-  const CandidatePair& of = island_->pairs[pair];
+  const CandidatePair& of = in_.island->pairs[pair];
   const Carry way_b = carry_of(of.b), way_a = carry_of(of.a.kind == Partner::Kind::block ? of.a.index : -1);
   for (Touch& t : touches_of_[pair]) {
     const Vec3 of_b = way_b(t.at.point_b), of_a = way_a(t.at.point_a);
@@ -176,11 +178,11 @@ void IslandStepper::carry_pair(std::size_t pair, const std::vector<Pose>& last) 
 /// go along with the block; only after more than that they are searched again.
 void IslandStepper::carry_at_structures(const std::vector<Pose>& before) {
   bool any = false;
-  for (std::size_t i = 0; i < island_->pairs.size(); ++i) {
-    const CandidatePair& pair = island_->pairs[i];
-    if (!moving_skin(pair.a) || touches_of_[i].empty()) continue;
-    const Pose& from = before[static_cast<std::size_t>(local_[static_cast<std::size_t>(pair.b)])];
-    const Pose to = dda::pose(state_, pair.b);
+  for (std::size_t i = 0; i < in_.island->pairs.size(); ++i) {
+    const CandidatePair& pair = in_.island->pairs[i];
+    if (!in_.moving_skin(pair.a) || touches_of_[i].empty()) continue;
+    const Pose& from = before[static_cast<std::size_t>(in_.local[static_cast<std::size_t>(pair.b)])];
+    const Pose to = dda::pose(in_.state, pair.b);
     if (to.c == from.c && to.F == from.F) continue;
     any = true;
     const Mat3 carry = to.F * from.F.inverse();
@@ -191,7 +193,7 @@ void IslandStepper::carry_at_structures(const std::vector<Pose>& before) {
       t.at.gap += t.at.normal.dot(way);
       farthest = std::max(farthest, way.norm());
     }
-    if (farthest > 1e-4 * length_) look(i);
+    if (farthest > 1e-4 * in_.scale.length) look(i);
   }
   if (any) gather_touches();
 }
@@ -201,23 +203,23 @@ void IslandStepper::carry_at_structures(const std::vector<Pose>& before) {
 /// as where a piece was born inside another.
 void IslandStepper::keep_late_overlaps() {
   bool any = false;
-  for (std::size_t i = 0; i < island_->pairs.size(); ++i) {
-    const CandidatePair& pair = island_->pairs[i];
+  for (std::size_t i = 0; i < in_.island->pairs.size(); ++i) {
+    const CandidatePair& pair = in_.island->pairs[i];
     if (pair.a.kind != Partner::Kind::block) continue;
-    if (model_.blocks[static_cast<std::size_t>(pair.a.index)].shape->convex &&
-        model_.blocks[static_cast<std::size_t>(pair.b)].shape->convex)
+    if (in_.model.blocks[static_cast<std::size_t>(pair.a.index)].shape->convex &&
+        in_.model.blocks[static_cast<std::size_t>(pair.b)].shape->convex)
       continue;
     double known = 0, late = 0;
     for (const Touch& t : touches_of_[i])
       (t.persistent ? known : late) = std::max(t.persistent ? known : late, -t.at.gap);
-    if (late <= contact::tolerances().late_overlap * length_ + 2 * known ||
-        late <= contact::tolerances().late_overlap * length_ + 2 * (known + path(pair)))
+    if (late <= contact::tolerances().late_overlap * in_.scale.length + 2 * known ||
+        late <= contact::tolerances().late_overlap * in_.scale.length + 2 * (known + path(pair)))
       continue;
     ContactMemory memory;
     memory.partner = pair.a.id();
     memory.feature = born_inside;
     memory.indentation = late;
-    auto& list = history_[static_cast<std::size_t>(pair.b)];
+    auto& list = in_.history[static_cast<std::size_t>(pair.b)];
     list.push_back(memory);
     std::sort(list.begin(), list.end(), [](const ContactMemory& a, const ContactMemory& b) {
       return std::pair(a.partner, a.feature) < std::pair(b.partner, b.feature);
@@ -229,8 +231,8 @@ void IslandStepper::keep_late_overlaps() {
 }
 
 void IslandStepper::each_pair(const std::function<void(std::size_t)>& use) const {
-  const std::size_t n = island_->pairs.size();
-  if (settings_.threads < 2 || n < pairs_for_threads) {
+  const std::size_t n = in_.island->pairs.size();
+  if (in_.settings.threads < 2 || n < pairs_for_threads) {
     for (std::size_t i = 0; i < n; ++i) use(i);
     return;
   }
@@ -240,51 +242,52 @@ void IslandStepper::each_pair(const std::function<void(std::size_t)>& use) const
 
 /// All that pair i may touch within the reach.
 void IslandStepper::look(std::size_t i) {
-  const CandidatePair& pair = island_->pairs[i];
+  const CandidatePair& pair = in_.island->pairs[i];
   const bool blocks = pair.a.kind == Partner::Kind::block;
-  double margin = blocks && in_heap() ? approach_reach(pair, found_for_)
-                                      : reach(pair.b, found_for_) + 1e-6 * length_ +
-                                            (blocks ? reach(pair.a.index, found_for_) : 0.0);
-  if (pair.a.kind == Partner::Kind::structure) margin += 1e-3 * length_;
-  margin += env_.bond_stretch;
+  double margin = blocks && in_.in_heap() ? approach_reach(pair, step_.found_for)
+                                          : reach(pair.b, step_.found_for) + 1e-6 * in_.scale.length +
+                                                (blocks ? reach(pair.a.index, step_.found_for) : 0.0);
+  if (pair.a.kind == Partner::Kind::structure) margin += 1e-3 * in_.scale.length;
+  margin += in_.env.bond_stretch;
   margins_[i] = margin;
   touches_of_[i].clear();
   left_out_[i] = std::numeric_limits<double>::infinity();
-  if (far_apart(model_, state_, pair, margin)) return;
-  const Tilts tilts = [this](const Touch& t) { return condensed_ || !part_resolved(t); };
-  if (condensed_ || followed_ < 0 || !PairWatch::serves(model_, env_, pair)) {
+  if (far_apart(in_.model, in_.state, pair, margin)) return;
+  const Tilts tilts = [this](const Touch& t) { return in_.condensed || !part_resolved(t); };
+  if (in_.condensed || followed_ < 0 || !PairWatch::serves(in_.model, in_.env, pair)) {
     watches_[i].forget();
     // Rows are made for what is closed; what closes within the step of events is found by the time of impact.
     // A scan that slides has hundreds of corners within the reach of a step, and a handful of them near the
     // ground.
-    const double near = contact::tolerances().listed_near * length_ + env_.bond_stretch;
-    const bool ground = event_driven() && near < margin && rigid_ground(model_, env_, pair);
-    find_touches(model_, state_, env_, pair, ground ? near : margin, history_, touches_of_[i], tilts);
+    const double near = contact::tolerances().listed_near * in_.scale.length + in_.env.bond_stretch;
+    const bool ground = in_.event_driven() && near < margin && rigid_ground(in_.model, in_.env, pair);
+    find_touches(in_.model, in_.state, in_.env, pair, ground ? near : margin, in_.history, touches_of_[i],
+                 tilts);
     if (ground) {
       left_out_[i] = near;
       if (touches_of_[i].empty()) {
-        find_touches(model_, state_, env_, pair, margin, history_, touches_of_[i], tilts);
+        find_touches(in_.model, in_.state, in_.env, pair, margin, in_.history, touches_of_[i], tilts);
         keep_nearest(touches_of_[i]);
       }
     }
-    if (in_heap()) leave_out(i);
+    if (in_.in_heap()) leave_out(i);
     return;
   }
   thread_local std::vector<FoundPoint> points;
   points.clear();
-  const double ahead = reach(pair.b, found_for_) +
-                       (pair.a.kind == Partner::Kind::block ? reach(pair.a.index, found_for_) : 0.0);
-  watches_[i].look(model_, state_, env_, pair, margin, ahead, skin_travel_, points);
-  make_touches(model_, state_, env_, pair, points, history_, touches_of_[i]);
+  const double ahead = reach(pair.b, step_.found_for) +
+                       (pair.a.kind == Partner::Kind::block ? reach(pair.a.index, step_.found_for) : 0.0);
+  watches_[i].look(in_.model, in_.state, in_.env, pair, margin, ahead, skin_travel_, points);
+  make_touches(in_.model, in_.state, in_.env, pair, points, in_.history, touches_of_[i]);
 }
 
 /// Most touches of a heap can neither close within the reach nor come near enough to be rows: of those the
 /// least gap alone is kept.
 void IslandStepper::leave_out(std::size_t i) {
-  const double h = found_for_, fall = h * h * model_.gravity.norm();
+  const double h = step_.found_for, fall = h * h * in_.model.gravity.norm();
   std::erase_if(touches_of_[i], [&](const Touch& t) {
     if (t.stiffness > 0 || t.persistent || t.glued ||
-        std::min(t.at.gap, t.at.gap + h * t.approach - fall) < row_reach())
+        std::min(t.at.gap, t.at.gap + h * t.approach - fall) < in_.scale.row_reach())
       return false;
     left_out_[i] = std::min(left_out_[i], t.at.gap);
     return true;
@@ -293,18 +296,18 @@ void IslandStepper::leave_out(std::size_t i) {
 
 /// Springs, and in a heap the forces that the solver starts from, go on from what the pairs remember.
 void IslandStepper::carry() {
-  std::vector<std::vector<LooseSpring>> loose(island_->pairs.size());
+  std::vector<std::vector<LooseSpring>> loose(in_.island->pairs.size());
   each_pair([&](std::size_t i) {
-    const CandidatePair& pair = island_->pairs[i];
-    const std::vector<ContactMemory>& memory = history_[static_cast<std::size_t>(pair.b)];
+    const CandidatePair& pair = in_.island->pairs[i];
+    const std::vector<ContactMemory>& memory = in_.history[static_cast<std::size_t>(pair.b)];
     const std::span touches =
-        std::span(touches_).subspan(first_of_pair_[i], first_of_pair_[i + 1] - first_of_pair_[i]);
-    if (leapfrog() && moving_skin(pair.a) && !presses_on_bed(model_, env_, pair))
+        std::span(step_.touches).subspan(first_of_pair_[i], first_of_pair_[i + 1] - first_of_pair_[i]);
+    if (in_.leapfrog() && in_.moving_skin(pair.a) && !presses_on_bed(in_.model, in_.env, pair))
       leave_to_others(pair.a.id(), touches, memory,
-                      [this](const Touch& t) { return length_before(t, found_for_); });
-    if (moving_skin(pair.a) || (touches.empty() && memory.empty())) return;
-    carry_springs(pair, touches, memory, leapfrog(), loose[i]);
-    if (in_heap() && !touches.empty()) hand_over(touches, memory, 1e-4 * length_);
+                      [this](const Touch& t) { return step_.length_before(t, step_.found_for); });
+    if (in_.moving_skin(pair.a) || (touches.empty() && memory.empty())) return;
+    carry_springs(pair, touches, memory, in_.leapfrog(), loose[i]);
+    if (in_.in_heap() && !touches.empty()) hand_over(touches, memory, 1e-4 * in_.scale.length);
   });
   loose_.clear();
   for (const std::vector<LooseSpring>& of : loose) loose_.insert(loose_.end(), of.begin(), of.end());
@@ -314,22 +317,22 @@ void IslandStepper::carry() {
 /// Springs at partners that are out of reach.
 void IslandStepper::carry_out_of_reach() {
   const auto loaded = [](const ContactMemory& m) { return m.normal_energy > 0; };
-  if (std::none_of(bodies_.begin(), bodies_.end(), [&](const Body& b) {
-        return std::ranges::any_of(history_[static_cast<std::size_t>(b.block)], loaded);
+  if (std::none_of(step_.bodies.begin(), step_.bodies.end(), [&](const Body& b) {
+        return std::ranges::any_of(in_.history[static_cast<std::size_t>(b.block)], loaded);
       }))
     return;
   std::vector<std::pair<int, std::uint64_t>> known;
-  for (const CandidatePair& pair : island_->pairs) known.emplace_back(pair.b, pair.a.id());
+  for (const CandidatePair& pair : in_.island->pairs) known.emplace_back(pair.b, pair.a.id());
   std::sort(known.begin(), known.end());
-  for (const Body& b : bodies_)
-    for (const ContactMemory& m : history_[static_cast<std::size_t>(b.block)]) {
+  for (const Body& b : step_.bodies)
+    for (const ContactMemory& m : in_.history[static_cast<std::size_t>(b.block)]) {
       if (!loaded(m) || std::binary_search(known.begin(), known.end(), std::pair(b.block, m.partner)))
         continue;
       const Partner a{static_cast<Partner::Kind>(m.partner >> 32), static_cast<int>(m.partner & 0xffffffff)};
       const auto index = static_cast<std::size_t>(a.index);
       const bool here =
-          a.kind != Partner::Kind::block || local_[index] >= 0 || model_.blocks[index].ndof() == 0;
-      if (here && !moving_skin(a)) loose_.push_back({a, b.block, m.place, m.normal, m.normal_energy});
+          a.kind != Partner::Kind::block || in_.local[index] >= 0 || in_.model.blocks[index].ndof() == 0;
+      if (here && !in_.moving_skin(a)) loose_.push_back({a, b.block, m.place, m.normal, m.normal_energy});
     }
 }
 
@@ -340,27 +343,28 @@ void IslandStepper::gather_touches() {
     first_of_pair_.push_back(first_of_pair_.back() + of.size());
     flush_pair_.push_back(of.empty() ? 0 : 1);
   }
-  touches_.resize(first_of_pair_.back());
+  step_.touches.resize(first_of_pair_.back());
   each_pair([this](std::size_t i) {
     std::copy(touches_of_[i].begin(), touches_of_[i].end(),
-              touches_.begin() + static_cast<std::ptrdiff_t>(first_of_pair_[i]));
+              step_.touches.begin() + static_cast<std::ptrdiff_t>(first_of_pair_[i]));
   });
-  drop_internal_edges(model_, state_, env_, flush(), flush_skins(), touches_);
-  if (touches_.size() == first_of_pair_.back()) {
+  drop_internal_edges(in_.model, in_.state, in_.env, in_.scale.flush(), in_.scale.flush_skins(),
+                      step_.touches);
+  if (step_.touches.size() == first_of_pair_.back()) {
     std::fill(flush_pair_.begin(), flush_pair_.end(), static_cast<char>(0));
   } else {
     std::size_t t = 0;
-    for (std::size_t i = 0; i < island_->pairs.size(); ++i) {
+    for (std::size_t i = 0; i < in_.island->pairs.size(); ++i) {
       first_of_pair_[i] = t;
-      for (; t < touches_.size() && touches_[t].a == island_->pairs[i].a &&
-             touches_[t].b == island_->pairs[i].b;
+      for (; t < step_.touches.size() && step_.touches[t].a == in_.island->pairs[i].a &&
+             step_.touches[t].b == in_.island->pairs[i].b;
            ++t)
         flush_pair_[i] = 0;
     }
     first_of_pair_.back() = t;
   }
   if (at_start_) carry();
-  touches_.insert(touches_.end(), touches_at_surfaces_.begin(), touches_at_surfaces_.end());
+  step_.touches.insert(step_.touches.end(), touches_at_surfaces_.begin(), touches_at_surfaces_.end());
 }
 
 }  // namespace talus::coupling

@@ -30,21 +30,10 @@ Box3 box_of(const TriangleSurface& skin) {
 }
 }  // namespace
 
-const TriangleSurface& IslandStepper::skin(int structure) const {
-  return env_.structures[static_cast<std::size_t>(structure)].structure->surface();
-}
-
-double IslandStepper::fastest_skin() const {
-  double fastest = 0;
-  for (const int s : island_->structures)
-    for (const Vec3& v : skin(s).velocities) fastest = std::max(fastest, v.squaredNorm());
-  return std::sqrt(fastest);
-}
-
 /// Structures of the island that may touch this one, ascending.
 std::vector<int> IslandStepper::met_by(int structure) const {
   std::vector<int> partners;
-  for (const SurfacePair& pair : island_->surfaces)
+  for (const SurfacePair& pair : in_.island->surfaces)
     if (pair.a == structure || pair.b == structure) partners.push_back(pair.a == structure ? pair.b : pair.a);
   std::sort(partners.begin(), partners.end());
   return partners;
@@ -53,25 +42,25 @@ std::vector<int> IslandStepper::met_by(int structure) const {
 /// Before a search with the reach of h: chooses anew what is followed once blocks and skins may have moved
 /// out of it.
 void IslandStepper::follow_skins(double h) {
-  const double fastest = fastest_skin();
+  const double fastest = in_.fastest_skin();
   const double path =
-      2 * step_length_ * fastest;  // of the step just made: twice, since its start may have been faster
+      2 * step_.length * fastest;  // of the step just made: twice, since its start may have been faster
   skin_path_ += path;
   skin_travel_ += path;
   const Followed need = followed_need(h, fastest);
   if (follows(need)) return;
-  followed_ = island_->blocks.empty() ? 0 : steps_ahead * need.blocks;
-  followed_skins_ = surface_reach() + std::max(surface_reach(), steps_ahead * need.skins);
+  followed_ = in_.island->blocks.empty() ? 0 : steps_ahead * need.blocks;
+  followed_skins_ = in_.scale.surface_reach() + std::max(in_.scale.surface_reach(), steps_ahead * need.skins);
   choose_followed();
 }
 
 /// How far skins are to be followed from blocks, twice the reach about the end of the step as well, and by
-/// how much farther than surface_reach() from each other [m].
+/// how much farther than in_.scale.surface_reach() from each other [m].
 IslandStepper::Followed IslandStepper::followed_need(double h, double fastest) const {
   double need = 0;
-  for (const CandidatePair& pair : island_->pairs)
-    if (moving_skin(pair.a)) need = std::max(need, reach(pair.b, h));
-  return {4 * (need + h * fastest) + 4e-3 * length_, 8 * h * fastest};
+  for (const CandidatePair& pair : in_.island->pairs)
+    if (in_.moving_skin(pair.a)) need = std::max(need, reach(pair.b, h));
+  return {4 * (need + h * fastest) + 4e-3 * in_.scale.length, 8 * h * fastest};
 }
 
 bool IslandStepper::follows(const Followed& need) const {
@@ -79,50 +68,52 @@ bool IslandStepper::follows(const Followed& need) const {
   double moved = 0;
   for (const Seen& b : seen_) {
     const auto k = static_cast<std::size_t>(b.block);
-    moved = std::max(moved, (state_.c[k] - b.c).norm() + 2.5 * model_.blocks[k].shape->radius *
-                                                             (state_.q[k] * b.q.conjugate()).vec().norm());
+    moved =
+        std::max(moved, (in_.state.c[k] - b.c).norm() + 2.5 * in_.model.blocks[k].shape->radius *
+                                                            (in_.state.q[k] * b.q.conjugate()).vec().norm());
   }
-  if (!island_->blocks.empty() &&
+  if (!in_.island->blocks.empty() &&
       (moved + skin_path_ + need.blocks > followed_ || followed_ > 4 * steps_ahead * need.blocks))
     return false;
-  if (island_->surfaces.empty()) return true;
-  for (std::size_t i = 0; i < island_->structures.size(); ++i)  // new faces lie where none was chosen
-    if (skin(island_->structures[i]).revision != followed_revisions_[i]) return false;
-  return surface_reach() + need.skins + 2 * skin_path_ <= followed_skins_;
+  if (in_.island->surfaces.empty()) return true;
+  for (std::size_t i = 0; i < in_.island->structures.size(); ++i)  // new faces lie where none was chosen
+    if (in_.skin(in_.island->structures[i]).revision != followed_revisions_[i]) return false;
+  return in_.scale.surface_reach() + need.skins + 2 * skin_path_ <= followed_skins_;
 }
 
 void IslandStepper::choose_followed() {
   skin_path_ = 0;
   seen_.clear();
   followed_revisions_.clear();
-  for (std::size_t i = 0; i < island_->pairs.size(); ++i)
-    if (moving_skin(island_->pairs[i].a)) watches_[i].forget();  // what it watches may be followed no more
-  for (const int s : island_->structures) {
-    StructurePart& part = env_.structures[static_cast<std::size_t>(s)];
+  for (std::size_t i = 0; i < in_.island->pairs.size(); ++i)
+    if (in_.moving_skin(in_.island->pairs[i].a))
+      watches_[i].forget();  // what it watches may be followed no more
+  for (const int s : in_.island->structures) {
+    StructurePart& part = in_.env.structures[static_cast<std::size_t>(s)];
     std::vector<Box3> boxes;
-    for (const CandidatePair& pair : island_->pairs) {
+    for (const CandidatePair& pair : in_.island->pairs) {
       if (pair.a.kind != Partner::Kind::structure || pair.a.index != s) continue;
       const auto k = static_cast<std::size_t>(pair.b);
-      boxes.push_back(contact::bounds(*model_.blocks[k].shape, dda::pose(state_, pair.b), followed_));
-      seen_.push_back({pair.b, state_.c[k], state_.q[k]});
+      boxes.push_back(contact::bounds(*in_.model.blocks[k].shape, dda::pose(in_.state, pair.b), followed_));
+      seen_.push_back({pair.b, in_.state.c[k], in_.state.q[k]});
     }
-    const Box3 box = box_of(skin(s));
-    for (const int other : met_by(s)) boxes_near(skin(other), box, followed_skins_, boxes);
-    part.index->focus(skin(s), std::move(boxes));
-    followed_revisions_.push_back(skin(s).revision);
+    const Box3 box = box_of(in_.skin(s));
+    for (const int other : met_by(s)) boxes_near(in_.skin(other), box, followed_skins_, boxes);
+    part.index->focus(in_.skin(s), std::move(boxes));
+    followed_revisions_.push_back(in_.skin(s).revision);
   }
 }
 
 /// Structures alone go on with what the last stretch followed. (Blocks do not: what they may meet is planned
 /// between stretches by whole skins.)
 void IslandStepper::go_on_following() {
-  if (!island_->blocks.empty()) return;
+  if (!in_.island->blocks.empty()) return;
   followed_revisions_.clear();
   double between = std::numeric_limits<double>::infinity(), path = 0;
-  for (const int s : island_->structures) {
-    const StructurePart::Followed& last = env_.structures[static_cast<std::size_t>(s)].followed;
+  for (const int s : in_.island->structures) {
+    const StructurePart::Followed& last = in_.env.structures[static_cast<std::size_t>(s)].followed;
     const std::vector<int> partners = met_by(s);
-    if (last.between < 0 || last.revision != skin(s).revision ||
+    if (last.between < 0 || last.revision != in_.skin(s).revision ||
         !std::includes(last.partners.begin(), last.partners.end(), partners.begin(), partners.end()))
       return;
     between = std::min(between, last.between);
@@ -136,14 +127,14 @@ void IslandStepper::go_on_following() {
 
 void IslandStepper::end_following() {
   if (followed_ < 0) return;
-  const double path = skin_path_ + 2 * step_length_ * fastest_skin();
-  for (std::size_t i = 0; i < island_->structures.size(); ++i) {
-    const int s = island_->structures[i];
-    StructurePart& part = env_.structures[static_cast<std::size_t>(s)];
-    if (island_->blocks.empty())
+  const double path = skin_path_ + 2 * step_.length * in_.fastest_skin();
+  for (std::size_t i = 0; i < in_.island->structures.size(); ++i) {
+    const int s = in_.island->structures[i];
+    StructurePart& part = in_.env.structures[static_cast<std::size_t>(s)];
+    if (in_.island->blocks.empty())
       part.followed = {followed_skins_, path, followed_revisions_[i], met_by(s)};
     else
-      part.index->unfocus(skin(s));
+      part.index->unfocus(in_.skin(s));
   }
   followed_ = -1;
 }

@@ -21,12 +21,12 @@ bool strains(const dda::Model& model, const Touch& t) {
 
 /// No point of one of the two moves faster as the other's centroid sees it [m/s].
 double IslandStepper::relative_speed(const Touch& t) const {
-  Vec3 v = -partner_velocity(state_, env_, t);
+  Vec3 v = -partner_velocity(in_.state, in_.env, t);
   double turning = 0;
   const auto turn = [&](int block) {
     const auto k = static_cast<std::size_t>(block);
-    turning += model_.blocks[k].shape->radius * state_.w[k].norm();
-    return state_.v[k];
+    turning += in_.model.blocks[k].shape->radius * in_.state.w[k].norm();
+    return in_.state.v[k];
   };
   if (t.a.kind == Partner::Kind::block) v = -turn(t.a.index);
   if (t.b >= 0) v += turn(t.b);
@@ -38,8 +38,8 @@ double IslandStepper::relative_speed(const Touch& t) const {
 /// block, V their speed against each other or that of a fall by L: 0.03 accuracy V is a thirtieth of what the
 /// accuracy allows [m/s].
 double IslandStepper::slow_speed(const Touch& t) const {
-  return contact::tolerances().lowest_bounce * settings_.accuracy *
-         std::max(relative_speed(t), std::sqrt(2 * model_.gravity.norm() * length_));
+  return contact::tolerances().lowest_bounce * in_.settings.accuracy *
+         std::max(relative_speed(t), std::sqrt(2 * in_.model.gravity.norm() * in_.scale.length));
 }
 
 /// Approach below which a touch is resting contact and no impact: round-off, or a part of the motion of the
@@ -47,58 +47,59 @@ double IslandStepper::slow_speed(const Touch& t) const {
 /// its normal by what the step's own error leaves. The error acts over the time of a fall by L: of motions
 /// that are faster than that fall, a part of the fall's speed [m/s].
 double IslandStepper::impact_speed(const Touch& t) const {
-  const double fall = std::sqrt(model_.gravity.norm() * length_), relative = relative_speed(t),
+  const double fall = std::sqrt(in_.model.gravity.norm() * in_.scale.length), relative = relative_speed(t),
                motion = fall > 0 ? std::min(relative, fall) : relative;
-  return std::max(contact::tolerances().still * speed_,
-                  (t.persistent ? part_of_error() : part_of_none()) * motion);
+  return std::max(contact::tolerances().still * in_.scale.speed,
+                  (t.persistent ? in_.scale.part_of_error() : in_.scale.part_of_none()) * motion);
 }
 
 bool IslandStepper::meets_hard(const Touch& t) const {
-  return t.at.gap <= touch_gap() && !deformable_structure(t) && (t.stiffness == 0 || t.law->restitution);
+  return t.at.gap <= in_.scale.touch_gap() && !in_.deformable_structure(t) &&
+         (t.stiffness == 0 || t.law->restitution);
 }
 
 /// Rows of an impulse of no duration, with so much of the restitution that their laws ask for; the most that
 /// one of these asks for.
 IslandStepper::Restitution IslandStepper::impact_rows(const Restitution& part) {
-  problem_.clear();
-  nodes_.clear();
+  step_.problem.clear();
+  step_.nodes.clear();
   node_places_.clear();
-  held_.clear();
+  step_.held.clear();
   Restitution asked;
-  for (Touch& t : touches_) {
+  for (Touch& t : step_.touches) {
     t.row = -1;
     if (!meets_hard(t)) continue;
     t.mode = Mode::end;
     add_row(t, 1, true);
-    contact::ProblemContact& c = problem_.contacts.back();
+    contact::ProblemContact& c = step_.problem.contacts.back();
     c.bias.setZero();
     c.compliance.setZero();
     c.cohesion = c.tension = 0;
     c.impulse.setZero();
     if (t.law->restitution && t.approach < -std::max(slow_speed(t), impact_speed(t))) {
-      const double approach = strains(model_, t) ? std::min(t.u_ref, 0.0) : t.approach,
+      const double approach = strains(in_.model, t) ? std::min(t.u_ref, 0.0) : t.approach,
                    restitution = t.law->restitution_at(approach);
       c.bias[0] = part.normal * restitution * approach;
       asked.normal = std::max(asked.normal, restitution);
     }
     if (t.law->restitution_tangential) {
-      const Vec3 slip = t.frame.transpose() *
-                        (point_velocity(state_, t.b, t.at.point_b) - partner_velocity(state_, env_, t));
+      const Vec3 slip = t.frame.transpose() * (point_velocity(in_.state, t.b, t.at.point_b) -
+                                               partner_velocity(in_.state, in_.env, t));
       c.bias.tail<2>() = part.along * *t.law->restitution_tangential * slip.tail<2>();
       asked.along = std::max(asked.along, std::abs(*t.law->restitution_tangential));
     }
   }
   add_rolling_rows();
   double mass = 0;
-  for (const Body& b : bodies_) mass += model_.blocks[static_cast<std::size_t>(b.block)].mass;
-  add_held_rows(problem_, model_, bodies_, 0, 1e6 * mass * speed_);
+  for (const Body& b : step_.bodies) mass += in_.model.blocks[static_cast<std::size_t>(b.block)].mass;
+  add_held_rows(step_.problem, in_.model, step_.bodies, 0, 1e6 * mass * in_.scale.speed);
   return asked;
 }
 
 /// Of the bodies with one of their velocities, in the masses of the problem [J].
 double IslandStepper::kinetic(Vec12 Body::*velocity) const {
   double sum = 0;
-  for (const Body& b : bodies_)
+  for (const Body& b : step_.bodies)
     sum += 0.5 * (b.*velocity)
                      .head(b.ndof)
                      .dot(b.free.mass.topLeftCorner(b.ndof, b.ndof) * (b.*velocity).head(b.ndof));
@@ -106,7 +107,7 @@ double IslandStepper::kinetic(Vec12 Body::*velocity) const {
 }
 
 void IslandStepper::note_impacts_on_skin(double time) {
-  for (const Touch& t : touches_)
+  for (const Touch& t : step_.touches)
     if (t.row >= 0 && t.a.kind == Partner::Kind::structure && !t.impulse.isZero(0)) {
       StructureContact row;
       row.time = time;
@@ -127,15 +128,15 @@ IslandStepper::Impact IslandStepper::strike(const Restitution& part, bool frozen
   // A rigid impulse meets the mean motion of a straining block, whose spin has all of its angular momentum,
   // J^-1 L: the energies of that motion and of the strain rates add up, and what the contact gives and takes
   // is all that changes. Where the inertia is not a cube's, the spin beside the strain rates is another.
-  for (Body& b : bodies_) {
-    if (b.ndof != 6 || !model_.blocks[static_cast<std::size_t>(b.block)].deformable) continue;
+  for (Body& b : step_.bodies) {
+    if (b.ndof != 6 || !in_.model.blocks[static_cast<std::size_t>(b.block)].deformable) continue;
     b.free.spin = b.free.inverse.block<3, 3>(3, 3) * b.momentum0;
     for (Vec12* v : {&b.v0, &b.free.velocity, &b.v_ref, &b.v_solved}) v->segment<3>(3) = b.free.spin;
   }
   const Restitution asked = impact_rows(part);
   finish_bodies();
   if (!solve_rolling(0, Effort::last_resort)) return Impact::unsolved;
-  pending_ = Ledger{};
+  step_.pending = Ledger{};
   apply(0);
   if (!finite()) {
     restore();
@@ -173,11 +174,11 @@ IslandStepper::Impact IslandStepper::most_of(const Restitution& none, const Rest
 /// solution, all is as it was.
 bool IslandStepper::impact_stage(double time) {
   bool approaching = false, given = false, along = false;
-  for (Touch& t : touches_) {
+  for (Touch& t : step_.touches) {
     t.row = -1;
     if (!meets_hard(t)) continue;
     along = along || t.law->restitution_tangential.value_or(0) != 0;
-    const bool closes = left_open(t) && t.approach > -2 * closing_speed();
+    const bool closes = in_.scale.left_open(t) && t.approach > -2 * in_.scale.closing_speed();
     if (t.approach < -impact_speed(t) && !closes && !(t.bond() > 0)) {  // what holds together does not meet
       approaching = true;
       given = given || t.law->restitution.has_value();
@@ -207,20 +208,20 @@ bool IslandStepper::impact_stage(double time) {
   }
   if (impact == Impact::unsolved) return false;
   // Strain rates are not part of a rigid impulse, nor what they have of the spin.
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    const Body& b = bodies_[i];
+  for (std::size_t i = 0; i < step_.bodies.size(); ++i) {
+    const Body& b = step_.bodies[i];
     const auto k = static_cast<std::size_t>(b.block);
-    if (b.ndof != 6 || !model_.blocks[k].deformable) continue;
-    state_.eps_rate[k] = saved_[i].eps_rate;
-    state_.w[k] = saved_[i].w + (b.v_solved - b.v0).segment<3>(3);
+    if (b.ndof != 6 || !in_.model.blocks[k].deformable) continue;
+    in_.state.eps_rate[k] = step_.saved[i].eps_rate;
+    in_.state.w[k] = step_.saved[i].w + (b.v_solved - b.v0).segment<3>(3);
   }
   book(0);
-  report_.ledger += pending_;
+  report_.ledger += step_.pending;
   note_impacts_on_skin(time);
-  for (Touch& t : touches_) {
-    t.approach =
-        t.at.normal.dot(point_velocity(state_, t.b, t.at.point_b) - partner_velocity(state_, env_, t));
-    if (t.row >= 0 && std::abs(t.approach) < contact::tolerances().still * speed_) t.approach = 0;
+  for (Touch& t : step_.touches) {
+    t.approach = t.at.normal.dot(point_velocity(in_.state, t.b, t.at.point_b) -
+                                 partner_velocity(in_.state, in_.env, t));
+    if (t.row >= 0 && std::abs(t.approach) < contact::tolerances().still * in_.scale.speed) t.approach = 0;
     t.row = -1;
   }
   return true;

@@ -62,22 +62,22 @@ Vec3 BeforeFullStep::operator()(const Vec3& x) const {
 
 /// The blocks that something hard touches, or pressed on in the last step.
 void IslandStepper::find_pressed() {
-  for (Body& b : bodies_) b.pressed = b.at_half_step = false, b.converted = 0;
-  if (!leapfrog()) return;
+  for (Body& b : step_.bodies) b.pressed = b.at_half_step = false, b.converted = 0;
+  if (!in_.leapfrog()) return;
   const auto set = [&](int block, bool Body::*flag) {
-    if (const int l = local_[static_cast<std::size_t>(block)]; l >= 0)
-      bodies_[static_cast<std::size_t>(l)].*flag = true;
+    if (const int l = in_.local[static_cast<std::size_t>(block)]; l >= 0)
+      step_.bodies[static_cast<std::size_t>(l)].*flag = true;
   };
   const auto press = [&](int block) { set(block, &Body::pressed); };
-  for (const Body& b : bodies_)
-    for (const ContactMemory& m : history_[static_cast<std::size_t>(b.block)]) {
+  for (const Body& b : step_.bodies)
+    for (const ContactMemory& m : in_.history[static_cast<std::size_t>(b.block)]) {
       if (m.stiffness > 0 || m.force.isZero(0)) continue;
       set(b.block, &Body::at_half_step);
       if (static_cast<Partner::Kind>(m.partner >> 32) == Partner::Kind::block)
         set(static_cast<int>(m.partner & 0xffffffff), &Body::at_half_step);
     }
-  for (const Touch& t : touches_) {
-    if (t.b < 0 || t.stiffness > 0 || !(t.persistent || t.at.gap <= touch_gap())) continue;
+  for (const Touch& t : step_.touches) {
+    if (t.b < 0 || t.stiffness > 0 || !(t.persistent || t.at.gap <= in_.scale.touch_gap())) continue;
     press(t.b);
     if (t.a.kind == Partner::Kind::block) press(t.a.index);
   }
@@ -86,18 +86,19 @@ void IslandStepper::find_pressed() {
 /// Takes a block's velocity on by that time under gravity alone.
 void IslandStepper::convert(Body& b, double time) {
   const auto k = static_cast<std::size_t>(b.block);
-  const Vec3 before = state_.v[k];
-  state_.v[k] += time * model_.gravity;
-  b.converted += 0.5 * model_.blocks[k].mass * (state_.v[k].squaredNorm() - before.squaredNorm());
+  const Vec3 before = in_.state.v[k];
+  in_.state.v[k] += time * in_.model.gravity;
+  b.converted += 0.5 * in_.model.blocks[k].mass * (in_.state.v[k].squaredNorm() - before.squaredNorm());
 }
 
 /// Per body, whether a hard contact pressed on it in the step.
 std::vector<char> IslandStepper::held_by_hard_contacts() const {
-  std::vector<char> held(bodies_.size(), 0);
+  std::vector<char> held(step_.bodies.size(), 0);
   const auto hold = [&](int block) {
-    if (const int l = local_[static_cast<std::size_t>(block)]; l >= 0) held[static_cast<std::size_t>(l)] = 1;
+    if (const int l = in_.local[static_cast<std::size_t>(block)]; l >= 0)
+      held[static_cast<std::size_t>(l)] = 1;
   };
-  for (const Touch& t : touches_) {
+  for (const Touch& t : step_.touches) {
     if (t.row < 0 || t.stiffness > 0 || t.impulse.isZero(0)) continue;
     if (t.b >= 0) hold(t.b);
     if (t.a.kind == Partner::Kind::block) hold(t.a.index);
@@ -106,34 +107,36 @@ std::vector<char> IslandStepper::held_by_hard_contacts() const {
 }
 
 void IslandStepper::to_half_steps(double h) {
-  for (Body& b : bodies_) {
+  for (Body& b : step_.bodies) {
     if (b.pressed && !b.at_half_step) convert(b, -0.5 * h);
-    if (!b.pressed && b.at_half_step) convert(b, 0.5 * (last_length_ > 0 ? last_length_ : h));
+    if (!b.pressed && b.at_half_step) convert(b, 0.5 * (step_.last_length > 0 ? step_.last_length : h));
   }
-  for (Body& b : bodies_) {
-    if (!b.leapfrog || !model_.blocks[static_cast<std::size_t>(b.block)].deformable) continue;
+  for (Body& b : step_.bodies) {
+    if (!b.leapfrog || !in_.model.blocks[static_cast<std::size_t>(b.block)].deformable) continue;
     const auto k = static_cast<std::size_t>(b.block);
-    b.internal0 = internal_energy(b.block);
-    const StrainDynamics d = strain_dynamics(model_.blocks[k], state_, b.block);
-    set_rates(state_, k, d, d.rates_before(state_, k, h));
+    b.internal0 = in_.internal_energy(b.block);
+    const StrainDynamics d = strain_dynamics(in_.model.blocks[k], in_.state, b.block);
+    set_rates(in_.state, k, d, d.rates_before(in_.state, k, h));
   }
-  for (Touch& t : touches_)
-    if (leapfrog() && t.b >= 0) t.approach = parts_at(t);
+  for (Touch& t : step_.touches)
+    if (in_.leapfrog() && t.b >= 0) t.approach = parts_at(t);
 }
 
 void IslandStepper::to_full_steps(double h) {
-  if (leapfrog()) {
+  if (in_.leapfrog()) {
     const std::vector<char> held = held_by_hard_contacts();
-    for (std::size_t l = 0; l < bodies_.size(); ++l)
-      if (bodies_[l].pressed != (held[l] != 0)) convert(bodies_[l], bodies_[l].pressed ? 0.5 * h : -0.5 * h);
+    for (std::size_t l = 0; l < step_.bodies.size(); ++l)
+      if (step_.bodies[l].pressed != (held[l] != 0))
+        convert(step_.bodies[l], step_.bodies[l].pressed ? 0.5 * h : -0.5 * h);
   }
-  for (const Body& b : bodies_) {
+  for (const Body& b : step_.bodies) {
     if (!b.leapfrog || b.ndof != 12) continue;
     const auto k = static_cast<std::size_t>(b.block);
-    const StrainDynamics d = strain_dynamics(model_.blocks[k], state_, b.block);
-    set_rates(state_, k, d,
-              state_.eps_rate[k] + d.mass.llt().solve(0.25 * h * h * (d.stiffness * state_.eps_rate[k]) -
-                                                      0.5 * h * (d.stiffness * state_.eps[k])));
+    const StrainDynamics d = strain_dynamics(in_.model.blocks[k], in_.state, b.block);
+    set_rates(
+        in_.state, k, d,
+        in_.state.eps_rate[k] + d.mass.llt().solve(0.25 * h * h * (d.stiffness * in_.state.eps_rate[k]) -
+                                                   0.5 * h * (d.stiffness * in_.state.eps[k])));
   }
 }
 

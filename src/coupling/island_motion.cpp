@@ -9,8 +9,9 @@ double IslandStepper::spring_energy_of_island() const {
   const auto add = [&](const std::vector<ContactMemory>& list) {
     for (const ContactMemory& m : list) sum += m.normal_energy + m.shear_energy;
   };
-  for (int b : island_->blocks) add(history_[static_cast<std::size_t>(b)]);
-  for (const SurfacePair& pair : island_->surfaces) add(surface_history_[static_cast<std::size_t>(pair.b)]);
+  for (int b : in_.island->blocks) add(in_.history[static_cast<std::size_t>(b)]);
+  for (const SurfacePair& pair : in_.island->surfaces)
+    add(in_.surface_history[static_cast<std::size_t>(pair.b)]);
   return sum;
 }
 
@@ -21,12 +22,10 @@ bool IslandStepper::begin_motion(double t0, double t1) {
   work.t0 = t0, work.t1 = t1;
   work.before = report_.ledger;
   work.before.contact = spring_energy_of_island();
-  starts_.clear();
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    const Saved& s = saved_[i];
-    starts_.push_back({s.c, s.v, s.w, s.q, s.eps, s.eps_rate});
-    const dda::BlockEnergy e = dda::energy(model_.blocks[static_cast<std::size_t>(bodies_[i].block)],
-                                           model_.gravity, starts_.back());
+  starts_ = step_.saved;
+  for (std::size_t i = 0; i < step_.bodies.size(); ++i) {
+    const dda::BlockEnergy e = dda::energy(in_.model.blocks[static_cast<std::size_t>(step_.bodies[i].block)],
+                                           in_.model.gravity, starts_[i]);
     work.energy_before += e.translational + e.rotational + e.straining + e.strain_energy + e.potential;
   }
   return true;
@@ -37,13 +36,14 @@ void IslandStepper::end_motion() {
   WorkSegment& work = report_.motion.works.back();
   work.after = report_.ledger;
   work.after.contact = spring_energy_of_island();
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    const int b = bodies_[i].block;
-    const dda::BlockState end = dda::block_state(state_, b);
-    const dda::BlockEnergy e = dda::energy(model_.blocks[static_cast<std::size_t>(b)], model_.gravity, end);
+  for (std::size_t i = 0; i < step_.bodies.size(); ++i) {
+    const int b = step_.bodies[i].block;
+    const dda::BlockState end = dda::block_state(in_.state, b);
+    const dda::BlockEnergy e =
+        dda::energy(in_.model.blocks[static_cast<std::size_t>(b)], in_.model.gravity, end);
     work.energy_after += e.translational + e.rotational + e.straining + e.strain_energy + e.potential;
-    report_.motion.segments.push_back(
-        motion_segment(model_, b, work.t0, work.t1, starts_[i], end, bodies_[i].from_start, bodies_[i].drag));
+    report_.motion.segments.push_back(motion_segment(in_.model, b, work.t0, work.t1, starts_[i], end,
+                                                     step_.bodies[i].from_start, step_.bodies[i].drag));
   }
 }
 

@@ -19,17 +19,17 @@ void IslandStepper::release_springs(double h) {
     Vec12 velocity, row, given;
   };
   const auto side = [&](int block, const Vec3& x, const Vec3& n, std::vector<Side>& sides) {
-    const int l = block < 0 ? -1 : local_[static_cast<std::size_t>(block)];
+    const int l = block < 0 ? -1 : in_.local[static_cast<std::size_t>(block)];
     if (l < 0) return;
     const auto k = static_cast<std::size_t>(block);
     Mat12 mass, inverse;
-    dda::impulse_mass(model_, state_, block, !model_.blocks[k].deformable, mass, inverse);
+    dda::impulse_mass(in_.model, in_.state, block, !in_.model.blocks[k].deformable, mass, inverse);
     Side s{k,
            {},
-           point_row(model_.blocks[k], state_.rotation(block), dda::pose(state_, block).F.inverse(),
-                     x - state_.c[k], n),
+           point_row(in_.model.blocks[k], in_.state.rotation(block), dda::pose(in_.state, block).F.inverse(),
+                     x - in_.state.c[k], n),
            {}};
-    s.velocity << state_.v[k], state_.w[k], state_.eps_rate[k];
+    s.velocity << in_.state.v[k], in_.state.w[k], in_.state.eps_rate[k];
     s.given = inverse * s.row;
     sides.push_back(s);
   };
@@ -40,7 +40,7 @@ void IslandStepper::release_springs(double h) {
     const auto parts = [&] { return speed >= 0 || 2 * flexibility * spring.energy >= speed * speed; };
     // Where it was; if the two come on there, through the centroid: they would be turned round, out of
     // little.
-    for (const Vec3& x : {spring.place, state_.c[static_cast<std::size_t>(spring.b)]}) {
+    for (const Vec3& x : {spring.place, in_.state.c[static_cast<std::size_t>(spring.b)]}) {
       sides.clear();
       side(spring.b, x, spring.normal, sides);
       if (spring.a.kind == Partner::Kind::block) side(spring.a.index, x, -spring.normal, sides);
@@ -48,27 +48,27 @@ void IslandStepper::release_springs(double h) {
       for (const Side& s : sides) {
         speed += s.row.dot(s.velocity);
         flexibility += s.row.dot(s.given);
-        scale += model_.blocks[s.block].mass *
-                 (0.5 * state_.v[s.block].squaredNorm() + model_.gravity.norm() * length_);
+        scale += in_.model.blocks[s.block].mass *
+                 (0.5 * in_.state.v[s.block].squaredNorm() + in_.model.gravity.norm() * in_.scale.length);
       }
       if (parts()) break;
     }
     // Less than the accuracy asks for is left to the scheme: what rests is not shaken by the features that it
     // changes.
-    if (sides.empty() || !parts() || !(spring.energy > 0.01 * error_limit() * scale)) continue;
+    if (sides.empty() || !parts() || !(spring.energy > 0.01 * in_.scale.error_limit() * scale)) continue;
     const double impulse =
         2 * spring.energy / (speed + std::sqrt(speed * speed + 2 * flexibility * spring.energy));
     for (const Side& s : sides) {
       const Vec12 velocity = s.velocity + impulse * s.given;
-      state_.v[s.block] = velocity.head<3>();
-      state_.w[s.block] = velocity.segment<3>(3);
-      if (model_.blocks[s.block].deformable) state_.eps_rate[s.block] = velocity.tail<6>();
+      in_.state.v[s.block] = velocity.head<3>();
+      in_.state.w[s.block] = velocity.segment<3>(3);
+      if (in_.model.blocks[s.block].deformable) in_.state.eps_rate[s.block] = velocity.tail<6>();
     }
     report_.ledger.algorithmic -= spring.energy;  // which the step counts as lost
     moved = true;
   }
   if (!moved) return;
-  found_for_ = -1;
+  step_.found_for = -1;
   find(h);
 }
 

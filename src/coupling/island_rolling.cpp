@@ -39,36 +39,36 @@ double equivalent_radius(double volume) { return std::cbrt(0.75 * volume / M_PI)
 
 /// R: of a block at what is fixed its equivalent radius, of two blocks half of their harmonic mean [m].
 double IslandStepper::rolling_arm(const Touch& t) const {
-  const double arm = equivalent_radius(model_.blocks[static_cast<std::size_t>(t.b)].volume);
-  if (t.a.kind != Partner::Kind::block || local_[static_cast<std::size_t>(t.a.index)] < 0) return arm;
-  const double other = equivalent_radius(model_.blocks[static_cast<std::size_t>(t.a.index)].volume);
+  const double arm = equivalent_radius(in_.model.blocks[static_cast<std::size_t>(t.b)].volume);
+  if (t.a.kind != Partner::Kind::block || in_.local[static_cast<std::size_t>(t.a.index)] < 0) return arm;
+  const double other = equivalent_radius(in_.model.blocks[static_cast<std::size_t>(t.a.index)].volume);
   return arm * other / (arm + other);
 }
 
 /// A row between the two sides of a touch, R (w_b - w_a) . axis for each, bounded by nothing yet.
 contact::ProblemContact IslandStepper::couple(const Touch& t, std::span<const Vec3> axes) {
-  const int a = t.a.kind == Partner::Kind::block ? local_[static_cast<std::size_t>(t.a.index)] : -1,
-            b = local_[static_cast<std::size_t>(t.b)];
+  const int a = t.a.kind == Partner::Kind::block ? in_.local[static_cast<std::size_t>(t.a.index)] : -1,
+            b = in_.local[static_cast<std::size_t>(t.b)];
   const double arm = rolling_arm(t);
   contact::ProblemContact c;
-  c.first_term = static_cast<int>(problem_.terms.size());
+  c.first_term = static_cast<int>(step_.problem.terms.size());
   for (const auto& [body, sign] : {std::pair(a, -1.0), std::pair(b, 1.0)}) {
     if (body < 0) continue;
-    problem_.terms.push_back({body, static_cast<int>(problem_.jacobians.size())});
-    push_couple(problem_.jacobians, axes, bodies_[static_cast<std::size_t>(body)].ndof, sign * arm);
+    step_.problem.terms.push_back({body, static_cast<int>(step_.problem.jacobians.size())});
+    push_couple(step_.problem.jacobians, axes, step_.bodies[static_cast<std::size_t>(body)].ndof, sign * arm);
   }
-  c.terms = static_cast<int>(problem_.terms.size()) - c.first_term;
+  c.terms = static_cast<int>(step_.problem.terms.size()) - c.first_term;
   c.bias[0] = 1;  // its normal row never closes
-  c.compliance[0] = 1 / model_.blocks[static_cast<std::size_t>(t.b)].mass;
+  c.compliance[0] = 1 / in_.model.blocks[static_cast<std::size_t>(t.b)].mass;
   return c;
 }
 
 /// The couples of every touch that resists rolling or drilling, after the rows of all touches; bounded by
 /// nothing yet.
 void IslandStepper::add_rolling_rows() {
-  for (const Touch& t : touches_) {
+  for (const Touch& t : step_.touches) {
     if (couples(t) == 0) continue;
-    const auto add = [&](std::span<const Vec3> axes) { problem_.contacts.push_back(couple(t, axes)); };
+    const auto add = [&](std::span<const Vec3> axes) { step_.problem.contacts.push_back(couple(t, axes)); };
     const std::array<Vec3, 2> tangents{t.frame.col(1), t.frame.col(2)};
     const std::array<Vec3, 1> normal{t.frame.col(0)};
     if (t.law->rolling_resistance > 0) add(tangents);
@@ -81,16 +81,17 @@ void IslandStepper::add_rolling_rows() {
 /// the pass before, of a contact that begins by what comes.
 void IslandStepper::add_rocking_rows(double h, bool first_pass) {
   constexpr std::size_t corners = 3;  // of a face, at least
-  rocking_rows_ = 0;
-  if (!sprung_) return;
-  const double arm = contact::tolerances().rocking_arm * settings_.accuracy * length_;
-  for (std::size_t from = 0, to = 0; from < touches_.size(); from = to) {
-    const Touch& first = touches_[from];
+  step_.rocking_rows = 0;
+  if (!step_.sprung) return;
+  const double arm = contact::tolerances().rocking_arm * in_.settings.accuracy * in_.scale.length;
+  for (std::size_t from = 0, to = 0; from < step_.touches.size(); from = to) {
+    const Touch& first = step_.touches[from];
     std::size_t points = 0;
     double pressed = 0, meets = 0;
     bool swings = false;
-    for (; to < touches_.size() && touches_[to].a == first.a && touches_[to].b == first.b; ++to) {
-      const Touch& t = touches_[to];
+    for (; to < step_.touches.size() && step_.touches[to].a == first.a && step_.touches[to].b == first.b;
+         ++to) {
+      const Touch& t = step_.touches[to];
       if (t.row < 0 || t.stiffness == 0) continue;
       ++points;
       swings = swings || t.energetic;
@@ -99,12 +100,13 @@ void IslandStepper::add_rocking_rows(double h, bool first_pass) {
       pressed += std::max(0.0, first_pass ? h * t.at.normal.dot(t.warm) : t.impulse[0]);
     }
     if (!swings || points < corners || first.b < 0) continue;
-    const auto& t = *std::find_if(touches_.begin() + static_cast<std::ptrdiff_t>(from), touches_.end(),
-                                  [](const Touch& of) { return of.row >= 0 && of.stiffness > 0; });
+    const auto& t =
+        *std::find_if(step_.touches.begin() + static_cast<std::ptrdiff_t>(from), step_.touches.end(),
+                      [](const Touch& of) { return of.row >= 0 && of.stiffness > 0; });
     contact::ProblemContact c = couple(t, std::array<Vec3, 2>{t.frame.col(1), t.frame.col(2)});
     c.cohesion = arm / rolling_arm(t) * (pressed > 0 ? pressed : meets);
-    problem_.contacts.push_back(c);
-    ++rocking_rows_;
+    step_.problem.contacts.push_back(c);
+    ++step_.rocking_rows;
   }
 }
 
@@ -112,12 +114,13 @@ void IslandStepper::add_rocking_rows(double h, bool first_pass) {
 /// over what they are.
 double IslandStepper::limit_rolling(const std::function<double(const Touch&)>& pressed) {
   double change = 0, all = 0;
-  each_rolling(touches_, problem_, [&](const Touch& t, double resistance, contact::ProblemContact& c) {
-    const double bound = resistance * std::max(0.0, pressed(t));
-    change += std::abs(bound - c.cohesion);
-    all += bound;
-    c.cohesion = bound;
-  });
+  each_rolling(step_.touches, step_.problem,
+               [&](const Touch& t, double resistance, contact::ProblemContact& c) {
+                 const double bound = resistance * std::max(0.0, pressed(t));
+                 change += std::abs(bound - c.cohesion);
+                 all += bound;
+                 c.cohesion = bound;
+               });
   return all > 0 ? change / all : 0;
 }
 
@@ -129,22 +132,22 @@ bool IslandStepper::solve_rolling(double h, Effort effort) {
   const double same = contact::tolerances().at_bound;
   constexpr double least_relaxed = 0.3, most_relaxed = 4;
   const auto found = [&](const Touch& t) {
-    return problem_.contacts[static_cast<std::size_t>(t.row)].impulse[0];
+    return step_.problem.contacts[static_cast<std::size_t>(t.row)].impulse[0];
   };
   std::vector<double> bounds, residuals, before;
   double relaxed = 1;
   for (int i = 0; i < most; ++i) {
     if (!solve(h, effort)) return false;
     bounds.clear();
-    each_rolling(touches_, problem_, [&](const Touch&, double, const contact::ProblemContact& c) {
+    each_rolling(step_.touches, step_.problem, [&](const Touch&, double, const contact::ProblemContact& c) {
       bounds.push_back(c.cohesion);
     });
     if (bounds.empty() ||
         limit_rolling(found) <=
-            std::max(same, h > 0 ? contact::tolerances().rolling_bound * settings_.accuracy : 0.0))
+            std::max(same, h > 0 ? contact::tolerances().rolling_bound * in_.settings.accuracy : 0.0))
       break;
     residuals.clear();
-    each_rolling(touches_, problem_, [&](const Touch&, double, const contact::ProblemContact& c) {
+    each_rolling(step_.touches, step_.problem, [&](const Touch&, double, const contact::ProblemContact& c) {
       residuals.push_back(c.cohesion - bounds[residuals.size()]);
     });
     if (i > 0) {
@@ -159,7 +162,7 @@ bool IslandStepper::solve_rolling(double h, Effort effort) {
                     : 1.0;
     }
     std::size_t k = 0;
-    each_rolling(touches_, problem_, [&](const Touch&, double, contact::ProblemContact& c) {
+    each_rolling(step_.touches, step_.problem, [&](const Touch&, double, contact::ProblemContact& c) {
       c.cohesion = std::max(0.0, bounds[k] + relaxed * residuals[k]);
       ++k;
     });

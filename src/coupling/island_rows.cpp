@@ -82,8 +82,8 @@ NormalOwner normal_owner(const Touch& t, const dda::Model& model, const Environm
 /// velocity along the normal moves it aside by, per entry.
 Vec3 IslandStepper::add_structure_terms(int row, int structure, const SurfaceWeights& w, const Mat3& frame,
                                         double sign, Vec3& u_ref, std::span<const Vec3> tilt) {
-  if (condensed_) return add_skin_terms(row, structure, w, frame, sign, u_ref);
-  const Structure& s = *env_.structures[static_cast<std::size_t>(structure)].structure;
+  if (in_.condensed) return add_skin_terms(row, structure, w, frame, sign, u_ref);
+  const Structure& s = *in_.env.structures[static_cast<std::size_t>(structure)].structure;
   Vec3 velocity = Vec3::Zero();
   for (int i = 0; i < w.count; ++i) {
     const int node = w.node[static_cast<std::size_t>(i)];
@@ -94,32 +94,32 @@ Vec3 IslandStepper::add_structure_terms(int row, int structure, const SurfaceWei
     velocity += weight * v_hat + frame.col(0).dot(v_hat) * aside;
     const double mass = s.node_mass(node);
     if (!std::isfinite(mass)) {
-      held_.push_back({structure, node, row, sign * weight, sign * aside});
+      step_.held.push_back({structure, node, row, sign * weight, sign * aside});
       continue;
     }
     const auto [place, fresh] = node_places_.place(structure, node);
-    if (fresh) nodes_.push_back({structure, node, v_hat, s.node_velocity(node), mass});
-    const int offset = static_cast<int>(problem_.jacobians.size());
+    if (fresh) step_.nodes.push_back({structure, node, v_hat, s.node_velocity(node), mass});
+    const int offset = static_cast<int>(step_.problem.jacobians.size());
     const Mat3 j = sign * frame.transpose() * (weight * Mat3::Identity() + aside * frame.col(0).transpose());
-    problem_.jacobians.insert(problem_.jacobians.end(), j.data(), j.data() + 9);
-    problem_.terms.push_back({static_cast<int>(bodies_.size()) + place, offset});
+    step_.problem.jacobians.insert(step_.problem.jacobians.end(), j.data(), j.data() + 9);
+    step_.problem.terms.push_back({static_cast<int>(step_.bodies.size()) + place, offset});
   }
   u_ref += sign * (frame.transpose() * velocity);
   return velocity;
 }
 
 double IslandStepper::left_inside(double gap, double h) const {
-  return coupling::left_inside(gap, island_->blocks.empty() ? speed_ : fastest_, h);
+  return coupling::left_inside(gap, in_.island->blocks.empty() ? in_.scale.speed : step_.fastest, h);
 }
 
 void IslandStepper::add_surface_row(Touch& t, double h, bool first_pass) {
   t.normal = t.at.normal;
   t.frame = contact_frame(t.normal);
-  t.row = static_cast<int>(problem_.contacts.size());
+  t.row = static_cast<int>(step_.problem.contacts.size());
   contact::ProblemContact c;
-  c.first_term = static_cast<int>(problem_.terms.size());
+  c.first_term = static_cast<int>(step_.problem.terms.size());
   Vec3 u_ref = Vec3::Zero();
-  const TriangleSurface& skin = env_.structures[static_cast<std::size_t>(t.a.index)].index->surface();
+  const TriangleSurface& skin = in_.env.structures[static_cast<std::size_t>(t.a.index)].index->surface();
   const SurfaceWeights face = surface_weights(skin, t.at.face_a, t.at.point_a);
   // The face's side goes along with the face to where the node is, g away along its normal, which turns by n'
   // = -sum grad N_i (n . v_i): together they may turn as one, and friction over a gap or a depth makes no
@@ -130,8 +130,8 @@ void IslandStepper::add_surface_row(Touch& t, double h, bool first_pass) {
   SurfaceWeights node;
   node.count = 1, node.node[0] = t.b_node, node.weight[0] = 1;
   const Vec3 b = add_structure_terms(t.row, t.b_structure, node, t.frame, 1, u_ref);
-  c.terms = static_cast<int>(problem_.terms.size()) - c.first_term;
-  c.friction = friction_now(state_, t);
+  c.terms = static_cast<int>(step_.problem.terms.size()) - c.first_term;
+  c.friction = friction_now(in_.state, t);
   if (!t.broken) {
     c.cohesion = t.law->cohesion * t.at.area * h;
     c.tension = t.law->tension * t.at.area * h;
@@ -146,51 +146,51 @@ void IslandStepper::add_surface_row(Touch& t, double h, bool first_pass) {
   if (t.shear_stiffness > 0 && t.mode != Mode::end && c.friction + c.cohesion > 0)
     shear_row(t, c, h, t.frame.transpose() * (h * (b - a)), u_ref);
   c.impulse = first_pass ? Vec3(h * (t.frame.transpose() * t.warm)) : t.impulse;
-  problem_.contacts.push_back(c);
+  step_.problem.contacts.push_back(c);
 }
 
 /// Rows of touches begin. Without structures the pool of Jacobians keeps its size: all of it is written anew.
 void IslandStepper::begin_rows() {
-  if (island_->structures.empty()) {
-    std::vector<double> jacobians = std::move(problem_.jacobians);
-    problem_.clear();
-    problem_.jacobians = std::move(jacobians);
+  if (in_.island->structures.empty()) {
+    std::vector<double> jacobians = std::move(step_.problem.jacobians);
+    step_.problem.clear();
+    step_.problem.jacobians = std::move(jacobians);
   } else {
-    problem_.clear();
+    step_.problem.clear();
   }
   jacobians_ = 0;
-  nodes_.clear();
+  step_.nodes.clear();
   node_places_.clear();
-  held_.clear();
+  step_.held.clear();
 }
 
 /// The next row, its terms and the room for their Jacobians; at a skin that moves the terms follow from the
 /// nodes that it names.
 void IslandStepper::place_row(Touch& t) {
-  t.row = static_cast<int>(problem_.contacts.size());
-  contact::ProblemContact& c = problem_.contacts.emplace_back();
-  c.first_term = static_cast<int>(problem_.terms.size());
-  if (moving_skin(t.a)) return;
+  t.row = static_cast<int>(step_.problem.contacts.size());
+  contact::ProblemContact& c = step_.problem.contacts.emplace_back();
+  c.first_term = static_cast<int>(step_.problem.terms.size());
+  if (in_.moving_skin(t.a)) return;
   for (const int block : {t.a.kind == Partner::Kind::block ? t.a.index : -1, t.b}) {
-    const int body = block < 0 ? -1 : local_[static_cast<std::size_t>(block)];
+    const int body = block < 0 ? -1 : in_.local[static_cast<std::size_t>(block)];
     if (body < 0) continue;
-    problem_.terms.push_back({body, static_cast<int>(jacobians_)});
-    jacobians_ += 3 * static_cast<std::size_t>(bodies_[static_cast<std::size_t>(body)].ndof);
+    step_.problem.terms.push_back({body, static_cast<int>(jacobians_)});
+    jacobians_ += 3 * static_cast<std::size_t>(step_.bodies[static_cast<std::size_t>(body)].ndof);
   }
-  c.terms = static_cast<int>(problem_.terms.size()) - c.first_term;
+  c.terms = static_cast<int>(step_.problem.terms.size()) - c.first_term;
 }
 
 void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
   if (t.b < 0) return add_surface_row(t, h, first_pass);
-  jacobians_ = problem_.jacobians.size();
+  jacobians_ = step_.problem.jacobians.size();
   place_row(t);
-  problem_.jacobians.resize(jacobians_);
+  step_.problem.jacobians.resize(jacobians_);
   fill_row(t, h, first_pass);
 }
 
 /// A row of the problem under assembly: at once, or without structures its place alone.
 void IslandStepper::take_row(Touch& t, double h, bool first_pass) {
-  if (island_->structures.empty())
+  if (in_.island->structures.empty())
     place_row(t);
   else
     add_row(t, h, first_pass);
@@ -198,9 +198,9 @@ void IslandStepper::take_row(Touch& t, double h, bool first_pass) {
 
 /// Every row that has its place alone.
 void IslandStepper::fill_rows(double h, bool first_pass) {
-  if (!island_->structures.empty()) return;
-  problem_.jacobians.resize(jacobians_);
-  each_touch([&](Touch& t) {
+  if (!in_.island->structures.empty()) return;
+  step_.problem.jacobians.resize(jacobians_);
+  step_.each_touch([&](Touch& t) {
     if (t.row >= 0) fill_row(t, h, first_pass);
   });
 }
@@ -208,14 +208,16 @@ void IslandStepper::fill_rows(double h, bool first_pass) {
 /// Where springs act within the step its impulses do not all act from its start: x + h v^+ holds for blocks
 /// of the springs' end rule alone.
 bool IslandStepper::onsets_by_trapezoid(const Body* a, const Body& b) const {
-  return sprung_ && !(b.end_rule && (a == nullptr || a->end_rule));
+  return step_.sprung && !(b.end_rule && (a == nullptr || a->end_rule));
 }
 
 /// A contact spring of a block that strains, beside a structure in explicit steps. A bed's columns know where
 /// the block lies.
 bool IslandStepper::goes_by_its_row(const Touch& t) const {
-  const auto strains = [&](int block) { return model_.blocks[static_cast<std::size_t>(block)].deformable; };
-  return leapfrog() && t.stiffness > 0 && t.b >= 0 && !t.normal_law.bed &&
+  const auto strains = [&](int block) {
+    return in_.model.blocks[static_cast<std::size_t>(block)].deformable;
+  };
+  return in_.leapfrog() && t.stiffness > 0 && t.b >= 0 && !t.normal_law.bed &&
          (strains(t.b) || (t.a.kind == Partner::Kind::block && strains(t.a.index)));
 }
 
@@ -223,32 +225,35 @@ bool IslandStepper::goes_by_its_row(const Touch& t) const {
 /// state [m/s].
 double IslandStepper::parts_at(const Touch& t) const {
   if (!goes_by_its_row(t))
-    return t.at.normal.dot(point_velocity(state_, t.b, t.at.point_b) - partner_velocity(state_, env_, t));
-  if (deformable_structure(t))
-    return t.at.normal.dot(point_velocity(state_, t.b, t.at.point_a) - partner_velocity(state_, env_, t));
+    return t.at.normal.dot(point_velocity(in_.state, t.b, t.at.point_b) -
+                           partner_velocity(in_.state, in_.env, t));
+  if (in_.deformable_structure(t))
+    return t.at.normal.dot(point_velocity(in_.state, t.b, t.at.point_a) -
+                           partner_velocity(in_.state, in_.env, t));
   const bool blocks = t.a.kind == Partner::Kind::block;
-  const Pose pose = blocks ? dda::pose(state_, t.a.index) : Pose{};
-  const Vec3 x = acts_between(normal_owner(t, model_, env_, &pose), t.at.point_a, t.at.point_b);
-  return t.at.normal.dot(point_velocity(state_, t.b, x) -
-                         (blocks ? point_velocity(state_, t.a.index, x) : Vec3(Vec3::Zero())));
+  const Pose pose = blocks ? dda::pose(in_.state, t.a.index) : Pose{};
+  const Vec3 x = acts_between(normal_owner(t, in_.model, in_.env, &pose), t.at.point_a, t.at.point_b);
+  return t.at.normal.dot(point_velocity(in_.state, t.b, x) -
+                         (blocks ? point_velocity(in_.state, t.a.index, x) : Vec3(Vec3::Zero())));
 }
 
 void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
-  Body& body_b = bodies_[static_cast<std::size_t>(local_[static_cast<std::size_t>(t.b)])];
+  Body& body_b = step_.bodies[static_cast<std::size_t>(in_.local[static_cast<std::size_t>(t.b)])];
   Body* body_a = nullptr;
   if (t.a.kind == Partner::Kind::block) {
-    const int l = local_[static_cast<std::size_t>(t.a.index)];
-    if (l >= 0) body_a = &bodies_[static_cast<std::size_t>(l)];
+    const int l = in_.local[static_cast<std::size_t>(t.a.index)];
+    if (l >= 0) body_a = &step_.bodies[static_cast<std::size_t>(l)];
   }
   const bool with_structure = t.a.kind == Partner::Kind::structure &&
-                              !env_.structures[static_cast<std::size_t>(t.a.index)].fixed_surface;
+                              !in_.env.structures[static_cast<std::size_t>(t.a.index)].fixed_surface;
 
   // Normal and point at mid-step and at the end, carried by the bodies that own them.
   Pose fixed_pose;
-  if (t.a.kind == Partner::Kind::block && body_a == nullptr) fixed_pose = dda::pose(state_, t.a.index);
-  const NormalOwner owner = normal_owner(t, model_, env_, body_a != nullptr ? &body_a->start : &fixed_pose);
+  if (t.a.kind == Partner::Kind::block && body_a == nullptr) fixed_pose = dda::pose(in_.state, t.a.index);
+  const NormalOwner owner =
+      normal_owner(t, in_.model, in_.env, body_a != nullptr ? &body_a->start : &fixed_pose);
   const Body* carrier = owner == NormalOwner::a ? body_a : owner == NormalOwner::b ? &body_b : nullptr;
-  const bool kick = leapfrog() && t.stiffness > 0;  // an impulse of the start
+  const bool kick = in_.leapfrog() && t.stiffness > 0;  // an impulse of the start
   Vec3 n_mid = t.at.normal, n_end = t.at.normal;
   if (carrier != nullptr) {
     if (!kick) n_mid = carrier->half_turn * t.at.normal;
@@ -264,9 +269,9 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
                                          : 0.5 * (a_end_body + b_end);
   Mat3 turned = carrier != nullptr ? carrier->half_turn : Mat3::Identity(),
        turned_on = turned;  // of the frame: from the start to mid-step, from there to the end
-  if (owner == NormalOwner::edges && island_->structures.empty()) {
-    if (const auto edges =
-            crossed_edges(t, model_, env_, body_a != nullptr ? body_a->start : fixed_pose, body_b.start)) {
+  if (owner == NormalOwner::edges && in_.island->structures.empty()) {
+    if (const auto edges = crossed_edges(t, in_.model, in_.env,
+                                         body_a != nullptr ? body_a->start : fixed_pose, body_b.start)) {
       const auto at_mid = [](const Body* b, const Vec3& d) {
         return b != nullptr ? Vec3(b->half_turn * d) : d;
       };
@@ -286,27 +291,28 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
   // Structure: both sides at the same point of its face, so that traction times gap makes no moment.
   SurfaceWeights face;
   if (with_structure) {
-    const TriangleSurface& skin = env_.structures[static_cast<std::size_t>(t.a.index)].index->surface();
-    face = skin_weights(t, skin, condensed_ ? p_mid_b : t.at.point_a);
+    const TriangleSurface& skin = in_.env.structures[static_cast<std::size_t>(t.a.index)].index->surface();
+    face = skin_weights(t, skin, in_.condensed ? p_mid_b : t.at.point_a);
     t.acts_at = t.at.point_a;
-    if (condensed_ || t.normal_law.bed)
-      t.acts_at = on_nodes(*env_.structures[static_cast<std::size_t>(t.a.index)].structure, face);
+    if (in_.condensed || t.normal_law.bed)
+      t.acts_at = on_nodes(*in_.env.structures[static_cast<std::size_t>(t.a.index)].structure, face);
     p_mid_a = p_mid_b = t.acts_at;
   }
 
   t.normal = n_mid;
   t.frame = contact_frame(n_mid);
-  contact::ProblemContact c = problem_.contacts[static_cast<std::size_t>(t.row)];
+  contact::ProblemContact c = step_.problem.contacts[static_cast<std::size_t>(t.row)];
   Vec3 u_ref = Vec3::Zero(),
        u_before = Vec3::Zero();  // J v_ref, and by the velocities that work is told of at the start
   // Positions at the end by theta: about the point that keeps the angular momentum, c_n + (1 - theta) (c_np -
   // c_n).
-  const bool from_start = leapfrog();
+  const bool from_start = in_.leapfrog();
   const bool stretches = t.shear_stiffness > 0 && t.mode == Mode::spring_mean && !with_structure;
-  const bool by_mean = condensed_ && t.stiffness == 0;  // its impulse works by the mean of both velocities
+  const bool by_mean = in_.condensed && t.stiffness == 0;  // its impulse works by the mean of both velocities
   int next = c.first_term;
   const auto add_body = [&](const Body& b, const Vec3& p, double sign) {
-    double* j = problem_.jacobians.data() + problem_.terms[static_cast<std::size_t>(next++)].jacobian;
+    double* j =
+        step_.problem.jacobians.data() + step_.problem.terms[static_cast<std::size_t>(next++)].jacobian;
     write_jacobian(j, t.frame, p - (from_start ? b.start.c : b.about),
                    b.start.F.inverse() * b.half_turn.transpose(), b.half_turn * b.rotation0, b.ndof, sign);
     const Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>> rows(j, 3, b.ndof);
@@ -322,11 +328,12 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
     const Vec3 before = u_ref, mean = add_structure_terms(t.row, t.a.index, face, t.frame, -1, u_ref);
     a_end += h * mean;
     u_skin = u_ref - before;
-    if (condensed_) u_before -= 2 * (t.frame.transpose() * mean) + u_skin;
-    next = static_cast<int>(problem_.terms.size());
-    problem_.terms.push_back(
-        {static_cast<int>(&body_b - bodies_.data()), static_cast<int>(problem_.jacobians.size())});
-    problem_.jacobians.resize(problem_.jacobians.size() + 3 * static_cast<std::size_t>(body_b.ndof));
+    if (in_.condensed) u_before -= 2 * (t.frame.transpose() * mean) + u_skin;
+    next = static_cast<int>(step_.problem.terms.size());
+    step_.problem.terms.push_back(
+        {static_cast<int>(&body_b - step_.bodies.data()), static_cast<int>(step_.problem.jacobians.size())});
+    step_.problem.jacobians.resize(step_.problem.jacobians.size() +
+                                   3 * static_cast<std::size_t>(body_b.ndof));
     c.terms = next + 1 - c.first_term;
   }
   add_body(body_b, p_mid_b, 1);
@@ -345,7 +352,7 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
   // Velocity at the end of the linearisation, at the true end configuration and in the carried frame.
   const double gap_ref = n_end.dot(b_end - a_end + aside) + t.offset;
   Vec3 u_end = u_ref;
-  const bool by_trapezoid = t.mode == Mode::end && (condensed_ || onsets_by_trapezoid(body_a, body_b));
+  const bool by_trapezoid = t.mode == Mode::end && (in_.condensed || onsets_by_trapezoid(body_a, body_b));
   if (t.mode == Mode::closed || by_trapezoid) {
     Vec3 relative = body_b.velocity_at_end(p_end);
     if (body_a != nullptr) relative -= body_a->velocity_at_end(p_end);
@@ -357,9 +364,9 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
   t.gap_ref = gap_ref;
   t.u_ref = u_ref[0];
   const ContactLaw& law = *t.law;
-  c.friction = friction_now(state_, t, 0.5 * h * u_ref.tail<2>().norm());  // at mid-step
-  const bool apart =
-      with_structure && !t.glued && t.at.gap > near_gap();  // rows at a structure reach ahead of what touches
+  c.friction = friction_now(in_.state, t, 0.5 * h * u_ref.tail<2>().norm());  // at mid-step
+  const bool apart = with_structure && !t.glued &&
+                     t.at.gap > in_.scale.near_gap();  // rows at a structure reach ahead of what touches
   if (!t.broken && t.at.area > 0 && !apart) {
     c.cohesion = (law.cohesion + (t.glued ? t.bond_cohesion : 0.0)) * t.at.area *
                  h;  // a bridge once lost is lost for good
@@ -372,10 +379,10 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
   }
   switch (t.mode) {
     case Mode::closed:
-      t.theta = leapfrog() ? 1 : 0.5;
+      t.theta = in_.leapfrog() ? 1 : 0.5;
       c.bias = u_end - u_ref;
       // An opening left by the drift may close; a crossing is projected, never pushed.
-      if (left_open(t)) c.bias[0] += std::min(0.5 * t.at.gap / h, closing_speed());
+      if (in_.scale.left_open(t)) c.bias[0] += std::min(0.5 * t.at.gap / h, in_.scale.closing_speed());
       break;
     case Mode::end: {
       t.theta = 1;
@@ -398,7 +405,8 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
       Vec3 ahead = beyond(body_b);
       if (body_a != nullptr) ahead -= beyond(*body_a);
       c.bias[0] = std::max(0.0, c.bias[0] - n_end.dot(ahead) / h);
-      if (law.restitution && t.at.gap <= touch_gap() && t.approach < -contact::tolerances().slips * speed_)
+      if (law.restitution && t.at.gap <= in_.scale.touch_gap() &&
+          t.approach < -contact::tolerances().slips * in_.scale.speed)
         c.bias[0] = law.restitution_at(t.approach) * t.approach;
       break;
     }
@@ -410,7 +418,7 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
       t.theta = mean ? 0.5 : 1;
       // At a condensed step the indentation follows the velocity at the end, whatever the rule of the
       // positions.
-      const bool by_rate = with_structure && condensed_ && !mean;
+      const bool by_rate = with_structure && in_.condensed && !mean;
       if (by_rate) t.gap_ref = t.at.gap + h * u_ref[0];
       if (first_pass) t.indentation = -t.gap_ref;
       double slope = t.normal_law.slope(t.indentation);
@@ -438,7 +446,7 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
       (t.mode == Mode::spring_mean || t.mode == Mode::spring_end || t.mode == Mode::spring_secant)) {
     // A shear spring is stretched by the way of the point that its force acts at, by the velocities that tell
     // the force's work: a depth inside the other side, what turns moves another way.
-    const bool by_rates = kick || !with_structure || (condensed_ && t.mode == Mode::spring_end);
+    const bool by_rates = kick || !with_structure || (in_.condensed && t.mode == Mode::spring_end);
     const Vec3 way = stretches ? Vec3(0.5 * (u_before + u_ref)) : u_ref;
     shear_row(t, c, h,
               by_rates ? Vec3(h * way)
@@ -448,42 +456,45 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
   t.slip_row = t.frame.rightCols<2>().transpose() * (by_mean ? t.slip : Vec3(turned * t.slip));
   if (t.swings) c.bias.tail<2>() += t.slip_row;
   c.impulse = first_pass ? Vec3(h * (t.frame.transpose() * t.warm)) : t.impulse;
-  problem_.contacts[static_cast<std::size_t>(t.row)] = c;
+  step_.problem.contacts[static_cast<std::size_t>(t.row)] = c;
 }
 
 void IslandStepper::assemble(double h, bool lumped, bool first_pass) {
   begin_rows();
   std::size_t pair = 0;  // touches follow the order of the pairs
-  for (Touch& t : touches_) {
+  for (Touch& t : step_.touches) {
     t.row = -1;
     if (first_pass) {
-      while (pair < ahead_.size() && !(island_->pairs[pair].a == t.a && island_->pairs[pair].b == t.b))
+      while (pair < step_.ahead.size() &&
+             !(in_.island->pairs[pair].a == t.a && in_.island->pairs[pair].b == t.b))
         ++pair;
       t.mode = Mode::idle;
-      const bool at_structure = deformable_structure(t);
+      const bool at_structure = in_.deformable_structure(t);
       if (t.stiffness > 0) {
         t.mode = t.spring;
       } else if (at_structure) {
-        if (t.at.gap + h * t.approach < contact::tolerances().structure_near * length_) t.mode = Mode::end;
-      } else if (t.at.gap <= touch_gap() ||
-                 (t.at.gap <= near_gap() &&
+        if (t.at.gap + h * t.approach < contact::tolerances().structure_near * in_.scale.length)
+          t.mode = Mode::end;
+      } else if (t.at.gap <= in_.scale.touch_gap() ||
+                 (t.at.gap <= in_.scale.near_gap() &&
                   std::abs(t.approach) <= (lumped ? slow_speed(t) : impact_speed(t)))) {
         const double resting =
-            lumped && t.at.gap <= touch_gap()
-                ? 1e-3 * model_.gravity.norm() * h + contact::tolerances().still * speed_
+            lumped && t.at.gap <= in_.scale.touch_gap()
+                ? 1e-3 * in_.model.gravity.norm() * h + contact::tolerances().still * in_.scale.speed
                 : std::max(slow_speed(t), (t.persistent ? contact::tolerances().pressed_still
                                                         : contact::tolerances().still) *
-                                              speed_);
+                                              in_.scale.speed);
         if (t.approach > resting)
           t.mode = lumped ? Mode::end : Mode::idle;
-        else if ((t.approach < -resting && lumped) || (settling_ && t.approach > 0))
+        else if ((t.approach < -resting && lumped) || (step_.settling && t.approach > 0))
           t.mode = Mode::end;
         else
           t.mode = Mode::closed;
-      } else if (pair < meets_to_rebound_.size() && meets_to_rebound_[pair] != 0) {
+      } else if (pair < step_.meets_to_rebound.size() && step_.meets_to_rebound[pair] != 0) {
         continue;  // the step ends before it closes
-      } else if (lumped && (t.met || (pair < ahead_.size() && ahead_[pair] > 0) ||
-                            t.at.gap + h * t.approach - h * h * model_.gravity.norm() < row_reach())) {
+      } else if (lumped &&
+                 (t.met || (pair < step_.ahead.size() && step_.ahead[pair] > 0) ||
+                  t.at.gap + h * t.approach - h * h * in_.model.gravity.norm() < in_.scale.row_reach())) {
         t.mode = Mode::end;  // others cannot close within the step, are met by its solution, or are caught by
                              // the projection
       }
@@ -492,65 +503,68 @@ void IslandStepper::assemble(double h, bool lumped, bool first_pass) {
   }
   // Steps with an onset go by x + h v^+ (apply), and their moments about where they start.
   const bool sprung =
-      std::ranges::any_of(touches_, [](const Touch& t) { return t.row >= 0 && t.stiffness > 0; });
-  if (!sprung && island_->structures.empty())
+      std::ranges::any_of(step_.touches, [](const Touch& t) { return t.row >= 0 && t.stiffness > 0; });
+  if (!sprung && in_.island->structures.empty())
     mark_reached([](const Touch&) { return true; },
                  [&](const Touch& t) { return t.mode == Mode::end && t.at.gap + h * t.approach < 0; },
                  [](Body& b) { b.about = b.start.c; });
   fill_rows(h, first_pass);
-  const bool give = leapfrog() && problem_.contacts.size() >
-                                      many_contacts;  // of many rows the least impulses are the solution, and
-                                                      // those of the step before near to them
-  if (leapfrog()) spare_jammed(touches_, touch_gap(), give ? std::exp(-h / jams_last) : 0.0, problem_);
+  const bool give = in_.leapfrog() && step_.problem.contacts.size() >
+                                          many_contacts;  // of many rows the least impulses are the solution,
+                                                          // and those of the step before near to them
+  if (in_.leapfrog())
+    spare_jammed(step_.touches, in_.scale.touch_gap(), give ? std::exp(-h / jams_last) : 0.0, step_.problem);
   add_rolling_rows();
   limit_rolling([&](const Touch& t) { return first_pass ? h * t.frame.col(0).dot(t.warm) : t.impulse[0]; });
   double mass = 0;
-  for (const Body& b : bodies_) mass += model_.blocks[static_cast<std::size_t>(b.block)].mass;
-  add_held_rows(problem_, model_, bodies_, h, 1e6 * mass * (speed_ + h * model_.gravity.norm()));
+  for (const Body& b : step_.bodies) mass += in_.model.blocks[static_cast<std::size_t>(b.block)].mass;
+  add_held_rows(step_.problem, in_.model, step_.bodies, h,
+                1e6 * mass * (in_.scale.speed + h * in_.model.gravity.norm()));
   add_rocking_rows(h, first_pass);
   finish_bodies();
-  if (give) give_a_little(touches_, 0.1 * settings_.accuracy, problem_);
+  if (give) give_a_little(step_.touches, 0.1 * in_.settings.accuracy, step_.problem);
 }
 
 void IslandStepper::finish_bodies() {
   // Blocks first, then structure nodes.
   pool_.clear();
   pool_offset_.clear();
-  problem_.bodies.clear();
-  problem_.v_hat.clear();
+  step_.problem.bodies.clear();
+  step_.problem.v_hat.clear();
   int offset = 0;
   std::size_t entries = 0;
-  for (const Body& b : bodies_) {
+  for (const Body& b : step_.bodies) {
     contact::ProblemBody p;
     p.ndof = b.ndof;
     p.offset = offset;
     offset += b.ndof;
     pool_offset_.push_back(entries);
     entries += 2 * static_cast<std::size_t>(b.ndof) * static_cast<std::size_t>(b.ndof);
-    problem_.bodies.push_back(p);
+    step_.problem.bodies.push_back(p);
   }
   pool_.resize(entries);
-  problem_.v_hat.resize(static_cast<std::size_t>(offset));
-  contact::in_ranges(static_cast<int>(bodies_.size()), bodies_at_once, [&](int from, int to) {
+  step_.problem.v_hat.resize(static_cast<std::size_t>(offset));
+  contact::in_ranges(static_cast<int>(step_.bodies.size()), bodies_at_once, [&](int from, int to) {
     for (int i = from; i < to; ++i) {
-      const Body& b = bodies_[static_cast<std::size_t>(i)];
+      const Body& b = step_.bodies[static_cast<std::size_t>(i)];
       const int n = b.ndof;
       double* const m = pool_.data() + pool_offset_[static_cast<std::size_t>(i)];
       Eigen::Map<MatX>(m, n, n) = b.free.mass.topLeftCorner(n, n);
       Eigen::Map<MatX>(m + n * n, n, n) = b.free.inverse.topLeftCorner(n, n);
-      Eigen::Map<VecX> v_hat(problem_.v_hat.data() + problem_.bodies[static_cast<std::size_t>(i)].offset, n);
+      Eigen::Map<VecX> v_hat(
+          step_.problem.v_hat.data() + step_.problem.bodies[static_cast<std::size_t>(i)].offset, n);
       v_hat = b.free.velocity.head(n);
       if (b.follows && n == 12) v_hat += b.free.inverse.rightCols<6>() * b.strain_lag;
     }
   });
-  for (const NodeBody& n : nodes_) {
+  for (const NodeBody& n : step_.nodes) {
     contact::ProblemBody p;
     p.ndof = 3;
     p.offset = offset;
     offset += 3;
     pool_offset_.push_back(pool_.size());
     const std::array<bool, 3> held =
-        env_.structures[static_cast<std::size_t>(n.structure)].structure->node_held(n.node);
+        in_.env.structures[static_cast<std::size_t>(n.structure)].structure->node_held(n.node);
     for (int pass = 0; pass < 2; ++pass)
       for (int c = 0; c < 3; ++c)
         for (int r = 0; r < 3; ++r) {
@@ -558,24 +572,24 @@ void IslandStepper::finish_bodies() {
           const double m = held[static_cast<std::size_t>(c)] ? 1e12 * n.mass : n.mass;
           pool_.push_back(r != c ? 0 : pass == 0 ? m : 1 / m);
         }
-    for (int i = 0; i < 3; ++i) problem_.v_hat.push_back(n.v_hat[i]);
-    problem_.bodies.push_back(p);
+    for (int i = 0; i < 3; ++i) step_.problem.v_hat.push_back(n.v_hat[i]);
+    step_.problem.bodies.push_back(p);
   }
-  for (const Skin& s : skins_) {
+  for (const Skin& s : step_.skins) {
     contact::ProblemBody p;
     p.ndof = static_cast<int>(s.inverse.rows());
     p.offset = offset;
     offset += p.ndof;
     pool_offset_.push_back(pool_.size());
     pool_.insert(pool_.end(), s.inverse.data(), s.inverse.data() + s.inverse.size());
-    problem_.v_hat.insert(problem_.v_hat.end(), s.v_hat.data(), s.v_hat.data() + s.v_hat.size());
-    problem_.bodies.push_back(p);
+    step_.problem.v_hat.insert(step_.problem.v_hat.end(), s.v_hat.data(), s.v_hat.data() + s.v_hat.size());
+    step_.problem.bodies.push_back(p);
   }
-  for (std::size_t i = 0; i < problem_.bodies.size(); ++i) {
-    const int n = problem_.bodies[i].ndof;
-    const bool skin = i >= bodies_.size() + nodes_.size();
-    problem_.bodies[i].mass = skin ? nullptr : pool_.data() + pool_offset_[i];
-    problem_.bodies[i].mass_inverse = pool_.data() + pool_offset_[i] + (skin ? 0 : n * n);
+  for (std::size_t i = 0; i < step_.problem.bodies.size(); ++i) {
+    const int n = step_.problem.bodies[i].ndof;
+    const bool skin = i >= step_.bodies.size() + step_.nodes.size();
+    step_.problem.bodies[i].mass = skin ? nullptr : pool_.data() + pool_offset_[i];
+    step_.problem.bodies[i].mass_inverse = pool_.data() + pool_offset_[i] + (skin ? 0 : n * n);
   }
 }
 

@@ -40,44 +40,47 @@ IslandReport IslandStepper::advance(const Island& island, double t, double durat
 }
 
 IslandReport IslandStepper::run(double t, double duration) {
-  const bool with_structure = !island_->structures.empty();
-  if (event_driven()) {
+  const bool with_structure = !in_.island->structures.empty();
+  if (in_.event_driven()) {
     find(equal_part(duration, step_limit(duration, false)));
-    if (hard_alone(touches_) && too_much_happens(duration)) go_time_stepped();
+    if (hard_alone(step_.touches) && too_much_happens(duration)) go_time_stepped();
   }
-  const bool small = event_driven();
+  const bool small = in_.event_driven();
   double done = 0;
   stretch_start_ = t, stretch_ = duration;
-  last_length_ = 0;
+  step_.last_length = 0;
   sheds_ = shed_ = false;
   int grazes = 0, impacts_when_cut = -1;  // the latter: negative if the last step was not cut short
   double longest =
       std::numeric_limits<double>::infinity();  // of the next step, where the last try found no solution [s]
-  condensed_ = with_structure && may_condense(t, duration);
-  bool restless = small || with_structure || settings_.fixed_step > 0;  // no long steps of what stands
-  for (int b : island_->blocks) restless = restless || model_.blocks[static_cast<std::size_t>(b)].deformable;
+  in_.condensed = with_structure && may_condense(t, duration);
+  bool restless = small || with_structure || in_.settings.fixed_step > 0;  // no long steps of what stands
+  for (int b : in_.island->blocks)
+    restless = restless || in_.model.blocks[static_cast<std::size_t>(b)].deformable;
   while (duration - done > contact::tolerances().time_round_off * duration) {
     Trial trial;
     trial.start = t + done;
     trial.remaining = duration - done;
-    if (event_driven() && hard_alone(touches_) && (jammed() || too_much_happens(duration))) go_time_stepped();
-    trial.lumped = !event_driven() || grazes > most_grazes || jammed();
+    if (in_.event_driven() && hard_alone(step_.touches) && (in_.jammed() || too_much_happens(duration)))
+      go_time_stepped();
+    trial.lumped = !in_.event_driven() || grazes > most_grazes || in_.jammed();
     trial.h = next_length(trial, duration, longest);
     if (!restless && trial.h < trial.remaining * (1 - contact::tolerances().same_instant) && has_closed() &&
-        hard_alone(touches_) && stand(model_, state_, island_->blocks, still_speed(model_, trial.h)))
+        hard_alone(step_.touches) &&
+        stand(in_.model, in_.state, in_.island->blocks, still_speed(in_.model, trial.h)))
       trial.usual = std::exchange(trial.h, trial.remaining);
     find(trial.h);
     const int impacts_before = impacts_;
     release_springs(trial.h);
-    if (with_structure && !condensed_) blow(trial.start, trial.h);
+    if (with_structure && !in_.condensed) blow(trial.start, trial.h);
     if (!trial.lumped && !impact_stage(trial.start)) {  // what no impulse of no duration solves is jammed
-      unsolved_ = most_unsolved;
+      in_.unsolved = IslandContext::most_unsolved;
       trial.lumped = true;
       trial.h = std::min(trial.h, step_limit(trial.remaining, true));
     }
-    meets_to_rebound_.clear();
-    if (trial.lumped && !with_structure && settings_.fixed_step <= 0 &&
-        std::ranges::any_of(touches_, [&](const Touch& t) { return rebounds(t); }) &&
+    step_.meets_to_rebound.clear();
+    if (trial.lumped && !with_structure && in_.settings.fixed_step <= 0 &&
+        std::ranges::any_of(step_.touches, [&](const Touch& t) { return rebounds(t); }) &&
         !costs_too_much(duration, true)) {
       if (rebound_waits())
         impact_stage(trial.start);  // where it has no solution, the rows of the step have what they can of it
@@ -86,11 +89,11 @@ IslandReport IslandStepper::run(double t, double duration) {
     if (impacts_ != impacts_before) allowed_.reset();
     grazes += impacts_when_cut == impacts_;
     weigh_springs();
-    if (settings_.fixed_step <= 0 && !condensed_)
+    if (in_.settings.fixed_step <= 0 && !in_.condensed)
       trial.h = std::min(trial.h, spring_limit(trial.h, trial.lumped));
     // Where no error is judged at both ends (springs, strains, fixed points) motion within a step stays a
     // small part of the block size.
-    if (settings_.fixed_step <= 0 && event_driven() && has_closed() && !looks_ahead())
+    if (in_.settings.fixed_step <= 0 && in_.event_driven() && has_closed() && !looks_ahead())
       trial.h = std::min(trial.h, step_limit(trial.remaining, true));
     const bool long_step = trial.usual > 0;
     before_drift_.overlaps = sum_of_overlaps();
@@ -101,18 +104,18 @@ IslandReport IslandStepper::run(double t, double duration) {
     double taken = trial.h;
     if (!trial.lumped && !locate_event(taken, trial.passes)) {
       reject();
-      ++unsolved_;
+      ++in_.unsolved;
       longest = 0.5 * trial.h;
-      if (longest < settings_.min_step) return fail_at_smallest_step();
+      if (longest < in_.settings.min_step) return fail_at_smallest_step();
       continue;
     }
     if (report_.stopped) return report_;  // no onset was sought
     if (taken != trial.h) allowed_.reset();
     longest = std::numeric_limits<double>::infinity();
     impacts_when_cut = taken < 0.02 * trial.h ? impacts_ : -1;
-    if (condensed_ && !correct_skins(trial.start, taken)) {
+    if (in_.condensed && !correct_skins(trial.start, taken)) {
       reject();
-      condensed_ = false;  // for the rest of the stretch
+      in_.condensed = false;  // for the rest of the stretch
       continue;
     }
     keep_for_drift();
@@ -120,25 +123,25 @@ IslandReport IslandStepper::run(double t, double duration) {
     const bool released = released_;  // at its start
     const bool recorded = begin_motion(trial.start, t + (done + taken));
     commit(t + done + taken, taken);
-    last_length_ = leapfrog() ? taken : 0;
+    step_.last_length = in_.leapfrog() ? taken : 0;
     ++report_.counters.steps;
-    report_.counters.contacts += static_cast<long>(touches_.size());
+    report_.counters.contacts += static_cast<long>(step_.touches.size());
     report_.counters.last_step = taken;
     std::vector<contact::Motion> made(
-        bodies_.size());  // of watched blocks: the correction of drift has starts of its own
-    for (std::size_t i = 0; i < bodies_.size(); ++i)
-      if (island_->watched[i] != 0) made[i] = motion_of(bodies_[i].block, trial.lumped);
-    if (!problem_.contacts.empty() || trial.closed) {
+        step_.bodies.size());  // of watched blocks: the correction of drift has starts of its own
+    for (std::size_t i = 0; i < step_.bodies.size(); ++i)
+      if (in_.island->watched[i] != 0) made[i] = motion_of(step_.bodies[i].block, trial.lumped);
+    if (!step_.problem.contacts.empty() || trial.closed) {
       rest_check(taken);
       // At structures as far as the next step reaches, which then need not search again.
       const double penetration =
-          project(with_structure && !condensed_ ? lengthening * std::max(suggested_, taken) : taken);
+          project(with_structure && !in_.condensed ? lengthening * std::max(suggested_, taken) : taken);
       if (drift_beyond_motion(taken)) {
         take_back();
         released_ = released;
         allowed_.reset();
         longest = 0.5 * taken;
-        if (with_structure || longest < settings_.min_step) return fail_at_drift();
+        if (with_structure || longest < in_.settings.min_step) return fail_at_drift();
         continue;
       }
       report_.counters.worst_penetration = std::max(report_.counters.worst_penetration, penetration);
@@ -159,16 +162,17 @@ IslandReport IslandStepper::run(double t, double duration) {
 /// first order in their length: they are as short as the work that events have taken in vain would have paid
 /// for over the stretch, so that neither costs more than the other.
 void IslandStepper::go_time_stepped() {
-  crowded_ = true;
+  in_.crowded = true;
   const auto closed = static_cast<double>(
-      std::ranges::count_if(touches_, [&](const Touch& t) { return t.at.gap <= near_gap(); }));
+      std::ranges::count_if(step_.touches, [&](const Touch& t) { return t.at.gap <= in_.scale.near_gap(); }));
   suggested_ = work_ > 0 ? stretch_ * factorisations * closed / work_ : 0;
-  found_for_ = -1;
+  step_.found_for = -1;
 }
 
 bool IslandStepper::too_much_happens(double duration) const {
-  if (settings_.fixed_step > 0) return false;
-  const auto closed = std::ranges::count_if(touches_, [&](const Touch& t) { return t.at.gap <= near_gap(); });
+  if (in_.settings.fixed_step > 0) return false;
+  const auto closed =
+      std::ranges::count_if(step_.touches, [&](const Touch& t) { return t.at.gap <= in_.scale.near_gap(); });
   return closed > static_cast<std::ptrdiff_t>(many_contacts) || costs_too_much(duration, false);
 }
 
@@ -176,13 +180,13 @@ bool IslandStepper::too_much_happens(double duration) const {
 /// each of those `most_work`.
 bool IslandStepper::costs_too_much(double duration, bool rebounds_alone) const {
   // What it costs to locate every contact that will close, at the closed contacts that each of them shakes.
-  const double fall = duration * duration * model_.gravity.norm();
+  const double fall = duration * duration * in_.model.gravity.norm();
   double closed = 0, closing = 0;
-  for (std::size_t i = 0; i < touches_.size(); ++i) {
-    const Touch& t = touches_[i];
-    if (t.at.gap <= near_gap()) ++closed;
-    const bool first = i == 0 || !(touches_[i - 1].a == t.a && touches_[i - 1].b == t.b);
-    closing += first && t.at.gap > near_gap() && t.at.gap + duration * t.approach < fall &&
+  for (std::size_t i = 0; i < step_.touches.size(); ++i) {
+    const Touch& t = step_.touches[i];
+    if (t.at.gap <= in_.scale.near_gap()) ++closed;
+    const bool first = i == 0 || !(step_.touches[i - 1].a == t.a && step_.touches[i - 1].b == t.b);
+    closing += first && t.at.gap > in_.scale.near_gap() && t.at.gap + duration * t.approach < fall &&
                (!rebounds_alone || rebounds(t));
   }
   const double ahead = factorisations * closed * closing;
@@ -193,60 +197,62 @@ bool IslandStepper::costs_too_much(double duration, bool rebounds_alone) const {
 /// Length of the next step by what moves and what it stands at; the touches within its reach are found on the
 /// way.
 double IslandStepper::next_length(const Trial& trial, double duration, double longest) {
-  const bool with_structure = !island_->structures.empty();
+  const bool with_structure = !in_.island->structures.empty();
   const double remaining = trial.remaining;
   // No farther than the step will reach: what the last one's projection found then serves again.
   const double expected =
-      suggested_ > 0 ? std::min(remaining, (with_structure && !condensed_ ? lengthening : 1.0) * suggested_)
-                     : equal_part(remaining, step_limit(remaining, trial.lumped));
-  if (with_structure && !condensed_ && (suggested_ > 0 || island_->blocks.empty())) follow_skins(expected);
+      suggested_ > 0
+          ? std::min(remaining, (with_structure && !in_.condensed ? lengthening : 1.0) * suggested_)
+          : equal_part(remaining, step_limit(remaining, trial.lumped));
+  if (with_structure && !in_.condensed && (suggested_ > 0 || in_.island->blocks.empty()))
+    follow_skins(expected);
   find(expected);
   double h = step_limit(remaining, trial.lumped);
-  if (crowded_ && suggested_ > 0) h = std::min(h, suggested_);
-  if (condensed_) {
+  if (in_.crowded && suggested_ > 0) h = std::min(h, suggested_);
+  if (in_.condensed) {
     const double length = condensed_length(trial.start, duration, remaining, h);
-    condensed_ = length > 0;
-    if (condensed_)
+    in_.condensed = length > 0;
+    if (in_.condensed)
       h = length;
     else
-      found_for_ = -1;  // a bed then stands on other points
+      step_.found_for = -1;  // a bed then stands on other points
   }
-  if (!condensed_) skins_.clear();
-  if (with_structure && !condensed_) h = structure_step(duration, h);
+  if (!in_.condensed) step_.skins.clear();
+  if (with_structure && !in_.condensed) h = structure_step(duration, h);
   h = std::min({h, remaining, longest});
-  return condensed_ ? h : equal_part(remaining, h);
+  return in_.condensed ? h : equal_part(remaining, h);
 }
 
 /// Time in which a rigid block can meet none of its partners: the balls around it and around blocks, by their
 /// speeds and all of gravity; 0 beside terrain and structures [s].
 double IslandStepper::apart_for(const Body& body) const {
   const auto ball = [&](int block) {
-    return 1.001 * model_.blocks[static_cast<std::size_t>(block)].shape->radius;
+    return 1.001 * in_.model.blocks[static_cast<std::size_t>(block)].shape->radius;
   };
   const auto rigid = [&](int block) {
-    return !model_.blocks[static_cast<std::size_t>(block)].deformable &&
-           model_.blocks[static_cast<std::size_t>(block)].fixed_points.empty();
+    return !in_.model.blocks[static_cast<std::size_t>(block)].deformable &&
+           in_.model.blocks[static_cast<std::size_t>(block)].fixed_points.empty();
   };
   if (!rigid(body.block)) return 0;
   double time = std::numeric_limits<double>::infinity();
-  for (const CandidatePair& pair : island_->pairs) {
+  for (const CandidatePair& pair : in_.island->pairs) {
     const bool is_b = pair.b == body.block,
                is_a = pair.a.kind == Partner::Kind::block && pair.a.index == body.block;
     if (!is_a && !is_b) continue;
     const auto k = static_cast<std::size_t>(pair.b), of_a = static_cast<std::size_t>(pair.a.index);
     double gap = 0, closing = 0;
     if (pair.a.kind == Partner::Kind::plane) {
-      const Plane& plane = env_.planes[of_a];
-      gap = plane.normal.dot(state_.c[k] - plane.point) - ball(pair.b);
-      closing = -plane.normal.dot(state_.v[k]);
+      const Plane& plane = in_.env.planes[of_a];
+      gap = plane.normal.dot(in_.state.c[k] - plane.point) - ball(pair.b);
+      closing = -plane.normal.dot(in_.state.v[k]);
     } else if (pair.a.kind == Partner::Kind::block && rigid(pair.a.index) && rigid(pair.b)) {
-      gap = (state_.c[k] - state_.c[of_a]).norm() - ball(pair.b) - ball(pair.a.index);
+      gap = (in_.state.c[k] - in_.state.c[of_a]).norm() - ball(pair.b) - ball(pair.a.index);
       // Drag that brakes one of them alone brings on the other.
-      closing =
-          vegetated_ ? state_.v[k].norm() + state_.v[of_a].norm() : (state_.v[k] - state_.v[of_a]).norm();
+      closing = in_.vegetated ? in_.state.v[k].norm() + in_.state.v[of_a].norm()
+                              : (in_.state.v[k] - in_.state.v[of_a]).norm();
     }
     if (!(gap > 0)) return 0;
-    const double g = model_.gravity.norm(),
+    const double g = in_.model.gravity.norm(),
                  root = std::sqrt(closing * closing + 2 * g * gap);  // closing t + g t^2 / 2 = gap
     if (root + closing > 0) time = std::min(time, 2 * gap / (root + closing));
   }
@@ -254,27 +260,27 @@ double IslandStepper::apart_for(const Body& body) const {
 }
 
 double IslandStepper::step_limit(double remaining, bool lumped) const {
-  if (settings_.fixed_step > 0) return settings_.fixed_step;
+  if (in_.settings.fixed_step > 0) return in_.settings.fixed_step;
   if (!lumped) {
     double h = has_closed() && suggested_ > 0 ? suggested_ : remaining;
     // In flight the onset search follows chords: half a radian at most, of what may meet anything within the
     // step however it turns.
-    for (const Body& b : bodies_) {
-      const double spin = state_.w[static_cast<std::size_t>(b.block)].norm();
-      if (spin * h > 0.5 && !island_->pairs.empty()) h = std::min(h, std::max(0.5 / spin, apart_for(b)));
-      if (vegetated_) h = std::min(h, drag_limit(b));
+    for (const Body& b : step_.bodies) {
+      const double spin = in_.state.w[static_cast<std::size_t>(b.block)].norm();
+      if (spin * h > 0.5 && !in_.island->pairs.empty()) h = std::min(h, std::max(0.5 / spin, apart_for(b)));
+      if (in_.vegetated) h = std::min(h, drag_limit(b));
     }
     return h;
   }
   // Large islands: motion within a step stays a small part of the block size, set by accuracy.
-  double h = settings_.time_step(length_, model_.gravity.norm());
-  for (const Body& b : bodies_) {
+  double h = in_.settings.time_step(in_.scale.length, in_.model.gravity.norm());
+  for (const Body& b : step_.bodies) {
     const auto k = static_cast<std::size_t>(b.block);
-    const double radius = model_.blocks[k].shape->radius;
-    const double spin = state_.w[k].norm();
-    if (spin > 0) h = std::min(h, std::sqrt(settings_.accuracy * 8) / spin);
-    const double speed = state_.v[k].norm();
-    if (speed > 0) h = std::min(h, 5 * std::sqrt(settings_.accuracy) * radius / speed);
+    const double radius = in_.model.blocks[k].shape->radius;
+    const double spin = in_.state.w[k].norm();
+    if (spin > 0) h = std::min(h, std::sqrt(in_.settings.accuracy * 8) / spin);
+    const double speed = in_.state.v[k].norm();
+    if (speed > 0) h = std::min(h, 5 * std::sqrt(in_.settings.accuracy) * radius / speed);
   }
   return h;
 }
@@ -284,8 +290,8 @@ double IslandStepper::step_limit(double remaining, bool lumped) const {
 /// modes, jump by jump. Short parts of a short stretch bind no later one.
 double IslandStepper::structure_step(double duration, double longest) {
   double stable = std::numeric_limits<double>::infinity();
-  for (int s : island_->structures)
-    stable = std::min(stable, env_.structures[static_cast<std::size_t>(s)].structure->critical_step());
+  for (int s : in_.island->structures)
+    stable = std::min(stable, in_.env.structures[static_cast<std::size_t>(s)].structure->critical_step());
   double h = duration / std::ceil(duration / stable * (1 - contact::tolerances().time_round_off));
   longest = std::min(longest, rise_limit(h));
   bool bound = h > longest * (1 + contact::tolerances().same_instant);
@@ -298,32 +304,32 @@ double IslandStepper::structure_step(double duration, double longest) {
 /// The leapfrog's own correction (the condensed one has had its), and where the skins are then.
 void IslandStepper::correct_structures(double t, double h) {
   shed_ = std::exchange(sheds_, false);
-  for (int s : island_->structures) {
-    StructurePart& part = env_.structures[static_cast<std::size_t>(s)];
-    if (!condensed_) {
+  for (int s : in_.island->structures) {
+    StructurePart& part = in_.env.structures[static_cast<std::size_t>(s)];
+    if (!in_.condensed) {
       shares_.clear();
-      for (const NodeShare& n : node_impulses_)
+      for (const NodeShare& n : step_.node_impulses)
         if (n.structure == s) shares_.push_back({n.node, n.impulse});
       part.structure->correct(t, h, shares_);
     }
     sheds_ = sheds_ || part.structure->surface().revision != part.index->surface().revision;
     part.index->refit(part.structure->surface());
-    ++(condensed_ ? report_.counters.condensed_steps : report_.counters.structure_steps);
+    ++(in_.condensed ? report_.counters.condensed_steps : report_.counters.structure_steps);
   }
 }
 
 /// Whatever a block was struck by, the partners that were looked for are those that it can meet within what
 /// it was expected to go, turning included.
 void IslandStepper::measure_way(double from, double to, std::span<contact::Motion> made) {
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    const auto k = static_cast<std::size_t>(bodies_[i].block);
+  for (std::size_t i = 0; i < step_.bodies.size(); ++i) {
+    const auto k = static_cast<std::size_t>(step_.bodies[i].block);
     const Began& began = began_[i];
     const double chord =
-        2 * (began.q.conjugate() * state_.q[k]).vec().norm() + (state_.eps[k] - began.eps).norm();
-    report_.went[i] =
-        std::max(report_.went[i], (state_.c[k] - began.c).norm() + model_.blocks[k].shape->radius * chord);
-    if (island_->watched[i] == 0) continue;
-    made[i].displacement = state_.c[k] - made[i].start.c;  // with the correction
+        2 * (began.q.conjugate() * in_.state.q[k]).vec().norm() + (in_.state.eps[k] - began.eps).norm();
+    report_.went[i] = std::max(report_.went[i],
+                               (in_.state.c[k] - began.c).norm() + in_.model.blocks[k].shape->radius * chord);
+    if (in_.island->watched[i] == 0) continue;
+    made[i].displacement = in_.state.c[k] - made[i].start.c;  // with the correction
     report_.ways[i].push_back({from, to, made[i]});
   }
 }
@@ -337,7 +343,7 @@ IslandReport IslandStepper::fail_at_smallest_step() {
   report_.failure = fmt::format(
       "the contact problem could not be solved at the smallest step (residual {:.2g} of the speeds there, {} "
       "contacts: {})",
-      residual_, problem_.contacts.size(), name_contacts(model_, touches_));
+      step_.solution.residual, step_.problem.contacts.size(), name_contacts(in_.model, step_.touches));
   return report_;
 }
 
@@ -360,23 +366,23 @@ IslandReport IslandStepper::fail_at_drift() {
   report_.failure = fmt::format(
       "the correction of overlaps would move a block farther than its motion in the step explains, down to "
       "the smallest step ({} contacts: {})",
-      touches_.size(), name_contacts(model_, touches_));
+      step_.touches.size(), name_contacts(in_.model, step_.touches));
   return report_;
 }
 
 void IslandStepper::rest_check(double h) {
-  double still = still_speed(model_, h);
-  bool rest = still > 0 && certified_;
-  for (int s : island_->structures)
-    rest = rest && condensed_ && env_.structures[static_cast<std::size_t>(s)].structure->quiet();
-  if (condensed_) still += 2 * skin_speed();
-  for (const Body& b : bodies_) {
+  double still = still_speed(in_.model, h);
+  bool rest = still > 0 && step_.solution.certified;
+  for (int s : in_.island->structures)
+    rest = rest && in_.condensed && in_.env.structures[static_cast<std::size_t>(s)].structure->quiet();
+  if (in_.condensed) still += 2 * skin_speed();
+  for (const Body& b : step_.bodies) {
     const auto k = static_cast<std::size_t>(b.block);
-    const double radius = model_.blocks[k].shape->radius;
+    const double radius = in_.model.blocks[k].shape->radius;
     rest = rest && b.v0.head<3>().norm() + radius * b.v0.segment<3>(3).norm() <= still &&
-           state_.v[k].norm() + radius * state_.w[k].norm() <= still &&
-           (!model_.blocks[k].deformable ||
-            radius * (state_.eps_rate[k].norm() + b.v0.tail<6>().norm()) <= still);
+           in_.state.v[k].norm() + radius * in_.state.w[k].norm() <= still &&
+           (!in_.model.blocks[k].deformable ||
+            radius * (in_.state.eps_rate[k].norm() + b.v0.tail<6>().norm()) <= still);
   }
   report_.at_rest = rest;
 }

@@ -128,72 +128,75 @@ contact::SolveReport solve_soundly(contact::ContactSolver& solver, contact::Cont
 double IslandStepper::fastest_among() const {
   Vec3 momentum = Vec3::Zero();
   double mass = 0;
-  for (const Body& b : bodies_) {
-    const double own = model_.blocks[static_cast<std::size_t>(b.block)].mass;
+  for (const Body& b : step_.bodies) {
+    const double own = in_.model.blocks[static_cast<std::size_t>(b.block)].mass;
     momentum += own * b.v0.head<3>();
     mass += own;
   }
-  const Vec3 mean = island_->structures.empty() && mass > 0 ? Vec3(momentum / mass) : Vec3(Vec3::Zero());
+  const Vec3 mean = in_.island->structures.empty() && mass > 0 ? Vec3(momentum / mass) : Vec3(Vec3::Zero());
   double fastest = 0;
-  for (const Body& b : bodies_) {
-    const double radius = model_.blocks[static_cast<std::size_t>(b.block)].shape->radius;
+  for (const Body& b : step_.bodies) {
+    const double radius = in_.model.blocks[static_cast<std::size_t>(b.block)].shape->radius;
     fastest = std::max(fastest, (b.v0.head<3>() - mean).norm() + radius * b.v0.segment<3>(3).norm());
   }
   return fastest;
 }
 
 bool IslandStepper::solve(double h, Effort effort) {
-  if (problem_.contacts.empty()) {
-    problem_.v = problem_.v_hat;
+  if (step_.problem.contacts.empty()) {
+    step_.problem.v = step_.problem.v_hat;
     return true;
   }
-  const bool small = problem_.contacts.size() <= many_contacts && !crowded_,
-             still = fastest_ < 1e-6 * speed_;  // a certificate of rest is only as good as its residual
+  const bool small = step_.problem.contacts.size() <= many_contacts && !in_.crowded,
+             still = step_.fastest <
+                     1e-6 * in_.scale.speed;  // a certificate of rest is only as good as its residual
   // What is left unsolved of a bond is a motion that the next step stops, by more than the bond may bear.
-  const bool bonded = std::any_of(
-      problem_.contacts.begin(), problem_.contacts.end() - static_cast<std::ptrdiff_t>(rocking_rows_),
-      [](const contact::ProblemContact& c) { return c.cohesion > 0 || c.tension > 0; });
+  const bool bonded =
+      std::any_of(step_.problem.contacts.begin(),
+                  step_.problem.contacts.end() - static_cast<std::ptrdiff_t>(step_.rocking_rows),
+                  [](const contact::ProblemContact& c) { return c.cohesion > 0 || c.tension > 0; });
   StepToSolve step{.h = h,
                    .small = small,
                    .still = still,
                    .provisional = effort == Effort::provisional,
-                   .heap = in_heap(),
-                   .large = in_vast_heap() && !bonded,
+                   .heap = in_.in_heap(),
+                   .large = in_.in_vast_heap() && !bonded,
                    // Explicit sub-steps at structures lie far below what the accuracy asks, and nothing is
                    // located within them: no round-off either.
-                   .sub_step = h > 0 && !condensed_ && !island_->structures.empty(),
-                   .blocks = !island_->blocks.empty(),
-                   .sprung = sprung_,
-                   .speed = speed_,
+                   .sub_step = h > 0 && !in_.condensed && !in_.island->structures.empty(),
+                   .blocks = !in_.island->blocks.empty(),
+                   .sprung = step_.sprung,
+                   .speed = in_.scale.speed,
                    .fastest = fastest_among(),
-                   .at_rest = still_speed(model_, h),
-                   .length = length_,
-                   .gravity = model_.gravity.norm(),
-                   .accuracy = settings_.accuracy};
-  if (event_driven() && !bonded)  // a hundredth of the error of velocity that a step may have
-    for (const Body& b : bodies_) {
+                   .at_rest = still_speed(in_.model, h),
+                   .length = in_.scale.length,
+                   .gravity = in_.model.gravity.norm(),
+                   .accuracy = in_.settings.accuracy};
+  if (in_.event_driven() && !bonded)  // a hundredth of the error of velocity that a step may have
+    for (const Body& b : step_.bodies) {
       const double part = 0.01 * step_error(b.block) / std::max(fall_time(b.block), h);
       step.located = step.located > 0 ? std::min(step.located, part) : part;
     }
-  for (const contact::ProblemContact& c : problem_.contacts)
+  for (const contact::ProblemContact& c : step_.problem.contacts)
     step.largest_bias = std::max(step.largest_bias, c.bias.cwiseAbs().maxCoeff());
   contact::SolveSettings settings = how_closely(step);
   Counters& n = report_.counters;
-  const bool moves = h > 0 && in_heap() && !small && !still;
+  const bool moves = h > 0 && in_.in_heap() && !small && !still;
   double weight = 0;  // [N]
-  for (const Body& b : bodies_)
-    weight += model_.blocks[static_cast<std::size_t>(b.block)].mass * model_.gravity.norm();
-  const double most = settings_.accuracy * kinetic(&Body::v0);  // unearned work of a step [J]
+  for (const Body& b : step_.bodies)
+    weight += in_.model.blocks[static_cast<std::size_t>(b.block)].mass * in_.model.gravity.norm();
+  const double most = in_.settings.accuracy * kinetic(&Body::v0);  // unearned work of a step [J]
   const auto attempt = [&] {
-    contact::SolveReport r = solve_soundly(
-        solver_, problem_, settings, most,
-        std::max(10 * most, (fastest_ > 1e-3 * speed_ ? may_sink : may_creep) * length_ * weight));
+    contact::SolveReport r =
+        solve_soundly(solver_, step_.problem, settings, most,
+                      std::max(10 * most, (step_.fastest > 1e-3 * in_.scale.speed ? may_sink : may_creep) *
+                                              in_.scale.length * weight));
     // In a tower residuals of one sign add up from block to block, and the projection lifts again what has
     // sunk: gravity would drive on what hardly moves, for ever; loads that part throw it. What all contacts
     // do unearned together is to be a small part of the motion.
     if (r.converged && !r.stalled && moves)
-      r = solve_closer(solver_, problem_, settings, step.large, speed_, most, r);
-    work_ += static_cast<double>(problem_.contacts.size()) *
+      r = solve_closer(solver_, step_.problem, settings, step.large, in_.scale.speed, most, r);
+    work_ += static_cast<double>(step_.problem.contacts.size()) *
              (5.0 + r.newton);  // what goes with a solution costs as much as a few factorisations
     n.newton += r.newton;
     n.sweeps += r.sweeps;
@@ -202,19 +205,21 @@ bool IslandStepper::solve(double h, Effort effort) {
   };
   contact::SolveReport r = attempt();
   const bool last_resort = effort == Effort::last_resort,
-             no_better = last_resort || (effort == Effort::repeated && r.residual > 0.5 * residual_);
-  residual_ = r.residual;
-  unsolved_speed_ = r.residual * settings.velocity_scale;
-  stalled_ = r.stalled;
-  certified_ = judge(step, settings, {.no_better = no_better, .last_resort = last_resort}, r);
+             no_better =
+                 last_resort || (effort == Effort::repeated && r.residual > 0.5 * step_.solution.residual);
+  step_.solution.residual = r.residual;
+  step_.solution.unsolved_speed = r.residual * settings.velocity_scale;
+  step_.solution.stalled = r.stalled;
+  step_.solution.certified = judge(step, settings, {.no_better = no_better, .last_resort = last_resort}, r);
   if (!r.converged && last_resort && h > 0) {  // impulses of no duration are left to the step
     // The convex problem alone: it has a solution always, which takes energy as it must but lifts what
     // slides.
     settings.exact_coulomb = false;
     settings.stalled = 0;
-    settings.sufficient = step.sub_step ? std::max(1e-6, 1e-2 * settings_.accuracy) : 1e-6;
+    settings.sufficient = step.sub_step ? std::max(1e-6, 1e-2 * in_.settings.accuracy) : 1e-6;
     for (contact::ProblemContact& c :
-         problem_.contacts) {  // a little give: what is jammed between friction cones has no largest force
+         step_.problem
+             .contacts) {  // a little give: what is jammed between friction cones has no largest force
       c.compliance.array() += 1e-7 * normal_compliance(c);
       c.impulse.setZero();
     }
@@ -230,10 +235,10 @@ bool IslandStepper::solve(double h, Effort effort) {
 /// Contacts of a block at rest are linearised where it is: what can stand is then found to stand, however
 /// long the step.
 void IslandStepper::linearise_resting(double h) {
-  for (Body& b : bodies_) {
+  for (Body& b : step_.bodies) {
     const auto k = static_cast<std::size_t>(b.block);
-    if (b.v0.head<3>().norm() + model_.blocks[k].shape->radius * b.v0.segment<3>(3).norm() >
-        1e-3 * h * model_.gravity.norm())
+    if (b.v0.head<3>().norm() + in_.model.blocks[k].shape->radius * b.v0.segment<3>(3).norm() >
+        1e-3 * h * in_.model.gravity.norm())
       continue;
     b.ref = b.start;
     b.v_ref = b.v0;
@@ -245,9 +250,9 @@ void IslandStepper::linearise_resting(double h) {
 /// their strains, or the stress that the solution met were another than that of the strain reached; where the
 /// step does not resolve their vibration the difference is energy made. True if one did not yet.
 bool IslandStepper::strain_from_start() {
-  if (!from_start_) return false;
+  if (!step_.from_start) return false;
   bool found = false;
-  for (Body& b : bodies_)
+  for (Body& b : step_.bodies)
     if (b.from_start && b.ndof == 12 && !b.end_rule && !b.strains_at_end && !b.impulse.isZero(0))
       found = b.strains_at_end = true;
   return found;
@@ -260,7 +265,7 @@ IslandStepper::Outcome IslandStepper::smooth(double h, bool lumped, int passes, 
   to_half_steps(h);
   begin_step(h, false);
   begin_swing();
-  pending_ = Ledger{};
+  step_.pending = Ledger{};
   linearise_resting(h);
   std::vector<Vec3> last_c;
   std::vector<Quat> last_q;
@@ -268,35 +273,36 @@ IslandStepper::Outcome IslandStepper::smooth(double h, bool lumped, int passes, 
   bool solved = true, followed = true;
   for (int pass = 0; pass < most_passes; ++pass) {
     assemble(h, lumped, pass == 0);
-    if (lumped && jammed() && !in_large_heap()) ask_for_no_motion(touches_, problem_, h);
+    if (lumped && in_.jammed() && !in_.in_large_heap()) ask_for_no_motion(step_.touches, step_.problem, h);
     const Effort effort = last_resort         ? Effort::last_resort
                           : pass + 1 < passes ? Effort::provisional
                           : solved            ? Effort::full
                                               : Effort::repeated;
     solved = solve_rolling(h, effort);
-    if (!solved && lumped && (leapfrog() || last_resort) && ask_for_no_motion(touches_, problem_, h)) {
-      ++unsolved_;
+    if (!solved && lumped && (in_.leapfrog() || last_resort) &&
+        ask_for_no_motion(step_.touches, step_.problem, h)) {
+      ++in_.unsolved;
       solved = solve_rolling(h, effort);
     }
     // Restitution on many contacts may not create energy, as little as in an impact stage: pieces jammed in a
     // notch would be shot out of it.
     std::vector<int> hard;
     const auto bounces = [&](const Touch& t) {
-      return t.mode == Mode::end && !deformable_structure(t) && t.law->restitution.value_or(0) > 0 &&
-             problem_.contacts[static_cast<std::size_t>(t.row)].bias[0] < 0;
+      return t.mode == Mode::end && !in_.deformable_structure(t) && t.law->restitution.value_or(0) > 0 &&
+             step_.problem.contacts[static_cast<std::size_t>(t.row)].bias[0] < 0;
     };
-    for (const Touch& t : touches_)
+    for (const Touch& t : step_.touches)
       if (lumped && t.row >= 0 && t.stiffness == 0) hard.push_back(t.row);
     for (const double left : {0.5, 0.0}) {
-      if (!solved || !give_energy(problem_, hard)) break;
+      if (!solved || !give_energy(step_.problem, hard)) break;
       bool any = false;
-      for (const Touch& t : touches_)
+      for (const Touch& t : step_.touches)
         if (t.row >= 0 && t.stiffness == 0 && bounces(t))
-          problem_.contacts[static_cast<std::size_t>(t.row)].bias[0] *= left, any = true;
+          step_.problem.contacts[static_cast<std::size_t>(t.row)].bias[0] *= left, any = true;
       if (!any) break;
       solved = solve_rolling(h, effort);
     }
-    if (!solved && (lumped || pass + 1 >= most_passes || residual_ > 1e-7)) return out;
+    if (!solved && (lumped || pass + 1 >= most_passes || step_.solution.residual > 1e-7)) return out;
     apply(h);
     if (!finite()) return out;
     balance_springs(h);
@@ -307,36 +313,37 @@ IslandStepper::Outcome IslandStepper::smooth(double h, bool lumped, int passes, 
       pass = -1;
       continue;
     }
-    if (problem_.contacts.empty()) break;
+    if (step_.problem.contacts.empty()) break;
     // Of time-stepped islands where the turning of the slip adds more to the error than a step may have.
-    const bool turns = condensed_ || !lumped || pass > 0 || swing_error(h) > error_limit();
+    const bool turns = in_.condensed || !lumped || pass > 0 || swing_error(h) > in_.scale.error_limit();
     const bool swung = !turns || swing(pass == 0);
     followed = laws_met(h);
     const bool met = solved && swung && followed;
     double error = 0;
-    for (std::size_t i = 0; pass > 0 && i < bodies_.size(); ++i) {
-      const auto k = static_cast<std::size_t>(bodies_[i].block);
-      error = std::max(error, (state_.c[k] - last_c[i]).norm() / length_);
-      error = std::max(error, 2 * (state_.q[k].conjugate() * last_q[i]).vec().norm());
+    for (std::size_t i = 0; pass > 0 && i < step_.bodies.size(); ++i) {
+      const auto k = static_cast<std::size_t>(step_.bodies[i].block);
+      error = std::max(error, (in_.state.c[k] - last_c[i]).norm() / in_.scale.length);
+      error = std::max(error, 2 * (in_.state.q[k].conjugate() * last_q[i]).vec().norm());
     }
     if (pass > 0 && pass < passes) out.error = error;
     if (met && (pass + 1 >= passes || (pass > 0 && error < 1e-14))) break;
     last_c.clear();
     last_q.clear();
-    for (Body& b : bodies_) {
+    for (Body& b : step_.bodies) {
       const auto k = static_cast<std::size_t>(b.block);
-      last_c.push_back(state_.c[k]);
-      last_q.push_back(state_.q[k]);
-      b.ref = dda::pose(state_, b.block);
-      b.v_ref << state_.v[k], state_.w[k], state_.eps_rate[k];
-      linearise_at(b, state_.q[k]);
+      last_c.push_back(in_.state.c[k]);
+      last_q.push_back(in_.state.q[k]);
+      b.ref = dda::pose(in_.state, b.block);
+      b.v_ref << in_.state.v[k], in_.state.w[k], in_.state.eps_rate[k];
+      linearise_at(b, in_.state.q[k]);
     }
   }
   out.error = std::max(out.error, swing_error(h));
   // Springs that open and close from pass to pass: a shorter step moves less.
-  if (!followed && std::any_of(bodies_.begin(), bodies_.end(), [](const Body& b) { return b.follows; }))
-    out.error = std::max(out.error, 2 * error_limit());
-  if (!island_->structures.empty()) collect_node_impulses();
+  if (!followed &&
+      std::any_of(step_.bodies.begin(), step_.bodies.end(), [](const Body& b) { return b.follows; }))
+    out.error = std::max(out.error, 2 * in_.scale.error_limit());
+  if (!in_.island->structures.empty()) collect_node_impulses();
   to_full_steps(h);
   book(h);
   out.ok = true;
@@ -345,26 +352,26 @@ IslandStepper::Outcome IslandStepper::smooth(double h, bool lumped, int passes, 
 
 bool IslandStepper::laws_met(double h) const {
   // The rows hold the law's tangent; is the force that they gave the law's own at the indentation reached?
-  for (const Touch& t : touches_) {
+  for (const Touch& t : step_.touches) {
     if (t.row < 0 || t.stiffness == 0) continue;
-    if (leapfrog()) {
+    if (in_.leapfrog()) {
       // The work that is off goes with the impulse and is of either sign.
-      if (deformable_structure(t) && !follows_law(t, h, contact::tolerances().follows_law)) return false;
+      if (in_.deformable_structure(t) && !follows_law(t, h, contact::tolerances().follows_law)) return false;
       continue;
     }
-    const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
+    const contact::ProblemContact& c = step_.problem.contacts[static_cast<std::size_t>(t.row)];
     const double least = h * t.bond();  // pulled no harder than the bond holds
     const auto follows = [&](int block) {
-      return local_[static_cast<std::size_t>(block)] >= 0 &&
-             bodies_[static_cast<std::size_t>(local_[static_cast<std::size_t>(block)])].follows;
+      return in_.local[static_cast<std::size_t>(block)] >= 0 &&
+             step_.bodies[static_cast<std::size_t>(in_.local[static_cast<std::size_t>(block)])].follows;
     };
-    if (t.spring == Mode::spring_end && t.b >= 0 && !deformable_structure(t) &&
+    if (t.spring == Mode::spring_end && t.b >= 0 && !in_.deformable_structure(t) &&
         (follows(t.b) || (t.a.kind == Partner::Kind::block && follows(t.a.index)))) {
       const double allowed = contact::tolerances().follows_law;
       const double asked =
           h * (t.balanced_force - (t.dashpot > 0 ? t.dashpot * (parting(t)[0] - c.bias[0]) : 0.0));
       if (std::abs(c.impulse[0] - std::max(asked, -least)) >
-          allowed * (c.impulse[0] + h * t.stiffness * 1e-6 * settings_.accuracy * length_))
+          allowed * (c.impulse[0] + h * t.stiffness * 1e-6 * in_.settings.accuracy * in_.scale.length))
         return false;
       continue;
     }
@@ -376,7 +383,7 @@ bool IslandStepper::laws_met(double h) const {
       force -= t.dashpot * (t.mode == Mode::spring_mean ? 0.5 * (t.approach + u) : u);
     }
     if (std::abs(c.impulse[0] - std::max(h * force, -least)) >
-        1e-10 * (c.impulse[0] + h * t.stiffness * 1e-6 * length_))
+        1e-10 * (c.impulse[0] + h * t.stiffness * 1e-6 * in_.scale.length))
       return false;
   }
   return true;

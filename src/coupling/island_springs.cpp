@@ -50,7 +50,7 @@ Vec12 point_row(const dda::Model::Block& block, const Mat3& rotation, const Mat3
 
 void IslandStepper::weigh_springs() {
   bool any = false;
-  for (const Touch& t : touches_) any = any || t.stiffness > 0;
+  for (const Touch& t : step_.touches) any = any || t.stiffness > 0;
   if (!any) return;
   struct Weight {
     Mat12 inverse;  // generalised mass
@@ -59,22 +59,23 @@ void IslandStepper::weigh_springs() {
     double forces = 0;   // sum of their sizes [N]
     double rate_sq = 0;  // trace over its closed springs
   };
-  std::vector<Weight> weights(bodies_.size());
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    const int block = bodies_[i].block;
+  std::vector<Weight> weights(step_.bodies.size());
+  for (std::size_t i = 0; i < step_.bodies.size(); ++i) {
+    const int block = step_.bodies[i].block;
     Mat12 mass;
-    dda::impulse_mass(model_, state_, block, !model_.blocks[static_cast<std::size_t>(block)].deformable, mass,
+    dda::impulse_mass(in_.model, in_.state, block,
+                      !in_.model.blocks[static_cast<std::size_t>(block)].deformable, mass,
                       weights[i].inverse);
-    weights[i].rotation = state_.rotation(block);
-    weights[i].strain_map = dda::pose(state_, block).F.inverse();
+    weights[i].rotation = in_.state.rotation(block);
+    weights[i].strain_map = dda::pose(in_.state, block).F.inverse();
   }
   const auto body_of = [&](const Partner& a) {
-    return a.kind == Partner::Kind::block ? local_[static_cast<std::size_t>(a.index)] : -1;
+    return a.kind == Partner::Kind::block ? in_.local[static_cast<std::size_t>(a.index)] : -1;
   };
   const auto row = [&](int body, const Vec3& x, const Vec3& n) {
-    const auto k = static_cast<std::size_t>(bodies_[static_cast<std::size_t>(body)].block);
+    const auto k = static_cast<std::size_t>(step_.bodies[static_cast<std::size_t>(body)].block);
     const Weight& w = weights[static_cast<std::size_t>(body)];
-    return point_row(model_.blocks[k], w.rotation, w.strain_map, x - state_.c[k], n);
+    return point_row(in_.model.blocks[k], w.rotation, w.strain_map, x - in_.state.c[k], n);
   };
   const auto load = [&](int body, const Vec3& x, const Vec3& f) {
     if (body < 0) return;
@@ -82,12 +83,13 @@ void IslandStepper::weigh_springs() {
     w.force += f;
     w.forces += f.norm();
     w.moment +=
-        (x - state_.c[static_cast<std::size_t>(bodies_[static_cast<std::size_t>(body)].block)]).cross(f);
+        (x - in_.state.c[static_cast<std::size_t>(step_.bodies[static_cast<std::size_t>(body)].block)])
+            .cross(f);
   };
-  const double reachable = 1e-3 * length_;
-  for (const Touch& t : touches_) {
+  const double reachable = 1e-3 * in_.scale.length;
+  for (const Touch& t : step_.touches) {
     if (t.b < 0) continue;  // between structures
-    const int a = body_of(t.a), b = local_[static_cast<std::size_t>(t.b)];
+    const int a = body_of(t.a), b = in_.local[static_cast<std::size_t>(t.b)];
     Vec3 f = t.warm;  // hard contacts and friction: as in the last step
     if (t.stiffness > 0) {
       f -= t.at.normal * t.at.normal.dot(f);
@@ -106,8 +108,8 @@ void IslandStepper::weigh_springs() {
     load(b, t.at.point_b, f);
     load(a, t.at.point_a, -f);
   }
-  const double quiet = gentle_speed();
-  for (std::size_t i = 0; i < bodies_.size(); ++i) bodies_[i].spring_rate_sq = weights[i].rate_sq;
+  const double quiet = in_.gentle_speed();
+  for (std::size_t i = 0; i < step_.bodies.size(); ++i) step_.bodies[i].spring_rate_sq = weights[i].rate_sq;
   /// Of a block on its springs.
   struct Side {
     double rate_sq = 0, quiet = 0;
@@ -120,20 +122,21 @@ void IslandStepper::weigh_springs() {
     Side s;
     if (body < 0) return s;
     const Weight& w = weights[static_cast<std::size_t>(body)];
-    const auto k = static_cast<std::size_t>(bodies_[static_cast<std::size_t>(body)].block);
+    const auto k = static_cast<std::size_t>(step_.bodies[static_cast<std::size_t>(body)].block);
     const Vec3 spin = w.inverse.block<3, 3>(3, 3) * w.moment;
-    s.acceleration = model_.gravity + w.force / model_.blocks[k].mass + spin.cross(x - state_.c[k]);
+    s.acceleration = in_.model.gravity + w.force / in_.model.blocks[k].mass + spin.cross(x - in_.state.c[k]);
     s.rate_sq = std::max(w.rate_sq, least_rate_sq);
     const double rate = 0.5 * std::sqrt(s.rate_sq),
                  pressed = 0.5 * (w.forces - w.force.norm()) /
-                           model_.blocks[k].mass;  // forces in balance with each other
+                           in_.model.blocks[k].mass;  // forces in balance with each other
     s.quiet = std::max(
-        quiet, rate > 0 ? rate * std::min(settings_.accuracy * length_, pressed / (rate * rate)) : 0.0);
+        quiet,
+        rate > 0 ? rate * std::min(in_.settings.accuracy * in_.scale.length, pressed / (rate * rate)) : 0.0);
     return s;
   };
-  for (Touch& t : touches_) {
+  for (Touch& t : step_.touches) {
     if (t.stiffness == 0 || t.b < 0) continue;
-    const int a = body_of(t.a), b = local_[static_cast<std::size_t>(t.b)];
+    const int a = body_of(t.a), b = in_.local[static_cast<std::size_t>(t.b)];
     const auto alone = [&](int body, const Vec3& x) {  // rate_sq of a spring that nothing else presses on
       if (body < 0) return 0.0;
       const Vec12 j = row(body, x, t.at.normal);
@@ -167,18 +170,19 @@ void IslandStepper::weigh_springs() {
 
 double IslandStepper::spring_limit(double h, bool lumped) const {
   double limit = h;
-  for (const Touch& t : touches_) {
-    if (t.stiffness == 0 || !t.energetic || (leapfrog() && deformable_structure(t)))
+  for (const Touch& t : step_.touches) {
+    if (t.stiffness == 0 || !t.energetic || (in_.leapfrog() && in_.deformable_structure(t)))
       continue;  // there the rise of the force decides
     // The trapezoid turns half a swing of rate w and speed V into one that is longer by pi/w (h w)^2/12,
     // which leaves its end off by V times that. A quarter of what the accuracy allows is asked for, and 2 w =
     // sqrt(rate_sq).
-    const double rate = t.swing_rate, allowed = 6 / std::numbers::pi * settings_.accuracy * length_;
-    const double resolved = std::min(phase_asked(settings_.accuracy) * resolved_phase,
+    const double rate = t.swing_rate,
+                 allowed = 6 / std::numbers::pi * in_.settings.accuracy * in_.scale.length;
+    const double resolved = std::min(phase_asked(in_.settings.accuracy) * resolved_phase,
                                      std::sqrt(allowed * rate / t.swing_speed)) /
                             rate;
-    if (t.at.gap < -contact::tolerances().overlap_none * length_ || t.pulls() ||
-        (t.at.gap <= touch_gap() && t.approach < 0)) {
+    if (t.at.gap < -contact::tolerances().overlap_none * in_.scale.length || t.pulls() ||
+        (t.at.gap <= in_.scale.touch_gap() && t.approach < 0)) {
       limit = std::min(limit, resolved);
     } else if (lumped && t.approach < 0) {
       limit = std::min(limit, std::max(resolved, t.at.gap / -t.approach));
@@ -191,30 +195,31 @@ double IslandStepper::spring_limit(double h, bool lumped) const {
 /// it had not yet.
 bool IslandStepper::share_end_rule(const Touch& t, double h) {
   if (t.stiffness > 0 || t.b < 0 || t.a.kind != Partner::Kind::block) return false;
-  if (t.at.gap > touch_gap() && t.at.gap + h * t.approach - h * h * model_.gravity.norm() >= row_reach())
+  if (t.at.gap > in_.scale.touch_gap() &&
+      t.at.gap + h * t.approach - h * h * in_.model.gravity.norm() >= in_.scale.row_reach())
     return false;
-  const int a = local_[static_cast<std::size_t>(t.a.index)], b = local_[static_cast<std::size_t>(t.b)];
+  const int a = in_.local[static_cast<std::size_t>(t.a.index)], b = in_.local[static_cast<std::size_t>(t.b)];
   if (a < 0 || b < 0) return false;
-  bool &of_a = bodies_[static_cast<std::size_t>(a)].end_rule,
-       &of_b = bodies_[static_cast<std::size_t>(b)].end_rule;
+  bool &of_a = step_.bodies[static_cast<std::size_t>(a)].end_rule,
+       &of_b = step_.bodies[static_cast<std::size_t>(b)].end_rule;
   if (of_a == of_b) return false;
   return of_a = of_b = true;
 }
 
 void IslandStepper::choose_springs(double h, bool lumped) {
-  for (Body& b : bodies_)
-    b.end_rule = b.follows = b.strains_at_end = false, b.strain_lag.setZero(), b.leapfrog = leapfrog(),
-    b.guarded = lumped && !leapfrog();
+  for (Body& b : step_.bodies)
+    b.end_rule = b.follows = b.strains_at_end = false, b.strain_lag.setZero(), b.leapfrog = in_.leapfrog(),
+    b.guarded = lumped && !in_.leapfrog();
   const auto body_of = [&](int block) -> Body* {
-    const int l = local_[static_cast<std::size_t>(block)];
-    return l < 0 ? nullptr : &bodies_[static_cast<std::size_t>(l)];
+    const int l = in_.local[static_cast<std::size_t>(block)];
+    return l < 0 ? nullptr : &step_.bodies[static_cast<std::size_t>(l)];
   };
-  const double fall = 0.5 * h * h * model_.gravity.norm();
+  const double fall = 0.5 * h * h * in_.model.gravity.norm();
   bool any_end = false;
-  for (Touch& t : touches_) {
+  for (Touch& t : step_.touches) {
     t.spring = Mode::idle;
     if (t.stiffness == 0) continue;
-    if (leapfrog()) {
+    if (in_.leapfrog()) {
       // The step before counts, too: the leapfrog's force lies between both.
       if (t.at.gap + h * t.approach - fall < 0 || t.at.gap <= 0 || t.at.gap - h * t.approach < 0)
         t.spring = Mode::spring_secant;
@@ -222,12 +227,12 @@ void IslandStepper::choose_springs(double h, bool lumped) {
     }
     // In event driven islands an onset fast enough to matter ends the step; the others are rows from the
     // start. It may gain its speed on the way.
-    const double onset_sq = t.approach * t.approach + 2 * model_.gravity.norm() * std::max(0.0, t.at.gap);
-    const bool meets = t.at.gap + h * t.approach - fall < 0 &&
-                       (lumped || t.at.gap <= touch_gap() || onset_sq < t.quiet_speed * t.quiet_speed);
+    const double onset_sq = t.approach * t.approach + 2 * in_.model.gravity.norm() * std::max(0.0, t.at.gap);
+    const bool meets = t.at.gap + h * t.approach - fall < 0 && (lumped || t.at.gap <= in_.scale.touch_gap() ||
+                                                                onset_sq < t.quiet_speed * t.quiet_speed);
     if (t.at.gap > 0 && !meets && !t.pulls()) continue;
     t.spring = h * std::sqrt(t.rate_sq) <= resolved_phase ? Mode::spring_mean : Mode::spring_end;
-    if (t.spring == Mode::spring_mean || deformable_structure(t))
+    if (t.spring == Mode::spring_mean || in_.deformable_structure(t))
       continue;  // a condensed step is the trapezoid's, whatever the spring's rule
     // Of the two the one whose own frequency the step does not resolve, both where they share it.
     any_end = true;
@@ -237,18 +242,19 @@ void IslandStepper::choose_springs(double h, bool lumped) {
     if (a != nullptr && (of_a > unresolved || of_a > of_b)) a->end_rule = true;
     if (of_b > unresolved || of_b >= of_a) b->end_rule = true;
   }
-  sprung_ = island_->structures.empty() && std::any_of(touches_.begin(), touches_.end(),
-                                                       [](const Touch& t) { return t.spring != Mode::idle; });
+  step_.sprung =
+      in_.island->structures.empty() && std::any_of(step_.touches.begin(), step_.touches.end(),
+                                                    [](const Touch& t) { return t.spring != Mode::idle; });
   if (!any_end) return;
   // Those that touch share it: held by its velocity at the end to one that goes half as far, one would part
   // from the other by the other half.
   for (bool changed = lumped; changed;) {
     changed = false;
-    for (const Touch& t : touches_)
-      if (t.spring == Mode::idle && !deformable_structure(t)) changed = share_end_rule(t, h) || changed;
+    for (const Touch& t : step_.touches)
+      if (t.spring == Mode::idle && !in_.deformable_structure(t)) changed = share_end_rule(t, h) || changed;
   }
-  for (Touch& t : touches_) {
-    if (t.spring == Mode::idle || deformable_structure(t)) continue;
+  for (Touch& t : step_.touches) {
+    if (t.spring == Mode::idle || in_.deformable_structure(t)) continue;
     const Body* const a = t.a.kind == Partner::Kind::block ? body_of(t.a.index) : nullptr;
     t.spring = body_of(t.b)->end_rule || (a != nullptr && a->end_rule) ? Mode::spring_end : Mode::spring_mean;
   }
@@ -259,25 +265,25 @@ bool IslandStepper::cut_at_release(double& h) const {
   // A spring that lets go within the step is followed to its free length, so that it gives back what it
   // stored.
   double fraction = 1;
-  for (const Touch& t : touches_) {
+  for (const Touch& t : step_.touches) {
     if (t.row < 0 || t.mode != Mode::spring_mean || !(t.at.gap < 0) || t.pulls()) continue;
-    const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
+    const contact::ProblemContact& c = step_.problem.contacts[static_cast<std::size_t>(t.row)];
     double end_speed = 0;
     for (int i = 0; i < c.terms; ++i) {
-      const contact::ContactTerm& term = problem_.terms[static_cast<std::size_t>(c.first_term + i)];
-      const contact::ProblemBody& body = problem_.bodies[static_cast<std::size_t>(term.body)];
+      const contact::ContactTerm& term = step_.problem.terms[static_cast<std::size_t>(c.first_term + i)];
+      const contact::ProblemBody& body = step_.problem.bodies[static_cast<std::size_t>(term.body)];
       for (int k = 0; k < body.ndof; ++k)
-        end_speed += problem_.jacobians[static_cast<std::size_t>(term.jacobian + 3 * k)] *
-                     problem_.v[static_cast<std::size_t>(body.offset + k)];
+        end_speed += step_.problem.jacobians[static_cast<std::size_t>(term.jacobian + 3 * k)] *
+                     step_.problem.v[static_cast<std::size_t>(body.offset + k)];
     }
     const double beyond = t.at.gap + 0.5 * h * (t.approach + end_speed);
     if (!(beyond > 0)) continue;
     if (beyond * beyond * t.rate_sq <=
-        contact::tolerances().opening_energy * settings_.accuracy * t.approach * t.approach)
+        contact::tolerances().opening_energy * in_.settings.accuracy * t.approach * t.approach)
       continue;
     fraction = std::min(fraction, -t.at.gap / (beyond - t.at.gap));
   }
-  if (fraction >= 1 || h * fraction <= settings_.min_step) return false;
+  if (fraction >= 1 || h * fraction <= in_.settings.min_step) return false;
   h *= fraction;
   return true;
 }

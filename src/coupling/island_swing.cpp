@@ -13,15 +13,15 @@ namespace talus::coupling {
 
 /// Whether the positions follow this touch's impulse by the trapezoid, and its friction has no spring.
 bool IslandStepper::by_trapezoid(const Touch& t) const {
-  if (t.b >= 0 && bodies_[static_cast<std::size_t>(local_[static_cast<std::size_t>(t.b)])].from_start)
+  if (t.b >= 0 && step_.bodies[static_cast<std::size_t>(in_.local[static_cast<std::size_t>(t.b)])].from_start)
     return false;
   return t.mode == Mode::closed || (t.mode == Mode::spring_mean && t.shear_stiffness == 0);
 }
 
 void IslandStepper::begin_swing() {
-  for (Touch& t : touches_) {
+  for (Touch& t : step_.touches) {
     t.swings = false;
-    t.slip = t.b < 0 || !island_->structures.empty() ? Vec3(Vec3::Zero()) : slip(t, t.at.point_b);
+    t.slip = t.b < 0 || !in_.island->structures.empty() ? Vec3(Vec3::Zero()) : slip(t, t.at.point_b);
   }
 }
 
@@ -38,37 +38,38 @@ Eigen::Vector2d IslandStepper::slip_at_end(const Touch& t) const {
 /// the mean of them friction takes nothing.
 bool IslandStepper::swing(bool first_pass) {
   bool as_supposed = true;
-  if (condensed_) {
+  if (in_.condensed) {
     const auto work = [&](const Touch& t) {  // twice that of friction [J]
       if (t.row < 0 || t.stiffness > 0) return 0.0;
       const Eigen::Vector2d end = parting(t).tail<2>();
       return t.impulse.tail<2>().dot(t.swings ? end : Eigen::Vector2d(end + t.slip_row));
     };
-    for (auto first = touches_.begin(); first != touches_.end();) {
-      const auto last = std::find_if(first, touches_.end(),
+    for (auto first = step_.touches.begin(); first != step_.touches.end();) {
+      const auto last = std::find_if(first, step_.touches.end(),
                                      [&](const Touch& t) { return !(t.a == first->a) || t.b != first->b; });
       double of_pair = 0;
       for (auto t = first; t != last; ++t) of_pair += work(*t);
       const dda::Model::Block* const block =
-          first->b < 0 ? nullptr : &model_.blocks[static_cast<std::size_t>(first->b)];
-      const double rest = block == nullptr ? 0.0
-                                           : contact::tolerances().gain * settings_.accuracy * 0.1 *
-                                                 settings_.accuracy * block->mass * model_.gravity.norm() *
-                                                 length_;  // below what gains_energy() tells of a step [J]
+          first->b < 0 ? nullptr : &in_.model.blocks[static_cast<std::size_t>(first->b)];
+      const double rest = block == nullptr
+                              ? 0.0
+                              : contact::tolerances().gain * in_.settings.accuracy * 0.1 *
+                                    in_.settings.accuracy * block->mass * in_.model.gravity.norm() *
+                                    in_.scale.length;  // below what gains_energy() tells of a step [J]
       for (auto t = first; t != last && 0.5 * of_pair > rest; ++t)
         if (!t->swings && work(*t) > 0) t->swings = true, as_supposed = false;
       first = last;
     }
     return as_supposed;
   }
-  for (Touch& t : touches_) {
+  for (Touch& t : step_.touches) {
     if (t.row < 0 || !by_trapezoid(t) || !(first_pass || t.swings) ||
-        !(t.slip.norm() > contact::tolerances().slips * speed_))
+        !(t.slip.norm() > contact::tolerances().slips * in_.scale.speed))
       continue;
-    const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
+    const contact::ProblemContact& c = step_.problem.contacts[static_cast<std::size_t>(t.row)];
     const Eigen::Vector2d end = slip_at_end(t);
     const bool slides =
-        c.impulse[0] > 0 && end.norm() > 2 * unsolved_speed_;  // more than the solution leaves
+        c.impulse[0] > 0 && end.norm() > 2 * step_.solution.unsolved_speed;  // more than the solution leaves
     const bool on = slides && end.dot(t.slip_row) > (first_pass ? 0.5 * end.norm() * t.slip_row.norm() : 0.0);
     if (on == t.swings) continue;
     t.swings = on;
@@ -81,18 +82,18 @@ bool IslandStepper::swing(bool first_pass) {
 /// relative to block size.
 double IslandStepper::swing_error(double h) const {
   double most = 0;
-  for (const Touch& t : touches_) {
+  for (const Touch& t : step_.touches) {
     if (t.row < 0 || !by_trapezoid(t) || !(t.impulse[0] > 0)) continue;
     const double before = t.slip_row.norm();
-    if (!(before > contact::tolerances().slips * speed_)) continue;
+    if (!(before > contact::tolerances().slips * in_.scale.speed)) continue;
     const Eigen::Vector2d end = slip_at_end(t);
     const double after = end.norm();
-    if (!(after > contact::tolerances().slips * speed_)) continue;
+    if (!(after > contact::tolerances().slips * in_.scale.speed)) continue;
     const double across = t.slip_row.x() * end.y() - t.slip_row.y() * end.x(),
                  angle = std::atan2(std::abs(across), t.slip_row.dot(end)), sum = before + after;
     const double off =
         t.swings ? angle * angle / 24 + angle * std::abs(before - after) / (6 * sum) : angle / 4;
-    most = std::max(most, 0.5 * h * sum * off / length_);
+    most = std::max(most, 0.5 * h * sum * off / in_.scale.length);
   }
   return most;
 }

@@ -10,7 +10,7 @@
 namespace talus::coupling {
 
 Vec3 IslandStepper::slip(const Touch& t, const Vec3& x) const {
-  const Vec3 u = point_velocity(state_, t.b, x) - partner_velocity(state_, env_, t);
+  const Vec3 u = point_velocity(in_.state, t.b, x) - partner_velocity(in_.state, in_.env, t);
   return u - t.at.normal * t.at.normal.dot(u);
 }
 
@@ -18,35 +18,35 @@ Vec3 IslandStepper::slip(const Touch& t, const Vec3& x) const {
 bool IslandStepper::take(Trial& trial) {
   trial.closed = has_closed();
   trial.passes = trial.lumped || !trial.closed ? 1 : 3;
-  trial.adaptive = !trial.lumped && settings_.fixed_step <= 0;
+  trial.adaptive = !trial.lumped && in_.settings.fixed_step <= 0;
   trial.asked = trial.h;
   save();
-  settling_ = false;
-  stalled_ = false;
-  ahead_.assign(island_->pairs.size(), 0.0);
+  step_.settling = false;
+  step_.solution.stalled = false;
+  step_.ahead.assign(in_.island->pairs.size(), 0.0);
   const bool ahead = trial.adaptive && trial.closed && looks_ahead();
   if (ahead && !allowed_) allowed_ = allowed_accelerations();
   std::optional<std::vector<Vec6>> allowed_at_end;
   for (;;) {
     if (stopped()) return false;
-    step_length_ = trial.h;
-    for (int s : island_->structures) {
-      Structure& structure = *env_.structures[static_cast<std::size_t>(s)].structure;
-      condensed_ ? structure.predict_condensed(trial.start, trial.h)
-                 : structure.predict(trial.start, trial.h);
+    step_.length = trial.h;
+    for (int s : in_.island->structures) {
+      Structure& structure = *in_.env.structures[static_cast<std::size_t>(s)].structure;
+      in_.condensed ? structure.predict_condensed(trial.start, trial.h)
+                    : structure.predict(trial.start, trial.h);
     }
-    if (condensed_) {
+    if (in_.condensed) {
       gather_skins();
       approach_skins();
     }
     // Halving brings the solution nearer to the last one's; where that does not help, what can be solved is
     // taken.
     const int halvings =
-        !island_->structures.empty() && !condensed_ ? 2 : 8;  // sub-steps are as near already
+        !in_.island->structures.empty() && !in_.condensed ? 2 : 8;  // sub-steps are as near already
     const Outcome o = smooth(trial.h, trial.lumped, trial.passes,
-                             trial.halved >= halvings || 0.5 * trial.h < settings_.min_step);
+                             trial.halved >= halvings || 0.5 * trial.h < in_.settings.min_step);
     if (refused(trial, o)) {
-      if (trial.h >= settings_.min_step) continue;
+      if (trial.h >= in_.settings.min_step) continue;
       fail_at_smallest_step();
       return false;
     }
@@ -61,7 +61,7 @@ bool IslandStepper::take(Trial& trial) {
     }
     allowed_ = std::move(allowed_at_end);
     if (trial.adaptive && trial.closed) {
-      const double error = std::max(o.error / error_limit(), by_ends),
+      const double error = std::max(o.error / in_.scale.error_limit(), by_ends),
                    fastest_growth = ahead ? 5.0 : 2.0;  // what an event made short grows again
       const double grow =
           error > 0 ? std::clamp(0.9 / std::cbrt(error), 0.3, fastest_growth) : fastest_growth;
@@ -69,7 +69,7 @@ bool IslandStepper::take(Trial& trial) {
       const bool clipped =
           trial.h >= trial.remaining * (1 - contact::tolerances().time_round_off) && grow >= 1;
       suggested_ = clipped ? std::max(suggested_, trial.h * grow) : trial.h * grow;
-      if (trial.breaks > 0 || settling_ || trial.at_layer)
+      if (trial.breaks > 0 || step_.settling || trial.at_layer)
         suggested_ = std::max(suggested_, trial.asked);  // short for its bond's sake, or for a bounce's
     }
     return true;
@@ -79,17 +79,18 @@ bool IslandStepper::take(Trial& trial) {
 /// Not solved, or with too large an error: taken back, `trial` asks for a shorter step.
 bool IslandStepper::refused(Trial& trial, const Outcome& o) {
   if (trial.usual > 0 &&
-      !(o.ok && certified_ && stand(model_, state_, island_->blocks, still_speed(model_, trial.usual)))) {
+      !(o.ok && step_.solution.certified &&
+        stand(in_.model, in_.state, in_.island->blocks, still_speed(in_.model, trial.usual)))) {
     reject();  // it does not go on standing: a step like any other
     trial.h = std::exchange(trial.usual, 0.0);
     return true;
   }
-  const double limit = error_limit();
+  const double limit = in_.scale.error_limit();
   if (o.ok && !(trial.adaptive && o.error > limit && may_shorten(trial))) return false;
   reject();
   if (!o.ok) {
-    ++report_.counters.tier_d, ++trial.halved, ++unsolved_;
-    if (!trial.lumped && jammed()) {  // goes on as large islands do
+    ++report_.counters.tier_d, ++trial.halved, ++in_.unsolved;
+    if (!trial.lumped && in_.jammed()) {  // goes on as large islands do
       trial.lumped = true;
       trial.adaptive = false;
       trial.passes = 1;
@@ -97,7 +98,7 @@ bool IslandStepper::refused(Trial& trial, const Outcome& o) {
       return true;
     }
   }
-  trial.h *= o.ok && !condensed_ ? std::clamp(0.9 * std::cbrt(limit / o.error), 0.2, 0.9) : 0.5;
+  trial.h *= o.ok && !in_.condensed ? std::clamp(0.9 * std::cbrt(limit / o.error), 0.2, 0.9) : 0.5;
   return true;
 }
 
@@ -110,16 +111,17 @@ bool IslandStepper::shortened(Trial& trial) {
     return true;
   }
   if (trial.lumped && may_shorten(trial) && ++trial.cuts <= 30 && met_others(trial)) return true;
-  if (island_->structures.empty() && settings_.fixed_step <= 0 && may_shorten(trial) && cut_at_break(trial))
+  if (in_.island->structures.empty() && in_.settings.fixed_step <= 0 && may_shorten(trial) &&
+      cut_at_break(trial))
     return true;
-  if (condensed_ && settings_.fixed_step <= 0) {
+  if (in_.condensed && in_.settings.fixed_step <= 0) {
     const double error = condensed_error(trial.h);
-    if (error > error_limit() && may_shorten(trial)) {
+    if (error > in_.scale.error_limit() && may_shorten(trial)) {
       reject();
       trial.h *= 0.5;
       return true;
     }
-    suggested_ = error < error_limit() / 8 ? 2 * trial.h : trial.h;
+    suggested_ = error < in_.scale.error_limit() / 8 ? 2 * trial.h : trial.h;
   }
   if (!trial.adaptive || !trial.closed) return false;
   if (trial.releases < 3 && cut_at_release(trial.h)) {
@@ -137,24 +139,24 @@ bool IslandStepper::met_others(Trial& trial) {
   const Crossing met = crossing();
   if (met.first >= 1 && !met.listed) return false;
   reject();
-  each_touch([&](Touch& touch) {
+  step_.each_touch([&](Touch& touch) {
     if (touch.row >= 0 && touch.stiffness == 0) touch.warm = touch.frame * touch.impulse / trial.h;
   });
-  if (met.first < 1) trial.h *= condensed_ ? 0.5 : std::clamp(0.99 * met.first, 0.01, 0.99);
+  if (met.first < 1) trial.h *= in_.condensed ? 0.5 : std::clamp(0.99 * met.first, 0.01, 0.99);
   if (met.listed) look_ahead(met);
   return true;
 }
 
 /// Velocity of a touch's row by the solution, bias included, in its frame [m/s].
 Vec3 IslandStepper::parting(const Touch& t) const {
-  const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
+  const contact::ProblemContact& c = step_.problem.contacts[static_cast<std::size_t>(t.row)];
   Vec3 u = c.bias;
   for (int k = 0; k < c.terms; ++k) {
-    const contact::ContactTerm& term = problem_.terms[static_cast<std::size_t>(c.first_term + k)];
-    const contact::ProblemBody& body = problem_.bodies[static_cast<std::size_t>(term.body)];
-    u += Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>(problem_.jacobians.data() + term.jacobian,
-                                                                    3, body.ndof) *
-         Eigen::Map<const VecX>(problem_.v.data() + body.offset, body.ndof);
+    const contact::ContactTerm& term = step_.problem.terms[static_cast<std::size_t>(c.first_term + k)];
+    const contact::ProblemBody& body = step_.problem.bodies[static_cast<std::size_t>(term.body)];
+    u += Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>(
+             step_.problem.jacobians.data() + term.jacobian, 3, body.ndof) *
+         Eigen::Map<const VecX>(step_.problem.v.data() + body.offset, body.ndof);
   }
   return u;
 }
@@ -163,7 +165,7 @@ Vec3 IslandStepper::parting(const Touch& t) const {
 /// that it can, and the two move on each other by more than the solution leaves unsolved. Many that share a
 /// load may have the most that they can bear and still hold.
 bool IslandStepper::breaks(const Touch& t) const {
-  const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
+  const contact::ProblemContact& c = step_.problem.contacts[static_cast<std::size_t>(t.row)];
   if (t.broken || !(c.cohesion > t.ploughing || c.tension > 0)) return false;  // ploughed ground is no bond
   if (t.stiffness > 0) return gives_way(t);
   const double nearly = contact::tolerances().bond_yields;
@@ -173,11 +175,13 @@ bool IslandStepper::breaks(const Touch& t) const {
   const bool torn = c.impulse[0] <= -least + nearly * least,
              slid = c.cohesion > 0 && c.impulse.tail<2>().norm() >= (1 - nearly) * most;
   if (!torn && !slid) return false;
-  const double shows = stalled_ ? settings_.accuracy * length_ / step_length_
-                                : 0.0;  // where the search has stalled, what the accuracy asked for tells
+  const double shows = step_.solution.stalled
+                           ? in_.settings.accuracy * in_.scale.length / step_.length
+                           : 0.0;  // where the search has stalled, what the accuracy asked for tells
   const Vec3 moves = parting(t);
   return std::max(moves[0], moves.tail<2>().norm()) >
-         std::max({contact::tolerances().still * speed_, times_unsolved * unsolved_speed_, shows});
+         std::max({contact::tolerances().still * in_.scale.speed,
+                   times_unsolved * step_.solution.unsolved_speed, shows});
 }
 
 /// A bond holds over the whole of the step in which it breaks: the step is cut so that it ends there, in
@@ -186,11 +190,12 @@ bool IslandStepper::cut_at_break(Trial& trial) {
   const auto gives = [&](const Touch& t) {
     return t.row >= 0 && !t.impulse.isZero(0) && breaks(t);
   };  // what merely opens bears nothing
-  const bool broken = std::any_of(touches_.begin(), touches_.end(), gives);
+  const bool broken = std::any_of(step_.touches.begin(), step_.touches.end(), gives);
   if (!broken && (trial.breaks == 0 || trial.h <= trial.holds)) return false;
   (broken ? trial.breaks : trial.holds) = trial.h;
-  const double sharp = std::max(10 * settings_.min_step,
-                                (trial.lumped ? 1 : 1e-3) * settings_.accuracy * length_ / speed_);  // [s]
+  const double sharp = std::max(
+      10 * in_.settings.min_step,
+      (trial.lumped ? 1 : 1e-3) * in_.settings.accuracy * in_.scale.length / in_.scale.speed);  // [s]
   const bool found = trial.breaks - trial.holds <= sharp;
   if (found && broken) return false;
   restore();
@@ -202,16 +207,16 @@ bool IslandStepper::cut_at_break(Trial& trial) {
 /// trapezoid would leave it open by half of its speed times the step: a step about as long as the bounce
 /// holds it where it is.
 bool IslandStepper::cut_at_settling(Trial& trial) {
-  if (settling_ || !may_shorten(trial)) return false;
+  if (step_.settling || !may_shorten(trial)) return false;
   double fastest = 0;  // what was pressed before is closed again soon
-  for (const Touch& t : touches_)
+  for (const Touch& t : step_.touches)
     if (t.row >= 0 && t.mode == Mode::closed && !t.persistent && t.impulse[0] > 0 &&
-        0.5 * t.approach * trial.h > 1e-2 * touch_gap())
+        0.5 * t.approach * trial.h > 1e-2 * in_.scale.touch_gap())
       fastest = std::max(fastest, t.approach);
   if (fastest == 0) return false;
   restore();
-  settling_ = true;
-  trial.h = std::min(trial.h, std::max(4 * fastest / model_.gravity.norm(), 10 * settings_.min_step));
+  step_.settling = true;
+  trial.h = std::min(trial.h, std::max(4 * fastest / in_.model.gravity.norm(), 10 * in_.settings.min_step));
   return true;
 }
 
@@ -228,10 +233,10 @@ bool IslandStepper::cut_at_stop(Trial& trial) {
   if (trial.stopping < 0) return false;
   // Slides to the end of this shorter step: friction takes its speed at a steady rate.
   trial.stop_located = true;
-  const Touch& touch = touches_[static_cast<std::size_t>(trial.stopping)];
-  const Body& b = bodies_[static_cast<std::size_t>(local_[static_cast<std::size_t>(touch.b)])];
+  const Touch& touch = step_.touches[static_cast<std::size_t>(trial.stopping)];
+  const Body& b = step_.bodies[static_cast<std::size_t>(in_.local[static_cast<std::size_t>(touch.b)])];
   const Vec3 from = touch.slip;
-  const Pose now = dda::pose(state_, touch.b);
+  const Pose now = dda::pose(in_.state, touch.b);
   const double left =
       slip(touch, now.c + now.F * (b.start.F.inverse() * (touch.at.point_b - b.start.c))).dot(from) /
       from.squaredNorm();
@@ -245,15 +250,16 @@ bool IslandStepper::cut_at_stop(Trial& trial) {
 int IslandStepper::stopped_touch(const Trial& trial) const {
   int stopped = -1;
   double longest =
-      std::max(contact::tolerances().stop_located * error_limit(),
-               std::min(error_limit(), contact::tolerances().overlap_none)) *
-      length_;  // what sliding on would add at most; to locate a stop costs little, down to round-off
-  for (std::size_t i = 0; i < touches_.size(); ++i) {
-    const Touch& touch = touches_[i];
+      std::max(contact::tolerances().stop_located * in_.scale.error_limit(),
+               std::min(in_.scale.error_limit(), contact::tolerances().overlap_none)) *
+      in_.scale
+          .length;  // what sliding on would add at most; to locate a stop costs little, down to round-off
+  for (std::size_t i = 0; i < step_.touches.size(); ++i) {
+    const Touch& touch = step_.touches[i];
     const bool trapezoid =
         touch.mode == Mode::closed || (touch.mode == Mode::spring_mean && touch.shear_stiffness == 0);
     if (touch.row < 0 || !trapezoid || !(touch.impulse[0] > 0)) continue;
-    const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(touch.row)];
+    const contact::ProblemContact& c = step_.problem.contacts[static_cast<std::size_t>(touch.row)];
     const bool sticks = !at_coulomb_bound(c, touch.impulse);
     const double path = 0.5 * trial.h * touch.slip.norm();
     if (!sticks || path <= longest) continue;
@@ -263,7 +269,7 @@ int IslandStepper::stopped_touch(const Trial& trial) const {
   return stopped;
 }
 
-bool IslandStepper::may_shorten(const Trial& trial) const { return trial.h > 10 * settings_.min_step; }
+bool IslandStepper::may_shorten(const Trial& trial) const { return trial.h > 10 * in_.settings.min_step; }
 
 /// True if the step just computed made more energy than the accuracy allows of what the island moves and
 /// stores: its error, and order 2 or better. What swings on its fixed points alone may not lose it either: it
@@ -271,17 +277,19 @@ bool IslandStepper::may_shorten(const Trial& trial) const { return trial.h > 10 
 bool IslandStepper::gains_energy() const {
   double scale = 0, round_off = 0;
   bool swings = false;
-  for (const Body& b : bodies_) {
-    const double mass = model_.blocks[static_cast<std::size_t>(b.block)].mass;
-    swings = swings || !model_.blocks[static_cast<std::size_t>(b.block)].fixed_points.empty();
-    round_off += 1e-14 * mass * (speed_ * speed_ + model_.gravity.norm() * (length_ + b.start.c.norm()));
+  for (const Body& b : step_.bodies) {
+    const double mass = in_.model.blocks[static_cast<std::size_t>(b.block)].mass;
+    swings = swings || !in_.model.blocks[static_cast<std::size_t>(b.block)].fixed_points.empty();
+    round_off += 1e-14 * mass *
+                 (in_.scale.speed * in_.scale.speed +
+                  in_.model.gravity.norm() * (in_.scale.length + b.start.c.norm()));
     scale += 0.5 * mass * b.v0.head<3>().squaredNorm() + b.internal0 +
-             0.1 * settings_.accuracy * mass * model_.gravity.norm() * length_;
+             0.1 * in_.settings.accuracy * mass * in_.model.gravity.norm() * in_.scale.length;
   }
-  for (const Touch& t : touches_)
+  for (const Touch& t : step_.touches)
     if (t.row >= 0) scale += t.stored, swings = false;
-  return (swings ? std::abs(pending_.algorithmic) : -pending_.algorithmic) >
-         contact::tolerances().gain * settings_.accuracy * scale + round_off;
+  return (swings ? std::abs(step_.pending.algorithmic) : -step_.pending.algorithmic) >
+         contact::tolerances().gain * in_.settings.accuracy * scale + round_off;
 }
 
 }  // namespace talus::coupling
