@@ -67,7 +67,6 @@ class IslandStepper {
     return report_.stopped =
                report_.stopped || (stop_ != nullptr && stop_->load(std::memory_order_relaxed) != 0);
   }
-  void begin_step(double h, bool frozen_strain);
   // island_focus.cpp
   struct Followed {
     double blocks, skins;
@@ -78,12 +77,10 @@ class IslandStepper {
   void choose_followed();
   void go_on_following();
   void end_following();
-  std::vector<int> met_by(int structure) const;
   // island_run.cpp
   IslandReport run(double t, double duration);
   double next_length(const Trial& trial, double duration, double longest);
   double step_limit(double remaining, bool lumped) const;
-  double apart_for(const Body& body) const;
   double structure_step(double duration, double longest);
   void correct_structures(double t, double h);
   void reject();
@@ -95,7 +92,6 @@ class IslandStepper {
   // island_motion.cpp
   bool begin_motion(double t0, double t1);
   void end_motion();
-  double spring_energy_of_island() const;
   // island_try.cpp
   bool take(Trial& trial);
   bool refused(Trial& trial, const Outcome& outcome);
@@ -103,24 +99,11 @@ class IslandStepper {
   bool met_others(Trial& trial);
   bool cut_at_settling(Trial& trial);
   bool cut_at_stop(Trial& trial);
-  int stopped_touch(const Trial& trial) const;
-  Vec3 parting(const Touch& touch) const;
-  bool breaks(const Touch& touch) const;
   bool cut_at_break(Trial& trial);
   bool may_shorten(const Trial& trial) const;
   // vegetation.cpp
   bool cut_at_layer(Trial& trial);
-  bool changes_drag(const Body& body, const Vec3& at) const;
-  double first_change_of_drag(const Body& body, double h) const;
-  double drag_limit(const Body& body) const;
-  bool gains_energy() const;
-  Vec3 slip(const Touch& touch, const Vec3& at) const;
   // island_swing.cpp
-  void begin_swing();
-  bool swing(bool first_pass);
-  Eigen::Vector2d slip_at_end(const Touch& touch) const;
-  bool by_trapezoid(const Touch& touch) const;
-  double swing_error(double h) const;
   /// The touches of the present state within the reach of h; `at_start`: it is the one that the memory
   /// belongs to.
   void find(double h, bool at_start = true);
@@ -136,19 +119,11 @@ class IslandStepper {
   void gather_touches();
   void carry();
   void carry_out_of_reach();
-  double reach(int block, double h) const;
-  double approach_reach(const CandidatePair& pair, double h) const;
-  bool has_closed() const;
-  double fastest_among() const;
-  double relative_speed(const Touch& t) const;
-  double slow_speed(const Touch& t) const;
   bool too_much_happens(double duration) const;
   bool costs_too_much(double duration, bool rebounds_alone) const;
   void go_time_stepped();
 
   // island_impact.cpp
-  double impact_speed(const Touch& touch) const;
-  bool meets_hard(const Touch& touch) const;
   struct Restitution {
     double normal = 0, along = 0;
   };                                            // along the normals and along the faces
@@ -156,142 +131,58 @@ class IslandStepper {
   Restitution impact_rows(const Restitution& part);
   Impact strike(const Restitution& part, bool frozen_strain);
   Impact most_of(const Restitution& none, const Restitution& all, bool frozen_strain);
-  double kinetic(Vec12 Body::*velocity) const;
   void note_impacts_on_skin(double time);
   bool impact_stage(double time);
 
   void release_springs(double h);
-  void weigh_springs();
-  double spring_limit(double h, bool lumped) const;
-  void choose_springs(double h, bool lumped);
-  bool share_end_rule(const Touch& touch, double h);
   // island_quasistatic.cpp
-  void find_followers();
-  void balance_springs(double h);
-  bool cut_at_release(double& h) const;
   Outcome smooth(double h, bool lumped, int passes, bool last_resort = false);
   // island_leapfrog.cpp
-  bool makes_energy(const Body& b) const;
-  void linearise_resting(double h);
-  bool strain_from_start();
-  void find_pressed();
-  void convert(Body& body, double time);
-  std::vector<char> held_by_hard_contacts() const;
-  void to_half_steps(double h);
-  void to_full_steps(double h);
-  void linearise_at(Body& body, const Quat& q_end);
   void assemble(double h, bool lumped, bool first_pass);
   void begin_rows();
   void place_row(Touch& touch);
   void take_row(Touch& touch, double h, bool first_pass);
   void fill_rows(double h, bool first_pass);
   void fill_row(Touch& touch, double h, bool first_pass);
-  bool onsets_by_trapezoid(const Body* a, const Body& b) const;
-  bool goes_by_its_row(const Touch& touch) const;
-  double parts_at(const Touch& touch) const;
   void add_row(Touch& touch, double h, bool first_pass);
-  double left_inside(double gap, double h) const;
   void add_surface_row(Touch& touch, double h, bool first_pass);
   Vec3 add_structure_terms(int row, int structure, const SurfaceWeights& weights, const Mat3& frame,
                            double sign, Vec3& u_ref, std::span<const Vec3> tilt = {});
-  void remember(const Touch& touch, double h, std::vector<ContactMemory>& memory) const;
-  void shear_row(Touch& touch, contact::ProblemContact& c, double h, const Vec3& moved, const Vec3& u_ref);
-  void secant_row(Touch& touch, contact::ProblemContact& c, double h, bool first_pass);
-  struct Tangent {
-    double force = 0, slope = 0;
-    bool follows_law = true;
-  };  // [N], [N/m]
-  Tangent tangent_at_structure(const Touch& touch, double h) const;
-  double lasts_at_structure(const Touch& touch, double h) const;
-  bool follows_law(const Touch& touch, double h, double allowed) const;
-  bool conserving(const Touch& touch, const contact::ProblemContact& c, double h) const;
-  bool part_resolved(const Touch& touch) const;
-  double normal_compliance(const contact::ProblemContact& c) const;
   void finish_bodies();
-  bool finite() const;
   /// repeated: rows anew about an end that was not solved; what they contradict each other by still is taken.
   /// last_resort: the convex problem's solution, tier E, rather than none.
   enum class Effort { provisional, full, repeated, last_resort };
   bool solve(double h, Effort effort);
   // island_rolling.cpp
-  void add_rolling_rows();
-  contact::ProblemContact couple(const Touch& touch, std::span<const Vec3> axes);
-  void add_rocking_rows(double h, bool first_pass);
-  double limit_rolling(const std::function<double(const Touch&)>& pressed);
   bool solve_rolling(double h, Effort effort);
   void list_terms();
   void apply(double h);
-  bool mark_reached(const std::function<bool(const Touch&)>& bear,
-                    const std::function<bool(const Touch&)>& begins, const std::function<void(Body&)>& mark);
-  void move_body(Body& body, double h);
-  void set_spin(int block, const Vec3& momentum, bool strains);
-  void shrink_births(int block);
-  void confine(const Touch& touch, const contact::ProblemContact& contact);
-  double indentation_at_end(const Touch& touch, double h) const;
-  /// Whether the springs of a bond give way by the solution: torn off, sheared off, or, where it has no
-  /// tension, opened.
-  bool gives_way(const Touch& touch) const;
-  double normal_energy_at_end(const Touch& touch) const;
-  double spring_energy_at_end(const Touch& touch, double h) const;
-  bool laws_met(double h) const;
-  Vec3 shear_at_end(const Touch& touch, double h) const;
-  Vec3 shear_way(const Touch& touch, double h) const;
-  double shear_energy_at_end(const Touch& touch, double h) const;
   double project(double h);
   // island_ahead.cpp
-  double step_error(int block) const;
-  double fall_time(int block) const;
-  bool looks_ahead() const;
   std::optional<std::vector<Vec6>> allowed_accelerations();
-  double error_by_ends(double h, std::span<const Vec6> at_start, std::span<const Vec6> at_end) const;
-  double rolling_arm(const Touch& touch) const;
   // island_drift.cpp
-  double sum_of_overlaps() const;
   void keep_for_drift();
   void take_back();
-  double motion(const Body& body, const Pose& from, const Pose& to) const;
   bool drift_beyond_motion(double h) const;
   std::map<std::pair<std::uint64_t, int>, double> deepest_by_motion() const;
   std::vector<Vec3> moments_of_way();
   void book(double h);
-  double crushed_ahead(const Touch& touch) const;
-  double freed_shear(const Touch& touch) const;
-  void collect_node_impulses();
-  bool pressed_on_lost_face(const ContactMemory& m) const;
-  double lost_with_faces(const std::vector<ContactMemory>& memory, std::span<const Touch* const> rows) const;
   void remember_all(double h);
   void commit(double t_end, double h);
   void report_crushing();
-  void go_on_with_ways(double h);
   void tell_impacts(double t_end);
-  void save();
-  void restore();
   // island_condensed.cpp
-  bool chosen_condensed() const;
   bool may_condense(double t, double duration);
   bool none_strikes(double duration);
-  double own_approach(const Touch& touch) const;
-  bool blow(double t, double h) const;
-  bool meets_fast(const Touch& touch, double h) const;
-  void approach_skins();
-  std::size_t touched_faces() const;
   double condensed_length(double t, double duration, double remaining, double longest);
-  void gather_skins();
   Vec3 add_skin_terms(int row, int structure, const SurfaceWeights& weights, const Mat3& frame, double sign,
                       Vec3& u_ref);
-  double condensed_error(double h) const;
-  double approach_left(const Touch& touch, double h) const;
   bool correct_skins(double t, double h);
-  double skin_speed() const;
-  double skin_spring_limit(double ahead) const;
-  double rise_limit(double ahead) const;
   bool locate_event(double& h, int passes);
   contact::Motion motion_of(int block, bool lumped) const;
   contact::Motion lumped_motion(int block) const;
   double time_of_impact(const CandidatePair& pair, double tolerance, bool lumped) const;
   double first_impact() const;  // fraction of the step, above 1: none
-  bool rebounds(const Touch& t) const;
-  bool rebound_waits() const;
   double first_rebound(double h);
   double path(const CandidatePair& pair) const;
   struct Crossing {

@@ -52,29 +52,25 @@ Vec3 normal_rate(const Touch& t, NormalOwner owner, const std::optional<CrossedE
 
 }  // namespace
 
-/// Error that a step may have in the position of a block [m].
-double IslandStepper::step_error(int block) const {
-  return std::max(resolved, in_.scale.part_of_error()) *
-         in_.model.blocks[static_cast<std::size_t>(block)].shape->radius;
+double step_error(const IslandContext& in, int block) {
+  return std::max(resolved, in.scale.part_of_error()) *
+         in.model.blocks[static_cast<std::size_t>(block)].shape->radius;
 }
 
-/// Time of a fall by half the radius [s].
-double IslandStepper::fall_time(int block) const {
-  const double g = in_.model.gravity.norm(),
-               radius = in_.model.blocks[static_cast<std::size_t>(block)].shape->radius;
+double fall_time(const IslandContext& in, int block) {
+  const double g = in.model.gravity.norm(),
+               radius = in.model.blocks[static_cast<std::size_t>(block)].shape->radius;
   return g > 0 ? std::sqrt(radius / g) : 0;
 }
 
-/// Of islands of rigid blocks in hard contact without bonds: what a bond bears depends on the time in which
-/// it stops a motion.
-bool IslandStepper::looks_ahead() const {
-  if (in_.settings.fixed_step > 0 || !in_.island->structures.empty() || !(in_.model.gravity.norm() > 0))
+bool looks_ahead(const IslandContext& in, const Step& step) {
+  if (in.settings.fixed_step > 0 || !in.island->structures.empty() || !(in.model.gravity.norm() > 0))
     return false;
-  for (const Body& b : step_.bodies) {
-    const dda::Model::Block& block = in_.model.blocks[static_cast<std::size_t>(b.block)];
+  for (const Body& b : step.bodies) {
+    const dda::Model::Block& block = in.model.blocks[static_cast<std::size_t>(b.block)];
     if (block.deformable || !block.fixed_points.empty()) return false;
   }
-  return std::all_of(step_.touches.begin(), step_.touches.end(),
+  return std::all_of(step.touches.begin(), step.touches.end(),
                      [](const Touch& t) { return t.stiffness == 0 && !(t.bond() > 0); });
 }
 
@@ -84,14 +80,14 @@ std::optional<std::vector<Vec6>> IslandStepper::allowed_accelerations() {
   std::vector<Touch> closed;
   double slowest = std::numeric_limits<double>::infinity();  // v_o of the island
   for (const Body& b : step_.bodies)
-    slowest = std::min(slowest, 0.25 * step_error(b.block) / fall_time(b.block));
+    slowest = std::min(slowest, 0.25 * step_error(in_, b.block) / fall_time(in_, b.block));
   for (const CandidatePair& pair : in_.island->pairs)
     find_touches(in_.model, in_.state, in_.env, pair, in_.scale.near_gap(), in_.history, closed);
   drop_internal_edges(in_.model, in_.state, in_.env, in_.scale.flush(), in_.scale.flush_skins(), closed);
   // Velocities after so short a time stand for the accelerations: far above round-off of the velocities, far
   // below a fall [s].
   double delta = slowest / in_.model.gravity.norm();
-  for (const Body& b : step_.bodies) delta = std::max(delta, instant * fall_time(b.block));
+  for (const Body& b : step_.bodies) delta = std::max(delta, instant * fall_time(in_, b.block));
 
   contact::ContactProblem problem;
   std::vector<double> pool(2 * 36 * step_.bodies.size());
@@ -192,7 +188,7 @@ std::optional<std::vector<Vec6>> IslandStepper::allowed_accelerations() {
     const std::size_t of = problem.contacts.size();
     problem.contacts.push_back(c);
     if (!t.rolls) continue;
-    const double arm = rolling_arm(t);
+    const double arm = rolling_arm(in_, t);
     const std::array<Vec3, 2> tangents{frame.col(1), frame.col(2)};
     const std::array<Vec3, 1> normal{frame.col(0)};
     const Vec3 spin = in_.state.w[kb] - spin_a;
@@ -243,20 +239,18 @@ std::optional<std::vector<Vec6>> IslandStepper::allowed_accelerations() {
   return a;
 }
 
-/// Error of the step just computed over the error that it may have, the largest of all bodies: from the
-/// accelerations allowed at its start and end.
-double IslandStepper::error_by_ends(double h, std::span<const Vec6> at_start,
-                                    std::span<const Vec6> at_end) const {
+double error_by_ends(const IslandContext& in, const Step& step, double h, std::span<const Vec6> at_start,
+                     std::span<const Vec6> at_end) {
   double worst = 0;
-  for (std::size_t i = 0; i < step_.bodies.size(); ++i) {
-    const Body& b = step_.bodies[i];
+  for (std::size_t i = 0; i < step.bodies.size(); ++i) {
+    const Body& b = step.bodies[i];
     const auto k = static_cast<std::size_t>(b.block);
     Vec6 used;
-    used << in_.state.v[k] - b.v0.head<3>(), in_.state.w[k] - b.v0.segment<3>(3);
-    if (b.drag > 0) used.head<3>() = h * dda::drag_acceleration(b.drag, h, b.v0.head<3>(), in_.state.v[k]);
+    used << in.state.v[k] - b.v0.head<3>(), in.state.w[k] - b.v0.segment<3>(3);
+    if (b.drag > 0) used.head<3>() = h * dda::drag_acceleration(b.drag, h, b.v0.head<3>(), in.state.v[k]);
     const Vec6 off = used - 0.5 * h * (at_start[i] + at_end[i]);
-    const double speed = off.head<3>().norm() + in_.model.blocks[k].shape->radius * off.tail<3>().norm();
-    worst = std::max(worst, std::max(fall_time(b.block), h) * speed / step_error(b.block));
+    const double speed = off.head<3>().norm() + in.model.blocks[k].shape->radius * off.tail<3>().norm();
+    worst = std::max(worst, std::max(fall_time(in, b.block), h) * speed / step_error(in, b.block));
   }
   return worst;
 }

@@ -6,6 +6,25 @@
 #include "contact/parallel.hpp"
 #include "contact/tolerances.hpp"
 #include "coupling/island.hpp"
+#include "coupling/step/accelerations.hpp"
+#include "coupling/step/approach.hpp"
+#include "coupling/step/bodies.hpp"
+#include "coupling/step/bonds.hpp"
+#include "coupling/step/condensed.hpp"
+#include "coupling/step/contact_search.hpp"
+#include "coupling/step/drag.hpp"
+#include "coupling/step/drift_guard.hpp"
+#include "coupling/step/leapfrog.hpp"
+#include "coupling/step/memory.hpp"
+#include "coupling/step/quasistatic.hpp"
+#include "coupling/step/rolling.hpp"
+#include "coupling/step/slip_direction.hpp"
+#include "coupling/step/smooth.hpp"
+#include "coupling/step/spring_energy.hpp"
+#include "coupling/step/spring_limits.hpp"
+#include "coupling/step/spring_rows.hpp"
+#include "coupling/step/spring_rules.hpp"
+#include "coupling/step/update.hpp"
 
 namespace talus::coupling {
 
@@ -142,5 +161,11 @@ Vec12 point_row(const dda::Model::Block& block, const Mat3& rotation, const Mat3
 enum class NormalOwner { a, b, edges };
 NormalOwner normal_owner(const Touch& touch, const dda::Model& model, const Environment& environment,
                          const Pose* pose_a);
+
+/// Where the impulse between two points acts: at that of the side that does not own the normal, or in the
+/// middle.
+inline Vec3 acts_between(NormalOwner owner, const Vec3& a, const Vec3& b) {
+  return owner == NormalOwner::a ? b : owner == NormalOwner::b ? a : Vec3(0.5 * (a + b));
+}
 
 }  // namespace talus::coupling

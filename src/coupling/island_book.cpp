@@ -183,7 +183,7 @@ void IslandStepper::Booking::hard_row(const Touch& t, const contact::ProblemCont
 
 /// Energy that the shear spring has taken up in the step [J].
 double IslandStepper::Booking::stretched(const Touch& t) const {
-  return of.shear_energy_at_end(t, h) -
+  return shear_energy_at_end(of.step_, t, h) -
          (t.shears_by_half ? t.sheared : 0.5 * t.shear_stiffness * t.shear.squaredNorm());
 }
 
@@ -191,19 +191,21 @@ double IslandStepper::Booking::stretched(const Touch& t) const {
 void IslandStepper::Booking::spring_row(const Touch& t, const contact::ProblemContact& c, const Slip& s) {
   const Vec3 mean = s.blocks + s.structure;
   shear(t, c, s);
-  const double crushed = booked_by_craters(t) ? t.crushed - t.crushed_ahead + of.crushed_ahead(t)
+  const double crushed = booked_by_craters(t) ? t.crushed - t.crushed_ahead + crushed_ahead(t)
                          : t.mode == Mode::spring_secant
                              ? crushed_by_half(t, -t.at.gap + of.step_.length_before(t, h) * t.approach)
                              : t.normal_law.crushing(t.indentation);
   (t.law->yields() ? pending.yield_work : pending.damping_work) += crushed;
   // With a dashpot the loss is mostly its own. From what the ledger counts as stored: nothing is lost with a
   // changed feature.
-  const double freed = of.freed_shear(t);
+  const double freed = freed_shear(of.in_, t);
   pending.friction_work += freed;
   // What the stretched spring of a bond that gives way held is lost with it.
-  const double torn = t.indentation < 0 && t.pulls() && of.gives_way(t) ? pull_energy(t, t.indentation) : 0.0;
+  const double torn = t.indentation < 0 && t.pulls() && spring_bond_gives_way(of.step_, t)
+                          ? pull_energy(t, t.indentation)
+                          : 0.0;
   pending.damping_work += torn;
-  const double lost = -(c.impulse[0] * mean[0] + torn + (of.spring_energy_at_end(t, h) - t.stored) -
+  const double lost = -(c.impulse[0] * mean[0] + torn + (spring_energy_at_end(of.step_, t, h) - t.stored) -
                         stretched(t) + crushed + freed);
   (t.dashpot > 0 ? pending.damping_work : pending.algorithmic) += lost;
   if (t.dashpot > 0 && of.in_.leapfrog()) onset += std::max(0.0, lost);
@@ -313,26 +315,6 @@ void IslandStepper::book(double h) {
                  std::max(books.onset, 0.0));
   step_.pending.damping_work -= overcounted;
   step_.pending.algorithmic += overcounted;
-}
-
-/// Columns of a bed that come out of contact lose the last of their pressure sheared: what they held slips
-/// away. Those that join are not sheared, and a part shears as one: what evens out among them slips as well.
-double IslandStepper::freed_shear(const Touch& t) const {
-  if (!t.normal_law.bed) return 0;
-  const std::vector<ContactMemory>& memory = in_.history[static_cast<std::size_t>(t.b)];
-  const auto last =
-      std::lower_bound(memory.begin(), memory.end(), std::pair(t.a.id(), t.at.key),
-                       [](const ContactMemory& m, const std::pair<std::uint64_t, std::uint64_t>& key) {
-                         return std::pair(m.partner, m.feature) < key;
-                       });
-  if (last == memory.end() || last->partner != t.a.id() || last->feature != t.at.key) return 0;
-  return std::max(0.0, t.of_part * last->shear_energy - 0.5 * t.shear_stiffness * t.shear.squaredNorm());
-}
-
-/// A bed knows what was crushed once the block has come to where it lies. What its law tells for the step
-/// ahead, of a leapfrog for the half of it, is put right a step later.
-double IslandStepper::crushed_ahead(const Touch& t) const {
-  return (t.mode == Mode::spring_secant ? 0.5 : 1.0) * t.normal_law.crushing(t.indentation);
 }
 
 }  // namespace talus::coupling

@@ -19,81 +19,38 @@ constexpr double shortest_told =
 double led_in_quietly(const Touch& t) {
   return t.rate_sq > 0 ? 0.3 * t.quiet_speed / std::sqrt(t.rate_sq) : 0.0;
 }
-}  // namespace
-
-void IslandStepper::collect_node_impulses() {
-  // What each structure node really gets: J^T p over its contacts.
-  step_.node_impulses.clear();
-  for (std::size_t i = 0; i < step_.nodes.size(); ++i) {
-    const NodeBody& n = step_.nodes[i];
-    step_.node_impulses.push_back(
-        {n.structure, n.node, Vec3::Zero(),
-         in_.env.structures[static_cast<std::size_t>(n.structure)].structure->node_position(n.node)});
-  }
-  std::vector<std::size_t> first;  // of each skin's nodes
-  for (const Skin& s : step_.skins) {
-    first.push_back(step_.node_impulses.size());
-    for (const int node : s.node)
-      step_.node_impulses.push_back(
-          {s.structure, node, Vec3::Zero(),
-           in_.env.structures[static_cast<std::size_t>(s.structure)].structure->node_position(node)});
-  }
-  for (const contact::ProblemContact& c : step_.problem.contacts)
-    for (int k = 0; k < c.terms; ++k) {
-      const contact::ContactTerm& term = step_.problem.terms[static_cast<std::size_t>(c.first_term + k)];
-      const int part = term.body - static_cast<int>(step_.bodies.size());
-      if (part < 0 || c.impulse.isZero(0)) continue;
-      const std::size_t at =
-          in_.condensed ? first[static_cast<std::size_t>(part)] : static_cast<std::size_t>(part);
-      const std::size_t count = in_.condensed ? step_.skins[static_cast<std::size_t>(part)].node.size() : 1;
-      for (std::size_t i = 0; i < count; ++i)
-        step_.node_impulses[at + i].impulse +=
-            Eigen::Map<const Mat3>(step_.problem.jacobians.data() + static_cast<std::size_t>(term.jacobian) +
-                                   9 * i)
-                .transpose() *
-            c.impulse;
-    }
-  for (const Touch& t : step_.touches)
-    for (const HeldShare& s : step_.held) {
-      if (t.row < 0 || s.contact != t.row || t.impulse.isZero(0)) continue;
-      const Structure& structure = *in_.env.structures[static_cast<std::size_t>(s.structure)].structure;
-      const Vec3 p = t.frame * t.impulse;
-      step_.node_impulses.push_back(
-          {s.structure, s.node, s.weight * p + s.tilt.dot(p) * t.normal, structure.node_position(s.node)});
-    }
-}
-
-void IslandStepper::remember(const Touch& t, double h, std::vector<ContactMemory>& list) const {
-  const contact::ProblemContact& c = step_.problem.contacts[static_cast<std::size_t>(t.row)];
+void remember_row(const IslandContext& in, const Step& step, const Touch& t, double h,
+                  std::vector<ContactMemory>& list) {
+  const contact::ProblemContact& c = step.problem.contacts[static_cast<std::size_t>(t.row)];
   const Vec3 p = t.frame * c.impulse;
   ContactMemory memory;
   memory.partner = t.a.id();
   memory.feature = t.at.key;
   memory.force = p / h;
   memory.place = t.at.point_a;
-  memory.broken = t.broken || breaks(t);
+  memory.broken = t.broken || bond_breaks(in, step, t);
   memory.glued = t.glued && !memory.broken;
   if (t.shear_stiffness > 0) {
-    memory.shear = shear_at_end(t, h);
-    memory.shear_way = shear_way(t, h);
-    memory.shear_energy = shear_energy_at_end(t, h);
+    memory.shear = shear_at_end(step, t, h);
+    memory.shear_way = shear_way(step, t, h);
+    memory.shear_energy = shear_energy_at_end(step, t, h);
   }
   if (t.stiffness > 0) {
-    memory.normal_energy = normal_energy_at_end(t);
+    memory.normal_energy = normal_energy_at_end(step, t);
     memory.crushed =
         booked_by_craters(t) ? crushed_ahead(t) : std::max(0.0, t.normal_law.crushed_after(t.indentation));
     memory.normal = t.at.normal;
     // Deeper than the geometry says it comes back slowly, at its own cost; the other way round it waits for
     // the contact to open, or to rest.
-    const bool own = in_.deformable_structure(t);
+    const bool own = in.deformable_structure(t);
     const double led_out =
-        std::clamp(t.offset, -in_.scale.lead_out(h),
-                   own || t.energetic ? 0.0 : std::min(in_.scale.lead_out(h), led_in_quietly(t)));
+        std::clamp(t.offset, -in.scale.lead_out(h),
+                   own || t.energetic ? 0.0 : std::min(in.scale.lead_out(h), led_in_quietly(t)));
     memory.indentation = std::max(0.0, t.indentation + (t.indentation > 0 ? led_out : 0.0));
     memory.offset = t.offset - led_out;
     memory.stiffness = own ? t.stiffness : t.normal_law.stiffness;
     memory.growth = t.normal_law.growth;
-    memory.lasted = in_.leapfrog() ? h : 0;
+    memory.lasted = in.leapfrog() ? h : 0;
   }
   if (memory.broken || memory.glued || memory.crushed > 0 || memory.normal_energy + memory.shear_energy > 0 ||
       !c.impulse.isZero(0)) {
@@ -106,12 +63,12 @@ void IslandStepper::remember(const Touch& t, double h, std::vector<ContactMemory
 }
 
 /// What a block was born inside is forgotten once the touches of the step found nothing inside any more.
-void IslandStepper::shrink_births(int block) {
-  std::vector<ContactMemory>& list = in_.history[static_cast<std::size_t>(block)];
+void shrink_births(const IslandContext& in, Step& step, int block) {
+  std::vector<ContactMemory>& list = in.history[static_cast<std::size_t>(block)];
   for (ContactMemory& m : list) {
     if (m.feature != born_inside) continue;
     m.indentation = 0;
-    for (const Touch& t : step_.touches)
+    for (const Touch& t : step.touches)
       if (t.b == block && t.a.id() == m.partner) m.indentation = std::max(m.indentation, t.offset - t.at.gap);
   }
   std::erase_if(list,
@@ -120,13 +77,13 @@ void IslandStepper::shrink_births(int block) {
 
 /// True if the face of a skin that a spring pressed on is no longer there: its cell eroded, or left with a
 /// piece.
-bool IslandStepper::pressed_on_lost_face(const ContactMemory& m) const {
+bool pressed_on_lost_face(const IslandContext& in, const ContactMemory& m) {
   constexpr double near = 0.25;  // of the edge of a face, which no step takes it
-  for (const int s : in_.island->structures) {
+  for (const int s : in.island->structures) {
     if (m.partner != Partner{Partner::Kind::structure, s}.id()) continue;
-    const contact::SurfaceIndex& skin = *in_.env.structures[static_cast<std::size_t>(s)].index;
+    const contact::SurfaceIndex& skin = *in.env.structures[static_cast<std::size_t>(s)].index;
     contact::ContactPoint at;
-    return !contact::node_surface(skin, m.place, -m.normal, in_.scale.length, at) ||
+    return !contact::node_surface(skin, m.place, -m.normal, in.scale.length, at) ||
            std::abs(at.gap) > near * face_edge(skin.surface(), at.face_a);
   }
   return false;
@@ -134,8 +91,8 @@ bool IslandStepper::pressed_on_lost_face(const ContactMemory& m) const {
 
 /// Energy of a block's springs that went with the faces that they pressed on; `rows`: those that it has now
 /// [J].
-double IslandStepper::lost_with_faces(const std::vector<ContactMemory>& memory,
-                                      std::span<const Touch* const> rows) const {
+double lost_with_faces(const IslandContext& in, const std::vector<ContactMemory>& memory,
+                       std::span<const Touch* const> rows) {
   double held = 0, lost = 0;
   for (const ContactMemory& m : memory) held += m.normal_energy + m.shear_energy;
   for (const Touch* t : rows) held -= t->stored;
@@ -145,10 +102,88 @@ double IslandStepper::lost_with_faces(const std::vector<ContactMemory>& memory,
     const auto goes_on = [&](const Touch* t) {
       return t->a.id() == m.partner && (t->at.key == m.feature || t->goes_on_from == m.feature);
     };
-    if (energy > 0 && std::none_of(rows.begin(), rows.end(), goes_on) && pressed_on_lost_face(m))
+    if (energy > 0 && std::none_of(rows.begin(), rows.end(), goes_on) && pressed_on_lost_face(in, m))
       lost += energy;
   }
   return lost;
+}
+
+/// The ways that friction remembers.
+void go_on_with_ways(const IslandContext& in, Step& step, double h) {
+  if (in.state.slid.empty()) return;
+  const auto at_start = [&](int block, const Vec3& x) {  // velocity of a rigid block's point
+    const int l = in.local[static_cast<std::size_t>(block)];
+    if (l < 0) return Vec3(Vec3::Zero());
+    const Body& b = step.bodies[static_cast<std::size_t>(l)];
+    return Vec3(b.v0.head<3>() + b.v0.segment<3>(3).cross(x - b.start.c));
+  };
+  const auto slip_at_start = [&](const Touch& t) {
+    Vec3 u = at_start(t.b, t.at.point_b);
+    if (t.a.kind == Partner::Kind::block) u -= at_start(t.a.index, t.at.point_a);
+    return (u - t.at.normal * t.at.normal.dot(u)).norm();
+  };
+  std::vector<double> slip_speed(step.bodies.size(), -1.0);
+  const auto slides = [&](int block, double speed) {
+    if (const int l = in.local[static_cast<std::size_t>(block)]; l >= 0)
+      slip_speed[static_cast<std::size_t>(l)] = std::max(slip_speed[static_cast<std::size_t>(l)], speed);
+  };
+  for (const Touch& t : step.touches) {
+    if (t.row < 0 || t.b < 0 || !(t.impulse[0] > 0) || !t.law->changes_with_way()) continue;
+    const double speed = 0.5 * (slip_at_start(t) + slip_velocity(in, t, t.at.point_b).norm());
+    slides(t.b, speed);
+    if (t.a.kind == Partner::Kind::block) slides(t.a.index, speed);
+  }
+  for (std::size_t l = 0; l < step.bodies.size(); ++l) {
+    const int material = in.model.blocks[static_cast<std::size_t>(step.bodies[l].block)].material;
+    double recovery = 0;
+    for (int m = 0; m < in.env.laws.materials; ++m)
+      recovery = std::max(recovery, in.env.laws(m, material).friction_recovery);
+    go_on_sliding(in.state, step.bodies[l].block, slip_speed[l], recovery, h);
+  }
+}
+
+}  // namespace
+
+void collect_node_impulses(const IslandContext& in, Step& step) {
+  // What each structure node really gets: J^T p over its contacts.
+  step.node_impulses.clear();
+  for (std::size_t i = 0; i < step.nodes.size(); ++i) {
+    const NodeBody& n = step.nodes[i];
+    step.node_impulses.push_back(
+        {n.structure, n.node, Vec3::Zero(),
+         in.env.structures[static_cast<std::size_t>(n.structure)].structure->node_position(n.node)});
+  }
+  std::vector<std::size_t> first;  // of each skin's nodes
+  for (const Skin& s : step.skins) {
+    first.push_back(step.node_impulses.size());
+    for (const int node : s.node)
+      step.node_impulses.push_back(
+          {s.structure, node, Vec3::Zero(),
+           in.env.structures[static_cast<std::size_t>(s.structure)].structure->node_position(node)});
+  }
+  for (const contact::ProblemContact& c : step.problem.contacts)
+    for (int k = 0; k < c.terms; ++k) {
+      const contact::ContactTerm& term = step.problem.terms[static_cast<std::size_t>(c.first_term + k)];
+      const int part = term.body - static_cast<int>(step.bodies.size());
+      if (part < 0 || c.impulse.isZero(0)) continue;
+      const std::size_t at =
+          in.condensed ? first[static_cast<std::size_t>(part)] : static_cast<std::size_t>(part);
+      const std::size_t count = in.condensed ? step.skins[static_cast<std::size_t>(part)].node.size() : 1;
+      for (std::size_t i = 0; i < count; ++i)
+        step.node_impulses[at + i].impulse +=
+            Eigen::Map<const Mat3>(step.problem.jacobians.data() + static_cast<std::size_t>(term.jacobian) +
+                                   9 * i)
+                .transpose() *
+            c.impulse;
+    }
+  for (const Touch& t : step.touches)
+    for (const HeldShare& s : step.held) {
+      if (t.row < 0 || s.contact != t.row || t.impulse.isZero(0)) continue;
+      const Structure& structure = *in.env.structures[static_cast<std::size_t>(s.structure)].structure;
+      const Vec3 p = t.frame * t.impulse;
+      step.node_impulses.push_back(
+          {s.structure, s.node, s.weight * p + s.tilt.dot(p) * t.normal, structure.node_position(s.node)});
+    }
 }
 
 /// Energy of a block's shear springs that those of the step do not go on with; `rows`: these [J].
@@ -192,13 +227,14 @@ void IslandStepper::remember_all(double h) {
   step_.each_body([&](const Body& b) {
     const auto i = static_cast<std::size_t>(&b - step_.bodies.data());
     std::vector<ContactMemory>& memory = in_.history[static_cast<std::size_t>(b.block)];
-    if (shed_) torn[i] = lost_with_faces(memory, std::span(rows).subspan(first[i], first[i + 1] - first[i]));
+    if (shed_)
+      torn[i] = lost_with_faces(in_, memory, std::span(rows).subspan(first[i], first[i + 1] - first[i]));
     if (!in_.leapfrog())
       slipped[i] = left_sheared(memory, std::span(rows).subspan(first[i], first[i + 1] - first[i]));
     held[i] = clear(memory);
     keep_craters(craters, b.block, memory);
-    shrink_births(b.block);
-    for (std::size_t k = first[i]; k < first[i + 1]; ++k) remember(*rows[k], h, memory);
+    shrink_births(in_, step_, b.block);
+    for (std::size_t k = first[i]; k < first[i + 1]; ++k) remember_row(in_, step_, *rows[k], h, memory);
     sort(memory);
   });
   for (std::size_t i = 0; i < step_.bodies.size(); ++i) {
@@ -209,7 +245,8 @@ void IslandStepper::remember_all(double h) {
   for (const SurfacePair& pair : in_.island->surfaces)
     report_.ledger.algorithmic += clear(in_.surface_history[static_cast<std::size_t>(pair.b)]);
   for (const Touch& t : step_.touches)
-    if (t.row >= 0 && t.b < 0) remember(t, h, in_.surface_history[static_cast<std::size_t>(t.b_structure)]);
+    if (t.row >= 0 && t.b < 0)
+      remember_row(in_, step_, t, h, in_.surface_history[static_cast<std::size_t>(t.b_structure)]);
   for (const SurfacePair& pair : in_.island->surfaces)
     sort(in_.surface_history[static_cast<std::size_t>(pair.b)]);
 }
@@ -226,40 +263,6 @@ void IslandStepper::report_crushing() {
     n.crush_law = static_cast<int>(t.law - in_.env.laws.law.data());
     if (n.crush_law < 0 || n.crush_law >= static_cast<int>(in_.env.laws.law.size()))
       n.crush_law = -1;  // a joint's own
-  }
-}
-
-/// The ways that friction remembers.
-void IslandStepper::go_on_with_ways(double h) {
-  if (in_.state.slid.empty()) return;
-  const auto at_start = [&](int block, const Vec3& x) {  // velocity of a rigid block's point
-    const int l = in_.local[static_cast<std::size_t>(block)];
-    if (l < 0) return Vec3(Vec3::Zero());
-    const Body& b = step_.bodies[static_cast<std::size_t>(l)];
-    return Vec3(b.v0.head<3>() + b.v0.segment<3>(3).cross(x - b.start.c));
-  };
-  const auto slip_at_start = [&](const Touch& t) {
-    Vec3 u = at_start(t.b, t.at.point_b);
-    if (t.a.kind == Partner::Kind::block) u -= at_start(t.a.index, t.at.point_a);
-    return (u - t.at.normal * t.at.normal.dot(u)).norm();
-  };
-  std::vector<double> slip_speed(step_.bodies.size(), -1.0);
-  const auto slides = [&](int block, double speed) {
-    if (const int l = in_.local[static_cast<std::size_t>(block)]; l >= 0)
-      slip_speed[static_cast<std::size_t>(l)] = std::max(slip_speed[static_cast<std::size_t>(l)], speed);
-  };
-  for (const Touch& t : step_.touches) {
-    if (t.row < 0 || t.b < 0 || !(t.impulse[0] > 0) || !t.law->changes_with_way()) continue;
-    const double speed = 0.5 * (slip_at_start(t) + slip(t, t.at.point_b).norm());
-    slides(t.b, speed);
-    if (t.a.kind == Partner::Kind::block) slides(t.a.index, speed);
-  }
-  for (std::size_t l = 0; l < step_.bodies.size(); ++l) {
-    const int material = in_.model.blocks[static_cast<std::size_t>(step_.bodies[l].block)].material;
-    double recovery = 0;
-    for (int m = 0; m < in_.env.laws.materials; ++m)
-      recovery = std::max(recovery, in_.env.laws(m, material).friction_recovery);
-    go_on_sliding(in_.state, step_.bodies[l].block, slip_speed[l], recovery, h);
   }
 }
 
@@ -286,7 +289,7 @@ void IslandStepper::commit(double t_end, double h) {
   report_.ledger += step_.pending;
   released_ = false;
   report_crushing();
-  go_on_with_ways(h);
+  go_on_with_ways(in_, step_, h);
   remember_all(h);
   for (const Touch& t : step_.touches)
     if (t.row >= 0 && t.stiffness > 0) report_.ledger.algorithmic -= t.stored;

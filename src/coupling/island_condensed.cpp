@@ -17,18 +17,36 @@ namespace {
 constexpr double least_gain = 4;         // explicit steps that a condensed one costs at most
 constexpr std::size_t most_faces = 400;  // touched at a time: the dense body costs the cube of their nodes
 
-}  // namespace
-
-bool IslandStepper::chosen_condensed() const {
-  return std::all_of(in_.island->structures.begin(), in_.island->structures.end(), [&](int s) {
-    return in_.env.structures[static_cast<std::size_t>(s)].structure->condensed_by_choice();
+bool chosen_condensed(const IslandContext& in) {
+  return std::all_of(in.island->structures.begin(), in.island->structures.end(), [&](int s) {
+    return in.env.structures[static_cast<std::size_t>(s)].structure->condensed_by_choice();
   });
 }
 
 /// Normal speed of the block of a touch alone, < 0 towards its partner [m/s].
-double IslandStepper::own_approach(const Touch& t) const {
-  return t.at.normal.dot(point_velocity(in_.state, t.b, t.at.point_b));
+double own_approach(const IslandContext& in, const Touch& t) {
+  return t.at.normal.dot(point_velocity(in.state, t.b, t.at.point_b));
 }
+
+/// Whether a block and a structure meet within h faster than a condensed step may stop.
+bool meets_fast(const IslandContext& in, const Touch& t, double h) {
+  return t.b >= 0 && in.deformable_structure(t) && t.approach <= -in.gentle_speed() &&
+         t.at.gap + h * t.approach - 0.5 * h * h * in.model.gravity.norm() <= 0;
+}
+
+/// Faces of moving skins that the touches at hand name.
+std::size_t touched_faces(const IslandContext& in, const Step& step) {
+  std::vector<std::pair<int, int>> faces;
+  for (const Touch& t : step.touches)
+    if (t.b >= 0 && in.deformable_structure(t))
+      faces.emplace_back(t.a.index, in.env.structures[static_cast<std::size_t>(t.a.index)]
+                                        .index->surface()
+                                        .parent_face[static_cast<std::size_t>(t.at.face_a)]);
+  std::sort(faces.begin(), faces.end());
+  return static_cast<std::size_t>(std::unique(faces.begin(), faces.end()) - faces.begin());
+}
+
+}  // namespace
 
 /// Whether a stretch may begin condensed: no block strikes a structure in it, and every structure can.
 bool IslandStepper::may_condense(double t, double duration) {
@@ -39,7 +57,7 @@ bool IslandStepper::may_condense(double t, double duration) {
     return in_.env.structures[static_cast<std::size_t>(s)].structure->condensed_step(
                t, in_.settings.accuracy) > 0;
   });
-  return able && (chosen_condensed() || none_strikes(duration));
+  return able && (chosen_condensed(in_) || none_strikes(duration));
 }
 
 /// True if no block comes to a structure within the time faster than a condensed step may stop: each rests on
@@ -56,48 +74,27 @@ bool IslandStepper::none_strikes(double duration) {
     const std::span touches =
         std::span(step_.touches).subspan(first_of_pair_[i], first_of_pair_[i + 1] - first_of_pair_[i]);
     const bool rests = std::ranges::any_of(
-        touches, [&](const Touch& t) { return t.persistent && own_approach(t) > -in_.gentle_speed(); });
-    if (!rests && std::ranges::any_of(touches, [&](const Touch& t) { return meets_fast(t, duration); }))
+        touches, [&](const Touch& t) { return t.persistent && own_approach(in_, t) > -in_.gentle_speed(); });
+    if (!rests && std::ranges::any_of(touches, [&](const Touch& t) { return meets_fast(in_, t, duration); }))
       return false;
   }
   return true;
 }
 
-/// True if a block meets a structure within h faster than a condensed step may stop; the structure is told.
-/// It is the block that strikes: a skin that rings below one at rest, of light nodes and faster than such a
-/// step resolves, is stilled by its first one (what is left of it: `meets_fast`).
-bool IslandStepper::blow(double t, double h) const {
+bool strikes_structure(const IslandContext& in, const Step& step, double t, double h) {
   bool any = false;
-  for (const Touch& touch : step_.touches) {
-    if (!meets_fast(touch, h) || own_approach(touch) > -in_.gentle_speed()) continue;
-    in_.env.structures[static_cast<std::size_t>(touch.a.index)].structure->struck(t);
+  for (const Touch& touch : step.touches) {
+    if (!meets_fast(in, touch, h) || own_approach(in, touch) > -in.gentle_speed()) continue;
+    in.env.structures[static_cast<std::size_t>(touch.a.index)].structure->struck(t);
     any = true;
   }
   return any;
 }
 
-/// Whether a block and a structure meet within h faster than a condensed step may stop.
-bool IslandStepper::meets_fast(const Touch& t, double h) const {
-  return t.b >= 0 && in_.deformable_structure(t) && t.approach <= -in_.gentle_speed() &&
-         t.at.gap + h * t.approach - 0.5 * h * h * in_.model.gravity.norm() <= 0;
-}
-
-/// Faces of moving skins that the touches at hand name.
-std::size_t IslandStepper::touched_faces() const {
-  std::vector<std::pair<int, int>> faces;
-  for (const Touch& t : step_.touches)
-    if (t.b >= 0 && in_.deformable_structure(t))
-      faces.emplace_back(t.a.index, in_.env.structures[static_cast<std::size_t>(t.a.index)]
-                                        .index->surface()
-                                        .parent_face[static_cast<std::size_t>(t.at.face_a)]);
-  std::sort(faces.begin(), faces.end());
-  return static_cast<std::size_t>(std::unique(faces.begin(), faces.end()) - faces.begin());
-}
-
 /// Step of the condensed regime: a power of two of the stretch, so that few factors serve; 0: it has to be
 /// left.
 double IslandStepper::condensed_length(double t, double duration, double remaining, double longest) {
-  const bool chosen = chosen_condensed();
+  const bool chosen = chosen_condensed(in_);
   double explicit_step = duration;
   for (int s : in_.island->structures) {
     Structure& structure = *in_.env.structures[static_cast<std::size_t>(s)].structure;
@@ -118,7 +115,7 @@ double IslandStepper::condensed_length(double t, double duration, double remaini
   double h = duration;
   while (h > std::min(longest, remaining) * (1 + contact::tolerances().same_instant)) h *= 0.5;
   find(h);
-  if (blow(t, h) || touched_faces() > most_faces) return 0;
+  if (strikes_structure(in_, step_, t, h) || touched_faces(in_, step_) > most_faces) return 0;
   const auto begun = [&](double length) {
     const bool all = std::all_of(in_.island->structures.begin(), in_.island->structures.end(), [&](int s) {
       return in_.env.structures[static_cast<std::size_t>(s)].structure->may_begin(t, length,
@@ -128,28 +125,27 @@ double IslandStepper::condensed_length(double t, double duration, double remaini
   };
   if (in_.settings.fixed_step > 0) return begun(std::min(h, remaining));
   // At least so many exchanges while the force of a spring rises.
-  weigh_springs();
+  estimate_spring_frequencies(in_, step_);
   double rate_sq = 0;
   for (const Touch& touch : step_.touches)
     if (touch.stiffness > 0 && touch.energetic && in_.deformable_structure(touch) &&
         touch.at.gap <= in_.scale.touch_gap())
       rate_sq = std::max(rate_sq, touch.rate_sq);
   const double rise = rate_sq > 0 ? 0.5 * M_PI / std::sqrt(rate_sq) / in_.settings.exchanges_per_rise : h;
-  const double spring = std::max(0.5 * explicit_step, std::min(rise, spring_limit(h, true)));
+  const double spring = std::max(0.5 * explicit_step, std::min(rise, spring_limit(in_, step_, h, true)));
   while (h > spring) h *= 0.5;
   if (!chosen && h < std::min(least_gain * explicit_step, remaining))
     return 0;  // explicit sub-steps cost less
   return begun(std::min(h, remaining));
 }
 
-/// Nodes that the touches at hand may press on, and their compliance.
-void IslandStepper::gather_skins() {
-  step_.skins.clear();
-  for (int s : in_.island->structures) {
-    StructurePart& part = in_.env.structures[static_cast<std::size_t>(s)];
+void gather_skins(const IslandContext& in, Step& step) {
+  step.skins.clear();
+  for (int s : in.island->structures) {
+    StructurePart& part = in.env.structures[static_cast<std::size_t>(s)];
     Skin skin;
     skin.structure = s;
-    for (const Touch& t : step_.touches) {
+    for (const Touch& t : step.touches) {
       if (t.b < 0 || t.a.kind != Partner::Kind::structure || t.a.index != s) continue;
       // Its face's nodes: within the step the point may move over all of them.
       const TriangleSurface& surface = part.index->surface();
@@ -171,7 +167,7 @@ void IslandStepper::gather_skins() {
       skin.v_hat.segment<3>(3 * i) = part.structure->predicted_velocity(node);
       skin.v_before.segment<3>(3 * i) = part.structure->node_velocity(node);
     }
-    step_.skins.push_back(std::move(skin));
+    step.skins.push_back(std::move(skin));
   }
 }
 
@@ -212,68 +208,57 @@ Vec3 IslandStepper::add_skin_terms(int row, int structure, const SurfaceWeights&
   return mean;
 }
 
-/// Speed at which a hard contact may still approach at the end of a condensed step [m/s]; negative: it has to
-/// leave. Positions follow the mean velocity: it may bring the gap to zero and no further, and what lies
-/// inside is led out slowly. Never a rebound: whatever speed the mean asks for, the end of the step is at
-/// most at rest, so that the normal impulse takes energy and gives none. Between blocks as well: what lies
-/// inside there is projected, and a rebound is given back where its speed is more than a condensed step may
-/// stop.
-double IslandStepper::approach_left(const Touch& t, double h) const {
-  const bool between_blocks = !in_.deformable_structure(t);
-  if (between_blocks && t.at.gap <= in_.scale.touch_gap() && t.approach < -in_.gentle_speed())
+double approach_left(const IslandContext& in, const Step& step, const Touch& t, double h) {
+  const bool between_blocks = !in.deformable_structure(t);
+  if (between_blocks && t.at.gap <= in.scale.touch_gap() && t.approach < -in.gentle_speed())
     return t.law->restitution_at(t.approach) * t.approach;
   const double start = t.normal.dot(t.slip);
   if (between_blocks || t.at.gap >= 0) return std::max(0.0, 2 * std::max(t.at.gap, 0.0) / h + start);
-  const double out = (left_inside(t.at.gap, h) - t.at.gap) / h;
+  const double out = (left_inside(in, step, t.at.gap, h) - t.at.gap) / h;
   return std::max(-out, start - 2 * out);
 }
 
-/// Largest error that the change of the contact forces since the last step leaves in positions, over the size
-/// of the blocks: the midpoint rule's h^2/12 times the change of the acceleration, of blocks and of the
-/// touched nodes.
-double IslandStepper::condensed_error(double h) const {
-  VecX change = VecX::Zero(static_cast<Eigen::Index>(step_.problem.v.size()));
-  for (const Touch& t : step_.touches) {
-    if (t.row < 0 || !in_.deformable_structure(t)) continue;
-    const contact::ProblemContact& c = step_.problem.contacts[static_cast<std::size_t>(t.row)];
+double condensed_error(const IslandContext& in, const Step& step, double h) {
+  VecX change = VecX::Zero(static_cast<Eigen::Index>(step.problem.v.size()));
+  for (const Touch& t : step.touches) {
+    if (t.row < 0 || !in.deformable_structure(t)) continue;
+    const contact::ProblemContact& c = step.problem.contacts[static_cast<std::size_t>(t.row)];
     const Vec3 p = c.impulse - h * (t.frame.transpose() * t.warm);
     for (int k = 0; k < c.terms; ++k) {
-      const contact::ContactTerm& term = step_.problem.terms[static_cast<std::size_t>(c.first_term + k)];
-      const contact::ProblemBody& body = step_.problem.bodies[static_cast<std::size_t>(term.body)];
+      const contact::ContactTerm& term = step.problem.terms[static_cast<std::size_t>(c.first_term + k)];
+      const contact::ProblemBody& body = step.problem.bodies[static_cast<std::size_t>(term.body)];
       change.segment(body.offset, body.ndof) +=
           Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>(
-              step_.problem.jacobians.data() + term.jacobian, 3, body.ndof)
+              step.problem.jacobians.data() + term.jacobian, 3, body.ndof)
               .transpose() *
           p;
     }
   }
   double largest = 0;
-  for (std::size_t i = 0; i < step_.problem.bodies.size(); ++i) {
-    const contact::ProblemBody& body = step_.problem.bodies[i];
+  for (std::size_t i = 0; i < step.problem.bodies.size(); ++i) {
+    const contact::ProblemBody& body = step.problem.bodies[i];
     const VecX v = Eigen::Map<const MatX>(body.mass_inverse, body.ndof, body.ndof) *
                    change.segment(body.offset, body.ndof);
-    if (i < step_.bodies.size())
+    if (i < step.bodies.size())
       largest = std::max(largest, v.head<3>().norm());
     else
       largest = std::max(largest, v.cwiseAbs().maxCoeff());
   }
-  return h / 12 * largest / in_.scale.length;
+  return h / 12 * largest / in.scale.length;
 }
 
-/// Normal speeds at the skins as the condensed step at hand begins: what it does not resolve of their
-/// velocities is gone.
-void IslandStepper::approach_skins() {
-  for (Touch& t : step_.touches)
-    if (t.b >= 0 && in_.deformable_structure(t))
-      t.approach = t.at.normal.dot(point_velocity(in_.state, t.b, t.at.point_b) -
-                                   partner_velocity(in_.state, in_.env, t));
+void update_skin_approaches(const IslandContext& in, Step& step) {
+  for (Touch& t : step.touches)
+    if (t.b >= 0 && in.deformable_structure(t))
+      t.approach = t.at.normal.dot(point_velocity(in.state, t.b, t.at.point_b) -
+                                   partner_velocity(in.state, in.env, t));
 }
 
 /// Hands the impulses to the structures; if one may not take them all are as they were, and it is told that
 /// it was struck.
 bool IslandStepper::correct_skins(double t, double h) {
   bool taken = std::none_of(step_.touches.begin(), step_.touches.end(),
-                            [&](const Touch& touch) { return meets_fast(touch, h); });
+                            [&](const Touch& touch) { return meets_fast(in_, touch, h); });
   std::size_t done = taken ? 0 : in_.island->structures.size();
   for (int s : in_.island->structures) {
     if (!taken) break;
@@ -294,14 +279,13 @@ bool IslandStepper::correct_skins(double t, double h) {
   return taken;
 }
 
-/// A block at rest on a structure at rest moves as the skin below it does.
-double IslandStepper::skin_speed() const {
+double skin_speed(const IslandContext& in, const Step& step) {
   double fastest = 0;
-  for (const Skin& skin : step_.skins)
+  for (const Skin& skin : step.skins)
     for (const int node : skin.node)
       fastest = std::max(
           fastest,
-          in_.env.structures[static_cast<std::size_t>(skin.structure)].structure->node_velocity(node).norm());
+          in.env.structures[static_cast<std::size_t>(skin.structure)].structure->node_velocity(node).norm());
   return fastest;
 }
 

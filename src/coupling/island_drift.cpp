@@ -31,14 +31,12 @@
 
 namespace talus::coupling {
 
-/// Of the hard contacts at hand, the deepest of each pair [m].
-double IslandStepper::sum_of_overlaps() const {
+double sum_of_overlaps(const Step& step) {
   double sum = 0, deepest = 0;
-  for (std::size_t i = 0; i < step_.touches.size(); ++i) {  // in the order of the pairs
-    const Touch& t = step_.touches[i];
+  for (std::size_t i = 0; i < step.touches.size(); ++i) {  // in the order of the pairs
+    const Touch& t = step.touches[i];
     if (t.stiffness == 0) deepest = std::max(deepest, -t.at.gap);
-    if (i + 1 < step_.touches.size() && step_.touches[i + 1].a == t.a && step_.touches[i + 1].b == t.b)
-      continue;
+    if (i + 1 < step.touches.size() && step.touches[i + 1].a == t.a && step.touches[i + 1].b == t.b) continue;
     sum += std::exchange(deepest, 0.0);
   }
   return sum;
@@ -77,12 +75,6 @@ void IslandStepper::take_back() {
   reject();
 }
 
-/// Way of the farthest point of a body between two of its poses [m].
-double IslandStepper::motion(const Body& body, const Pose& from, const Pose& to) const {
-  return (to.c - from.c).norm() +
-         in_.model.blocks[static_cast<std::size_t>(body.block)].shape->radius * (to.F - from.F).norm();
-}
-
 namespace {
 
 /// Farthest way of a point of a block over that of the contact that moves it: the greatest of (k^2 + a
@@ -94,6 +86,12 @@ double lever(const dda::Model::Block& block) {
   return 0.5 * (1 + std::sqrt(1 + block.shape->radius * block.shape->radius / gyration_sq));
 }
 
+/// Way of the farthest point of a body between two of its poses [m].
+double farthest_way(const IslandContext& in, const Body& body, const Pose& from, const Pose& to) {
+  return (to.c - from.c).norm() +
+         in.model.blocks[static_cast<std::size_t>(body.block)].shape->radius * (to.F - from.F).norm();
+}
+
 }  // namespace
 
 bool IslandStepper::drift_beyond_motion(double h) const {
@@ -103,7 +101,7 @@ bool IslandStepper::drift_beyond_motion(double h) const {
   for (std::size_t i = 0; i < step_.bodies.size(); ++i) {
     const dda::BlockState& start = step_.saved[i];
     const Pose from{start.c, start.q.toRotationMatrix() * (Mat3::Identity() + dda::strain_tensor(start.eps))};
-    way[i] = allowed[i] = motion(step_.bodies[i], from, before_drift_.poses[i]) + fall;
+    way[i] = allowed[i] = farthest_way(in_, step_.bodies[i], from, before_drift_.poses[i]) + fall;
     allowed[i] += 2 * contact::tolerances().overlap_none *
                   in_.model.blocks[static_cast<std::size_t>(step_.bodies[i].block)].shape->radius;
     corrected =
@@ -129,7 +127,8 @@ bool IslandStepper::drift_beyond_motion(double h) const {
     allowed[j] = std::max(allowed[j], way[i] + way[j]);
   }
   for (std::size_t i = 0; i < step_.bodies.size(); ++i)
-    if (motion(step_.bodies[i], before_drift_.poses[i], dda::pose(in_.state, step_.bodies[i].block)) >
+    if (farthest_way(in_, step_.bodies[i], before_drift_.poses[i],
+                     dda::pose(in_.state, step_.bodies[i].block)) >
         lever(in_.model.blocks[static_cast<std::size_t>(step_.bodies[i].block)]) *
             (allowed[i] + before_drift_.overlaps))
       return true;

@@ -101,18 +101,6 @@ double IslandStepper::first_impact() const {
   return first;
 }
 
-/// Comes on fast enough to be thrown back.
-bool IslandStepper::rebounds(const Touch& t) const {
-  return t.stiffness == 0 && t.law->restitution.value_or(0) > 0 &&
-         t.approach < -std::max(slow_speed(t), impact_speed(t));
-}
-
-/// Something that is to be thrown back has closed.
-bool IslandStepper::rebound_waits() const {
-  return std::ranges::any_of(step_.touches,
-                             [&](const Touch& t) { return rebounds(t) && meets_hard(t) && !(t.bond() > 0); });
-}
-
 /// Time at which the first pair that is apart meets and is thrown back; h: none within it [s]. Bodies that
 /// touch nothing fall, the others go on as they go: exact in flight, of what slides or turns on others met by
 /// ever shorter steps.
@@ -127,7 +115,7 @@ double IslandStepper::first_rebound(double h) {
     bool apart = true, thrown_back = false;
     for (std::size_t t = first_of_pair_[i]; t < first_of_pair_[i + 1]; ++t) {
       apart = apart && step_.touches[t].at.gap > in_.scale.touch_gap();
-      thrown_back = thrown_back || rebounds(step_.touches[t]);
+      thrown_back = thrown_back || rebounds(in_, step_.touches[t]);
     }
     step_.meets_to_rebound[i] = apart && thrown_back;
     if (apart) continue;
@@ -390,7 +378,7 @@ bool IslandStepper::locate_event(double& h, int passes) {
   };
   // Nor is what comes on slowly an onset, while it is near.
   const auto slow = [&](const Touch& t) {
-    return t.stiffness == 0 && t.approach >= -impact_speed(t) && t.at.gap >= -in_.scale.near_gap();
+    return t.stiffness == 0 && t.approach >= -impact_speed(in_, t) && t.at.gap >= -in_.scale.near_gap();
   };
   // What went in and is on its way back at the end crossed all the same. What strains seems to be by the
   // rates of its strains, which turn about many times within a long step, and the search, whose motion does
@@ -436,11 +424,11 @@ bool IslandStepper::locate_event(double& h, int passes) {
     for (std::size_t i = 0; i < start.size(); ++i)
       if (step_.touches[i].row >= 0)
         start[i].warm = step_.touches[i].frame * step_.touches[i].impulse / step_.length;
-    restore();
+    restore_bodies(in_, step_);
     step_.touches = start;
     step_.length = step;
     if (smooth(step, false, passes).ok) return true;
-    restore();
+    restore_bodies(in_, step_);
     return smooth(step, false, passes, true).ok;
   };
   // Thin blocks may have gone through each other on the way to what is met at the end of a step, whose

@@ -60,22 +60,22 @@ void keep_nearest(std::vector<Touch>& touches) {
   if (nearest != touches.end()) touches = {*nearest};
 }
 
-}  // namespace
-
-double IslandStepper::reach(int block, double h) const {
-  const int l = in_.local[static_cast<std::size_t>(block)];
-  if (l < 0) return 0;
-  return h * in_.speed_of(block) + h * h * in_.model.gravity.norm();
-}
-
 /// Blocks of a heap move along with each other: as far as the two can approach on their present motions, and
 /// what rows are made for ahead. What impulses change in the step is met by its solution (crossing()).
-double IslandStepper::approach_reach(const CandidatePair& pair, double h) const {
+double approach_reach(const IslandContext& in, const CandidatePair& pair, double h) {
   const auto a = static_cast<std::size_t>(pair.a.index), b = static_cast<std::size_t>(pair.b);
-  const double turning = in_.model.blocks[a].shape->radius * in_.state.w[a].norm() +
-                         in_.model.blocks[b].shape->radius * in_.state.w[b].norm();
-  return h * ((in_.state.v[b] - in_.state.v[a]).norm() + turning) + h * h * in_.model.gravity.norm() +
-         in_.scale.row_reach();
+  const double turning = in.model.blocks[a].shape->radius * in.state.w[a].norm() +
+                         in.model.blocks[b].shape->radius * in.state.w[b].norm();
+  return h * ((in.state.v[b] - in.state.v[a]).norm() + turning) + h * h * in.model.gravity.norm() +
+         in.scale.row_reach();
+}
+
+}  // namespace
+
+double reach_of(const IslandContext& in, int block, double h) {
+  const int l = in.local[static_cast<std::size_t>(block)];
+  if (l < 0) return 0;
+  return h * in.speed_of(block) + h * h * in.model.gravity.norm();
 }
 
 void IslandStepper::find(double h, bool at_start) {
@@ -244,16 +244,16 @@ void IslandStepper::each_pair(const std::function<void(std::size_t)>& use) const
 void IslandStepper::look(std::size_t i) {
   const CandidatePair& pair = in_.island->pairs[i];
   const bool blocks = pair.a.kind == Partner::Kind::block;
-  double margin = blocks && in_.in_heap() ? approach_reach(pair, step_.found_for)
-                                          : reach(pair.b, step_.found_for) + 1e-6 * in_.scale.length +
-                                                (blocks ? reach(pair.a.index, step_.found_for) : 0.0);
+  double margin = blocks && in_.in_heap() ? approach_reach(in_, pair, step_.found_for)
+                                          : reach_of(in_, pair.b, step_.found_for) + 1e-6 * in_.scale.length +
+                                                (blocks ? reach_of(in_, pair.a.index, step_.found_for) : 0.0);
   if (pair.a.kind == Partner::Kind::structure) margin += 1e-3 * in_.scale.length;
   margin += in_.env.bond_stretch;
   margins_[i] = margin;
   touches_of_[i].clear();
   left_out_[i] = std::numeric_limits<double>::infinity();
   if (far_apart(in_.model, in_.state, pair, margin)) return;
-  const Tilts tilts = [this](const Touch& t) { return in_.condensed || !part_resolved(t); };
+  const Tilts tilts = [this](const Touch& t) { return in_.condensed || !part_resolved(in_, step_, t); };
   if (in_.condensed || followed_ < 0 || !PairWatch::serves(in_.model, in_.env, pair)) {
     watches_[i].forget();
     // Rows are made for what is closed; what closes within the step of events is found by the time of impact.
@@ -275,8 +275,9 @@ void IslandStepper::look(std::size_t i) {
   }
   thread_local std::vector<FoundPoint> points;
   points.clear();
-  const double ahead = reach(pair.b, step_.found_for) +
-                       (pair.a.kind == Partner::Kind::block ? reach(pair.a.index, step_.found_for) : 0.0);
+  const double ahead =
+      reach_of(in_, pair.b, step_.found_for) +
+      (pair.a.kind == Partner::Kind::block ? reach_of(in_, pair.a.index, step_.found_for) : 0.0);
   watches_[i].look(in_.model, in_.state, in_.env, pair, margin, ahead, skin_travel_, points);
   make_touches(in_.model, in_.state, in_.env, pair, points, in_.history, touches_of_[i]);
 }

@@ -28,16 +28,16 @@ Box3 box_of(const TriangleSurface& skin) {
   for (const Vec3& x : skin.vertices) box.extend(x);
   return box;
 }
-}  // namespace
-
 /// Structures of the island that may touch this one, ascending.
-std::vector<int> IslandStepper::met_by(int structure) const {
+std::vector<int> met_by(const IslandContext& in, int structure) {
   std::vector<int> partners;
-  for (const SurfacePair& pair : in_.island->surfaces)
+  for (const SurfacePair& pair : in.island->surfaces)
     if (pair.a == structure || pair.b == structure) partners.push_back(pair.a == structure ? pair.b : pair.a);
   std::sort(partners.begin(), partners.end());
   return partners;
 }
+
+}  // namespace
 
 /// Before a search with the reach of h: chooses anew what is followed once blocks and skins may have moved
 /// out of it.
@@ -59,7 +59,7 @@ void IslandStepper::follow_skins(double h) {
 IslandStepper::Followed IslandStepper::followed_need(double h, double fastest) const {
   double need = 0;
   for (const CandidatePair& pair : in_.island->pairs)
-    if (in_.moving_skin(pair.a)) need = std::max(need, reach(pair.b, h));
+    if (in_.moving_skin(pair.a)) need = std::max(need, reach_of(in_, pair.b, h));
   return {4 * (need + h * fastest) + 4e-3 * in_.scale.length, 8 * h * fastest};
 }
 
@@ -98,7 +98,7 @@ void IslandStepper::choose_followed() {
       seen_.push_back({pair.b, in_.state.c[k], in_.state.q[k]});
     }
     const Box3 box = box_of(in_.skin(s));
-    for (const int other : met_by(s)) boxes_near(in_.skin(other), box, followed_skins_, boxes);
+    for (const int other : met_by(in_, s)) boxes_near(in_.skin(other), box, followed_skins_, boxes);
     part.index->focus(in_.skin(s), std::move(boxes));
     followed_revisions_.push_back(in_.skin(s).revision);
   }
@@ -112,7 +112,7 @@ void IslandStepper::go_on_following() {
   double between = std::numeric_limits<double>::infinity(), path = 0;
   for (const int s : in_.island->structures) {
     const StructurePart::Followed& last = in_.env.structures[static_cast<std::size_t>(s)].followed;
-    const std::vector<int> partners = met_by(s);
+    const std::vector<int> partners = met_by(in_, s);
     if (last.between < 0 || last.revision != in_.skin(s).revision ||
         !std::includes(last.partners.begin(), last.partners.end(), partners.begin(), partners.end()))
       return;
@@ -132,7 +132,7 @@ void IslandStepper::end_following() {
     const int s = in_.island->structures[i];
     StructurePart& part = in_.env.structures[static_cast<std::size_t>(s)];
     if (in_.island->blocks.empty())
-      part.followed = {followed_skins_, path, followed_revisions_[i], met_by(s)};
+      part.followed = {followed_skins_, path, followed_revisions_[i], met_by(in_, s)};
     else
       part.index->unfocus(in_.skin(s));
   }

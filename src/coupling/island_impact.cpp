@@ -19,45 +19,6 @@ bool strains(const dda::Model& model, const Touch& t) {
 
 }  // namespace
 
-/// No point of one of the two moves faster as the other's centroid sees it [m/s].
-double IslandStepper::relative_speed(const Touch& t) const {
-  Vec3 v = -partner_velocity(in_.state, in_.env, t);
-  double turning = 0;
-  const auto turn = [&](int block) {
-    const auto k = static_cast<std::size_t>(block);
-    turning += in_.model.blocks[k].shape->radius * in_.state.w[k].norm();
-    return in_.state.v[k];
-  };
-  if (t.a.kind == Partner::Kind::block) v = -turn(t.a.index);
-  if (t.b >= 0) v += turn(t.b);
-  return v.norm() + turning;
-}
-
-/// Normal speed of the slowest impact that rebounds: a bounce too low for the accuracy asked for is none, nor
-/// is a parting as slow. An error u of velocity acts over the time L / V in which the two go by the size of a
-/// block, V their speed against each other or that of a fall by L: 0.03 accuracy V is a thirtieth of what the
-/// accuracy allows [m/s].
-double IslandStepper::slow_speed(const Touch& t) const {
-  return contact::tolerances().lowest_bounce * in_.settings.accuracy *
-         std::max(relative_speed(t), std::sqrt(2 * in_.model.gravity.norm() * in_.scale.length));
-}
-
-/// Approach below which a touch is resting contact and no impact: round-off, or a part of the motion of the
-/// two against each other, however slow that has become. A touch that carried force in the last step moves at
-/// its normal by what the step's own error leaves. The error acts over the time of a fall by L: of motions
-/// that are faster than that fall, a part of the fall's speed [m/s].
-double IslandStepper::impact_speed(const Touch& t) const {
-  const double fall = std::sqrt(in_.model.gravity.norm() * in_.scale.length), relative = relative_speed(t),
-               motion = fall > 0 ? std::min(relative, fall) : relative;
-  return std::max(contact::tolerances().still * in_.scale.speed,
-                  (t.persistent ? in_.scale.part_of_error() : in_.scale.part_of_none()) * motion);
-}
-
-bool IslandStepper::meets_hard(const Touch& t) const {
-  return t.at.gap <= in_.scale.touch_gap() && !in_.deformable_structure(t) &&
-         (t.stiffness == 0 || t.law->restitution);
-}
-
 /// Rows of an impulse of no duration, with so much of the restitution that their laws ask for; the most that
 /// one of these asks for.
 IslandStepper::Restitution IslandStepper::impact_rows(const Restitution& part) {
@@ -68,7 +29,7 @@ IslandStepper::Restitution IslandStepper::impact_rows(const Restitution& part) {
   Restitution asked;
   for (Touch& t : step_.touches) {
     t.row = -1;
-    if (!meets_hard(t)) continue;
+    if (!meets_hard(in_, t)) continue;
     t.mode = Mode::end;
     add_row(t, 1, true);
     contact::ProblemContact& c = step_.problem.contacts.back();
@@ -76,7 +37,7 @@ IslandStepper::Restitution IslandStepper::impact_rows(const Restitution& part) {
     c.compliance.setZero();
     c.cohesion = c.tension = 0;
     c.impulse.setZero();
-    if (t.law->restitution && t.approach < -std::max(slow_speed(t), impact_speed(t))) {
+    if (t.law->restitution && t.approach < -std::max(slow_speed(in_, t), impact_speed(in_, t))) {
       const double approach = strains(in_.model, t) ? std::min(t.u_ref, 0.0) : t.approach,
                    restitution = t.law->restitution_at(approach);
       c.bias[0] = part.normal * restitution * approach;
@@ -89,21 +50,11 @@ IslandStepper::Restitution IslandStepper::impact_rows(const Restitution& part) {
       asked.along = std::max(asked.along, std::abs(*t.law->restitution_tangential));
     }
   }
-  add_rolling_rows();
+  add_rolling_rows(in_, step_);
   double mass = 0;
   for (const Body& b : step_.bodies) mass += in_.model.blocks[static_cast<std::size_t>(b.block)].mass;
   add_held_rows(step_.problem, in_.model, step_.bodies, 0, 1e6 * mass * in_.scale.speed);
   return asked;
-}
-
-/// Of the bodies with one of their velocities, in the masses of the problem [J].
-double IslandStepper::kinetic(Vec12 Body::*velocity) const {
-  double sum = 0;
-  for (const Body& b : step_.bodies)
-    sum += 0.5 * (b.*velocity)
-                     .head(b.ndof)
-                     .dot(b.free.mass.topLeftCorner(b.ndof, b.ndof) * (b.*velocity).head(b.ndof));
-  return sum;
 }
 
 void IslandStepper::note_impacts_on_skin(double time) {
@@ -124,7 +75,7 @@ void IslandStepper::note_impacts_on_skin(double time) {
 /// The impulse of no duration from the state kept. Where it is unsolved all is as it was; `frozen_strain` is
 /// of begin_step().
 IslandStepper::Impact IslandStepper::strike(const Restitution& part, bool frozen_strain) {
-  begin_step(0, frozen_strain);
+  begin_step(in_, step_, 0, frozen_strain);
   // A rigid impulse meets the mean motion of a straining block, whose spin has all of its angular momentum,
   // J^-1 L: the energies of that motion and of the strain rates add up, and what the contact gives and takes
   // is all that changes. Where the inertia is not a cube's, the spin beside the strain rates is another.
@@ -138,13 +89,15 @@ IslandStepper::Impact IslandStepper::strike(const Restitution& part, bool frozen
   if (!solve_rolling(0, Effort::last_resort)) return Impact::unsolved;
   step_.pending = Ledger{};
   apply(0);
-  if (!finite()) {
-    restore();
+  if (!finite_bodies(in_, step_)) {
+    restore_bodies(in_, step_);
     return Impact::unsolved;
   }
   const bool gives = part.normal * asked.normal > 0 || part.along * asked.along > 0;
-  return gives && kinetic(&Body::v_solved) > kinetic(&Body::v0) * (1 + impact_round_off) ? Impact::gains
-                                                                                         : Impact::done;
+  return gives && kinetic_energy(step_, &Body::v_solved) >
+                      kinetic_energy(step_, &Body::v0) * (1 + impact_round_off)
+             ? Impact::gains
+             : Impact::done;
 }
 
 /// The impulse with the largest part of the restitution between `none`, which makes no energy, and `all`,
@@ -160,13 +113,13 @@ IslandStepper::Impact IslandStepper::most_of(const Restitution& none, const Rest
   Impact impact = Impact::done;
   for (int i = 0; i < halvings; ++i) {
     const double middle = 0.5 * (least + most);
-    restore();
+    restore_bodies(in_, step_);
     impact = strike(part(middle), frozen_strain);
     if (impact == Impact::unsolved) return impact;
     (impact == Impact::gains ? most : least) = middle;
   }
   if (impact == Impact::done) return impact;
-  restore();
+  restore_bodies(in_, step_);
   return strike(part(least), frozen_strain);
 }
 
@@ -176,10 +129,11 @@ bool IslandStepper::impact_stage(double time) {
   bool approaching = false, given = false, along = false;
   for (Touch& t : step_.touches) {
     t.row = -1;
-    if (!meets_hard(t)) continue;
+    if (!meets_hard(in_, t)) continue;
     along = along || t.law->restitution_tangential.value_or(0) != 0;
     const bool closes = in_.scale.left_open(t) && t.approach > -2 * in_.scale.closing_speed();
-    if (t.approach < -impact_speed(t) && !closes && !(t.bond() > 0)) {  // what holds together does not meet
+    if (t.approach < -impact_speed(in_, t) && !closes &&
+        !(t.bond() > 0)) {  // what holds together does not meet
       approaching = true;
       given = given || t.law->restitution.has_value();
     }
@@ -187,7 +141,7 @@ bool IslandStepper::impact_stage(double time) {
   if (!approaching) return true;
   ++impacts_;
   ++report_.counters.impacts;
-  save();
+  save_bodies(in_, step_);
   // What a contact is asked to keep of its slip, or to turn round, may take more work than stopping its
   // normal motion gives: with its velocity before and after u0 and u1, W its own inverse mass, the energy
   // changes by 1/2 (u0 + u1) . W^-1 (u1 - u0), of either sign where W couples the two. Restitution along the
@@ -195,13 +149,13 @@ bool IslandStepper::impact_stage(double time) {
   // friction at several contacts alone, after it.
   Impact impact = strike({1, 1}, given);
   if (impact == Impact::gains && along) {
-    restore();
+    restore_bodies(in_, step_);
     impact = strike({1, 0}, given);
     if (impact == Impact::done) impact = most_of({1, 0}, {1, 1}, given);
     ++report_.counters.reduced;
   }
   if (impact == Impact::gains) {
-    restore();
+    restore_bodies(in_, step_);
     impact = strike({0, 0}, given);
     if (impact == Impact::done) impact = most_of({0, 0}, {1, 0}, given);
     ++report_.counters.reduced;

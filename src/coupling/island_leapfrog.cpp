@@ -33,6 +33,45 @@ void set_rates(dda::State& s, std::size_t k, const StrainDynamics& d, const Vec6
   s.eps_rate[k] = rates;
 }
 
+/// Takes a block's velocity on by that time under gravity alone.
+void convert(const IslandContext& in, Body& b, double time) {
+  const auto k = static_cast<std::size_t>(b.block);
+  const Vec3 before = in.state.v[k];
+  in.state.v[k] += time * in.model.gravity;
+  b.converted += 0.5 * in.model.blocks[k].mass * (in.state.v[k].squaredNorm() - before.squaredNorm());
+}
+
+/// Per body, whether a hard contact pressed on it in the step.
+std::vector<char> held_by_hard_contacts(const IslandContext& in, const Step& step) {
+  std::vector<char> held(step.bodies.size(), 0);
+  const auto hold = [&](int block) {
+    if (const int l = in.local[static_cast<std::size_t>(block)]; l >= 0)
+      held[static_cast<std::size_t>(l)] = 1;
+  };
+  for (const Touch& t : step.touches) {
+    if (t.row < 0 || t.stiffness > 0 || t.impulse.isZero(0)) continue;
+    if (t.b >= 0) hold(t.b);
+    if (t.a.kind == Partner::Kind::block) hold(t.a.index);
+  }
+  return held;
+}
+
+/// Normal velocity at which such a spring's sides part, at the point that its impulse acts at, in the present
+/// state [m/s].
+double separation_speed(const IslandContext& in, const Touch& t) {
+  if (!goes_by_its_row(in, t))
+    return t.at.normal.dot(point_velocity(in.state, t.b, t.at.point_b) -
+                           partner_velocity(in.state, in.env, t));
+  if (in.deformable_structure(t))
+    return t.at.normal.dot(point_velocity(in.state, t.b, t.at.point_a) -
+                           partner_velocity(in.state, in.env, t));
+  const bool blocks = t.a.kind == Partner::Kind::block;
+  const Pose pose = blocks ? dda::pose(in.state, t.a.index) : Pose{};
+  const Vec3 x = acts_between(normal_owner(t, in.model, in.env, &pose), t.at.point_a, t.at.point_b);
+  return t.at.normal.dot(point_velocity(in.state, t.b, x) -
+                         (blocks ? point_velocity(in.state, t.a.index, x) : Vec3(Vec3::Zero())));
+}
+
 }  // namespace
 
 StrainDynamics strain_dynamics(const dda::Model::Block& block, const dda::State& s, int i) {
@@ -60,84 +99,65 @@ Vec3 BeforeFullStep::operator()(const Vec3& x) const {
   return spin_.cross(x - centre_) + gradient_ * (x - centre_);
 }
 
-/// The blocks that something hard touches, or pressed on in the last step.
-void IslandStepper::find_pressed() {
-  for (Body& b : step_.bodies) b.pressed = b.at_half_step = false, b.converted = 0;
-  if (!in_.leapfrog()) return;
+void find_pressed(const IslandContext& in, Step& step) {
+  for (Body& b : step.bodies) b.pressed = b.at_half_step = false, b.converted = 0;
+  if (!in.leapfrog()) return;
   const auto set = [&](int block, bool Body::*flag) {
-    if (const int l = in_.local[static_cast<std::size_t>(block)]; l >= 0)
-      step_.bodies[static_cast<std::size_t>(l)].*flag = true;
+    if (const int l = in.local[static_cast<std::size_t>(block)]; l >= 0)
+      step.bodies[static_cast<std::size_t>(l)].*flag = true;
   };
   const auto press = [&](int block) { set(block, &Body::pressed); };
-  for (const Body& b : step_.bodies)
-    for (const ContactMemory& m : in_.history[static_cast<std::size_t>(b.block)]) {
+  for (const Body& b : step.bodies)
+    for (const ContactMemory& m : in.history[static_cast<std::size_t>(b.block)]) {
       if (m.stiffness > 0 || m.force.isZero(0)) continue;
       set(b.block, &Body::at_half_step);
       if (static_cast<Partner::Kind>(m.partner >> 32) == Partner::Kind::block)
         set(static_cast<int>(m.partner & 0xffffffff), &Body::at_half_step);
     }
-  for (const Touch& t : step_.touches) {
-    if (t.b < 0 || t.stiffness > 0 || !(t.persistent || t.at.gap <= in_.scale.touch_gap())) continue;
+  for (const Touch& t : step.touches) {
+    if (t.b < 0 || t.stiffness > 0 || !(t.persistent || t.at.gap <= in.scale.touch_gap())) continue;
     press(t.b);
     if (t.a.kind == Partner::Kind::block) press(t.a.index);
   }
 }
 
-/// Takes a block's velocity on by that time under gravity alone.
-void IslandStepper::convert(Body& b, double time) {
-  const auto k = static_cast<std::size_t>(b.block);
-  const Vec3 before = in_.state.v[k];
-  in_.state.v[k] += time * in_.model.gravity;
-  b.converted += 0.5 * in_.model.blocks[k].mass * (in_.state.v[k].squaredNorm() - before.squaredNorm());
-}
-
-/// Per body, whether a hard contact pressed on it in the step.
-std::vector<char> IslandStepper::held_by_hard_contacts() const {
-  std::vector<char> held(step_.bodies.size(), 0);
-  const auto hold = [&](int block) {
-    if (const int l = in_.local[static_cast<std::size_t>(block)]; l >= 0)
-      held[static_cast<std::size_t>(l)] = 1;
-  };
-  for (const Touch& t : step_.touches) {
-    if (t.row < 0 || t.stiffness > 0 || t.impulse.isZero(0)) continue;
-    if (t.b >= 0) hold(t.b);
-    if (t.a.kind == Partner::Kind::block) hold(t.a.index);
+void to_half_steps(const IslandContext& in, Step& step, double h) {
+  for (Body& b : step.bodies) {
+    if (b.pressed && !b.at_half_step) convert(in, b, -0.5 * h);
+    if (!b.pressed && b.at_half_step) convert(in, b, 0.5 * (step.last_length > 0 ? step.last_length : h));
   }
-  return held;
-}
-
-void IslandStepper::to_half_steps(double h) {
-  for (Body& b : step_.bodies) {
-    if (b.pressed && !b.at_half_step) convert(b, -0.5 * h);
-    if (!b.pressed && b.at_half_step) convert(b, 0.5 * (step_.last_length > 0 ? step_.last_length : h));
-  }
-  for (Body& b : step_.bodies) {
-    if (!b.leapfrog || !in_.model.blocks[static_cast<std::size_t>(b.block)].deformable) continue;
+  for (Body& b : step.bodies) {
+    if (!b.leapfrog || !in.model.blocks[static_cast<std::size_t>(b.block)].deformable) continue;
     const auto k = static_cast<std::size_t>(b.block);
-    b.internal0 = in_.internal_energy(b.block);
-    const StrainDynamics d = strain_dynamics(in_.model.blocks[k], in_.state, b.block);
-    set_rates(in_.state, k, d, d.rates_before(in_.state, k, h));
+    b.internal0 = in.internal_energy(b.block);
+    const StrainDynamics d = strain_dynamics(in.model.blocks[k], in.state, b.block);
+    set_rates(in.state, k, d, d.rates_before(in.state, k, h));
   }
-  for (Touch& t : step_.touches)
-    if (in_.leapfrog() && t.b >= 0) t.approach = parts_at(t);
+  for (Touch& t : step.touches)
+    if (in.leapfrog() && t.b >= 0) t.approach = separation_speed(in, t);
 }
 
-void IslandStepper::to_full_steps(double h) {
-  if (in_.leapfrog()) {
-    const std::vector<char> held = held_by_hard_contacts();
-    for (std::size_t l = 0; l < step_.bodies.size(); ++l)
-      if (step_.bodies[l].pressed != (held[l] != 0))
-        convert(step_.bodies[l], step_.bodies[l].pressed ? 0.5 * h : -0.5 * h);
+void to_full_steps(const IslandContext& in, Step& step, double h) {
+  if (in.leapfrog()) {
+    const std::vector<char> held = held_by_hard_contacts(in, step);
+    for (std::size_t l = 0; l < step.bodies.size(); ++l)
+      if (step.bodies[l].pressed != (held[l] != 0))
+        convert(in, step.bodies[l], step.bodies[l].pressed ? 0.5 * h : -0.5 * h);
   }
-  for (const Body& b : step_.bodies) {
+  for (const Body& b : step.bodies) {
     if (!b.leapfrog || b.ndof != 12) continue;
     const auto k = static_cast<std::size_t>(b.block);
-    const StrainDynamics d = strain_dynamics(in_.model.blocks[k], in_.state, b.block);
-    set_rates(
-        in_.state, k, d,
-        in_.state.eps_rate[k] + d.mass.llt().solve(0.25 * h * h * (d.stiffness * in_.state.eps_rate[k]) -
-                                                   0.5 * h * (d.stiffness * in_.state.eps[k])));
+    const StrainDynamics d = strain_dynamics(in.model.blocks[k], in.state, b.block);
+    set_rates(in.state, k, d,
+              in.state.eps_rate[k] + d.mass.llt().solve(0.25 * h * h * (d.stiffness * in.state.eps_rate[k]) -
+                                                        0.5 * h * (d.stiffness * in.state.eps[k])));
   }
+}
+
+bool goes_by_its_row(const IslandContext& in, const Touch& t) {
+  const auto strains = [&](int block) { return in.model.blocks[static_cast<std::size_t>(block)].deformable; };
+  return in.leapfrog() && t.stiffness > 0 && t.b >= 0 && !t.normal_law.bed &&
+         (strains(t.b) || (t.a.kind == Partner::Kind::block && strains(t.a.index)));
 }
 
 }  // namespace talus::coupling

@@ -119,7 +119,7 @@ double IslandStepper::project(double h) {
                       // stays in each other
   for (int pass = 0; pass < 24 && (pass == 0 || std::max(deepest, drifted) > left) && fruitless < 4; ++pass) {
     ++report_.counters.projections;
-    begin_step(0, true);
+    begin_step(in_, step_, 0, true);
     for (Body& b :
          step_.bodies) {  // how far fixed points of one block are from each other is for its strains to keep
       const dda::Model::Block& block = in_.model.blocks[static_cast<std::size_t>(b.block)];
@@ -185,7 +185,7 @@ double IslandStepper::project(double h) {
       in_.state.q[k] = (dda::rotation_by(d.segment<3>(3)) * in_.state.q[k]).normalized();
       if (b.ndof == 12) in_.state.eps[k] += d.tail<6>();
       fall[i] = in_.model.blocks[k].mass * in_.model.gravity.dot(d.head<3>());
-      set_spin(b.block, momentum - moments[i], in_.model.blocks[k].deformable);
+      set_spin(in_, b.block, momentum - moments[i], in_.model.blocks[k].deformable);
       turning[i] = in_.internal_energy(b.block) - before_it;
     });
     for (std::size_t i = 0; i < step_.bodies.size(); ++i) {

@@ -29,15 +29,14 @@
 
 namespace talus::coupling {
 
-/// Blocks of the end rule that springs connect to a block of the trapezoid, at once or through others.
-void IslandStepper::find_followers() {
+void find_followers(const IslandContext& in, Step& step) {
   const auto body_of = [&](int block) -> Body* {
-    const int l = in_.local[static_cast<std::size_t>(block)];
-    return l < 0 ? nullptr : &step_.bodies[static_cast<std::size_t>(l)];
+    const int l = in.local[static_cast<std::size_t>(block)];
+    return l < 0 ? nullptr : &step.bodies[static_cast<std::size_t>(l)];
   };
   for (bool changed = true; changed;) {
     changed = false;
-    for (const Touch& t : step_.touches) {
+    for (const Touch& t : step.touches) {
       if (t.spring != Mode::spring_end || t.a.kind != Partner::Kind::block || t.b < 0) continue;
       Body *const a = body_of(t.a.index), *const b = body_of(t.b);
       if (a == nullptr) continue;
@@ -48,36 +47,34 @@ void IslandStepper::find_followers() {
   }
 }
 
-/// By the solution just applied: force of each spring on blocks that follow, and the stress that these strain
-/// against.
-void IslandStepper::balance_springs(double h) {
-  if (std::none_of(step_.bodies.begin(), step_.bodies.end(), [](const Body& b) { return b.follows; })) return;
+void balance_springs(const IslandContext& in, Step& step, double h) {
+  if (std::none_of(step.bodies.begin(), step.bodies.end(), [](const Body& b) { return b.follows; })) return;
   struct Balance {
     Mat12 stiffness = Mat12::Zero();                     // K + A/h^2
     Vec12 force = Vec12::Zero(), place = Vec12::Zero();  // G_np - G_n, e
   };
-  std::vector<Balance> balances(step_.bodies.size());
-  std::vector<Mat6> elastic(step_.bodies.size());  // of blocks that strain, times their volume [J]
-  for (std::size_t i = 0; i < step_.bodies.size(); ++i) {
-    const Body& b = step_.bodies[i];
+  std::vector<Balance> balances(step.bodies.size());
+  std::vector<Mat6> elastic(step.bodies.size());  // of blocks that strain, times their volume [J]
+  for (std::size_t i = 0; i < step.bodies.size(); ++i) {
+    const Body& b = step.bodies[i];
     if (!b.follows) continue;
     balances[i].stiffness.topLeftCorner(b.ndof, b.ndof) = b.free.mass.topLeftCorner(b.ndof, b.ndof) / (h * h);
     if (b.ndof < 12) continue;
-    const dda::Model::Block& block = in_.model.blocks[static_cast<std::size_t>(b.block)];
+    const dda::Model::Block& block = in.model.blocks[static_cast<std::size_t>(b.block)];
     elastic[i] = block.volume * dda::elastic_matrix(block.young, block.poisson);
-    balances[i].force.tail<6>() = elastic[i] * (in_.state.eps[static_cast<std::size_t>(b.block)] - b.eps0);
+    balances[i].force.tail<6>() = elastic[i] * (in.state.eps[static_cast<std::size_t>(b.block)] - b.eps0);
   }
   const auto each_follower = [&](const Touch& t, auto&& use) {  // with the row of its normal
-    const contact::ProblemContact& c = step_.problem.contacts[static_cast<std::size_t>(t.row)];
+    const contact::ProblemContact& c = step.problem.contacts[static_cast<std::size_t>(t.row)];
     for (int k = c.first_term; k < c.first_term + c.terms; ++k) {
-      const contact::ContactTerm& term = step_.problem.terms[static_cast<std::size_t>(k)];
-      if (term.body >= static_cast<int>(step_.bodies.size()) ||
-          !step_.bodies[static_cast<std::size_t>(term.body)].follows)
+      const contact::ContactTerm& term = step.problem.terms[static_cast<std::size_t>(k)];
+      if (term.body >= static_cast<int>(step.bodies.size()) ||
+          !step.bodies[static_cast<std::size_t>(term.body)].follows)
         continue;
-      const int n = step_.bodies[static_cast<std::size_t>(term.body)].ndof;
+      const int n = step.bodies[static_cast<std::size_t>(term.body)].ndof;
       use(balances[static_cast<std::size_t>(term.body)],
           Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>(
-              step_.problem.jacobians.data() + term.jacobian, 3, n)
+              step.problem.jacobians.data() + term.jacobian, 3, n)
               .row(0),
           n);
     }
@@ -86,15 +83,15 @@ void IslandStepper::balance_springs(double h) {
     return t.pulls() ? t.normal_law.force(x) : std::max(0.0, t.normal_law.force(std::max(0.0, x)));
   };
   const auto secant = [&](const Touch& t) {  // k_i
-    const double way = t.indentation + t.at.gap, rounding = 1e-12 * in_.scale.length;
+    const double way = t.indentation + t.at.gap, rounding = 1e-12 * in.scale.length;
     return std::max(0.0, std::abs(way) > rounding ? (force(t, t.indentation) - force(t, -t.at.gap)) / way
                          : t.indentation < 0 && !t.pulls() ? 0.0
                                                            : t.normal_law.slope(t.indentation));
   };
   const auto on_followers = [&](const Touch& t) {
-    return t.row >= 0 && t.b >= 0 && t.spring == Mode::spring_end && !in_.deformable_structure(t);
+    return t.row >= 0 && t.b >= 0 && t.spring == Mode::spring_end && !in.deformable_structure(t);
   };
-  for (const Touch& t : step_.touches) {
+  for (const Touch& t : step.touches) {
     if (!on_followers(t)) continue;
     const double k = secant(t), risen = force(t, t.indentation) - force(t, -t.at.gap);
     each_follower(t, [&](Balance& balance, const auto& j, int n) {
@@ -102,17 +99,17 @@ void IslandStepper::balance_springs(double h) {
       balance.stiffness.topLeftCorner(n, n) += k * j.transpose() * j;
     });
   }
-  step_.each_body([&](Body& b) {
+  step.each_body([&](Body& b) {
     if (!b.follows) return;
-    const auto i = static_cast<std::size_t>(&b - step_.bodies.data());
+    const auto i = static_cast<std::size_t>(&b - step.bodies.data());
     Balance& balance = balances[i];
     balance.place.head(b.ndof) =
         0.5 * balance.stiffness.topLeftCorner(b.ndof, b.ndof).llt().solve(balance.force.head(b.ndof));
     if (b.ndof == 12)
-      b.strain_lag = h * (elastic[i] * (0.5 * (in_.state.eps[static_cast<std::size_t>(b.block)] - b.eps0) -
+      b.strain_lag = h * (elastic[i] * (0.5 * (in.state.eps[static_cast<std::size_t>(b.block)] - b.eps0) -
                                         balance.place.tail<6>()));
   });
-  for (Touch& t : step_.touches) {
+  for (Touch& t : step.touches) {
     if (!on_followers(t)) continue;
     double aside = 0;
     each_follower(

@@ -35,40 +35,40 @@ void push_couple(std::vector<double>& pool, std::span<const Vec3> axes, int ndof
 
 double equivalent_radius(double volume) { return std::cbrt(0.75 * volume / M_PI); }
 
-}  // namespace
-
-/// R: of a block at what is fixed its equivalent radius, of two blocks half of their harmonic mean [m].
-double IslandStepper::rolling_arm(const Touch& t) const {
-  const double arm = equivalent_radius(in_.model.blocks[static_cast<std::size_t>(t.b)].volume);
-  if (t.a.kind != Partner::Kind::block || in_.local[static_cast<std::size_t>(t.a.index)] < 0) return arm;
-  const double other = equivalent_radius(in_.model.blocks[static_cast<std::size_t>(t.a.index)].volume);
-  return arm * other / (arm + other);
-}
-
 /// A row between the two sides of a touch, R (w_b - w_a) . axis for each, bounded by nothing yet.
-contact::ProblemContact IslandStepper::couple(const Touch& t, std::span<const Vec3> axes) {
-  const int a = t.a.kind == Partner::Kind::block ? in_.local[static_cast<std::size_t>(t.a.index)] : -1,
-            b = in_.local[static_cast<std::size_t>(t.b)];
-  const double arm = rolling_arm(t);
+contact::ProblemContact couple(const IslandContext& in, Step& step, const Touch& t,
+                               std::span<const Vec3> axes) {
+  const int a = t.a.kind == Partner::Kind::block ? in.local[static_cast<std::size_t>(t.a.index)] : -1,
+            b = in.local[static_cast<std::size_t>(t.b)];
+  const double arm = rolling_arm(in, t);
   contact::ProblemContact c;
-  c.first_term = static_cast<int>(step_.problem.terms.size());
+  c.first_term = static_cast<int>(step.problem.terms.size());
   for (const auto& [body, sign] : {std::pair(a, -1.0), std::pair(b, 1.0)}) {
     if (body < 0) continue;
-    step_.problem.terms.push_back({body, static_cast<int>(step_.problem.jacobians.size())});
-    push_couple(step_.problem.jacobians, axes, step_.bodies[static_cast<std::size_t>(body)].ndof, sign * arm);
+    step.problem.terms.push_back({body, static_cast<int>(step.problem.jacobians.size())});
+    push_couple(step.problem.jacobians, axes, step.bodies[static_cast<std::size_t>(body)].ndof, sign * arm);
   }
-  c.terms = static_cast<int>(step_.problem.terms.size()) - c.first_term;
+  c.terms = static_cast<int>(step.problem.terms.size()) - c.first_term;
   c.bias[0] = 1;  // its normal row never closes
-  c.compliance[0] = 1 / in_.model.blocks[static_cast<std::size_t>(t.b)].mass;
+  c.compliance[0] = 1 / in.model.blocks[static_cast<std::size_t>(t.b)].mass;
   return c;
 }
 
-/// The couples of every touch that resists rolling or drilling, after the rows of all touches; bounded by
-/// nothing yet.
-void IslandStepper::add_rolling_rows() {
-  for (const Touch& t : step_.touches) {
+}  // namespace
+
+double rolling_arm(const IslandContext& in, const Touch& t) {
+  const double arm = equivalent_radius(in.model.blocks[static_cast<std::size_t>(t.b)].volume);
+  if (t.a.kind != Partner::Kind::block || in.local[static_cast<std::size_t>(t.a.index)] < 0) return arm;
+  const double other = equivalent_radius(in.model.blocks[static_cast<std::size_t>(t.a.index)].volume);
+  return arm * other / (arm + other);
+}
+
+void add_rolling_rows(const IslandContext& in, Step& step) {
+  for (const Touch& t : step.touches) {
     if (couples(t) == 0) continue;
-    const auto add = [&](std::span<const Vec3> axes) { step_.problem.contacts.push_back(couple(t, axes)); };
+    const auto add = [&](std::span<const Vec3> axes) {
+      step.problem.contacts.push_back(couple(in, step, t, axes));
+    };
     const std::array<Vec3, 2> tangents{t.frame.col(1), t.frame.col(2)};
     const std::array<Vec3, 1> normal{t.frame.col(0)};
     if (t.law->rolling_resistance > 0) add(tangents);
@@ -76,22 +76,18 @@ void IslandStepper::add_rolling_rows() {
   }
 }
 
-/// A couple for each pair whose springs press on a face and carry more motion than the accuracy may lose,
-/// after all other rows: its work is the scheme's, as that of fixed points. Its bound goes by the impulses of
-/// the pass before, of a contact that begins by what comes.
-void IslandStepper::add_rocking_rows(double h, bool first_pass) {
+void add_rocking_rows(const IslandContext& in, Step& step, double h, bool first_pass) {
   constexpr std::size_t corners = 3;  // of a face, at least
-  step_.rocking_rows = 0;
-  if (!step_.sprung) return;
-  const double arm = contact::tolerances().rocking_arm * in_.settings.accuracy * in_.scale.length;
-  for (std::size_t from = 0, to = 0; from < step_.touches.size(); from = to) {
-    const Touch& first = step_.touches[from];
+  step.rocking_rows = 0;
+  if (!step.sprung) return;
+  const double arm = contact::tolerances().rocking_arm * in.settings.accuracy * in.scale.length;
+  for (std::size_t from = 0, to = 0; from < step.touches.size(); from = to) {
+    const Touch& first = step.touches[from];
     std::size_t points = 0;
     double pressed = 0, meets = 0;
     bool swings = false;
-    for (; to < step_.touches.size() && step_.touches[to].a == first.a && step_.touches[to].b == first.b;
-         ++to) {
-      const Touch& t = step_.touches[to];
+    for (; to < step.touches.size() && step.touches[to].a == first.a && step.touches[to].b == first.b; ++to) {
+      const Touch& t = step.touches[to];
       if (t.row < 0 || t.stiffness == 0) continue;
       ++points;
       swings = swings || t.energetic;
@@ -101,20 +97,18 @@ void IslandStepper::add_rocking_rows(double h, bool first_pass) {
     }
     if (!swings || points < corners || first.b < 0) continue;
     const auto& t =
-        *std::find_if(step_.touches.begin() + static_cast<std::ptrdiff_t>(from), step_.touches.end(),
+        *std::find_if(step.touches.begin() + static_cast<std::ptrdiff_t>(from), step.touches.end(),
                       [](const Touch& of) { return of.row >= 0 && of.stiffness > 0; });
-    contact::ProblemContact c = couple(t, std::array<Vec3, 2>{t.frame.col(1), t.frame.col(2)});
-    c.cohesion = arm / rolling_arm(t) * (pressed > 0 ? pressed : meets);
-    step_.problem.contacts.push_back(c);
-    ++step_.rocking_rows;
+    contact::ProblemContact c = couple(in, step, t, std::array<Vec3, 2>{t.frame.col(1), t.frame.col(2)});
+    c.cohesion = arm / rolling_arm(in, t) * (pressed > 0 ? pressed : meets);
+    step.problem.contacts.push_back(c);
+    ++step.rocking_rows;
   }
 }
 
-/// Bounds the rolling rows by the normal impulses [N s] that `pressed` tells; by how much that changed them,
-/// over what they are.
-double IslandStepper::limit_rolling(const std::function<double(const Touch&)>& pressed) {
+double limit_rolling(Step& step, const std::function<double(const Touch&)>& pressed) {
   double change = 0, all = 0;
-  each_rolling(step_.touches, step_.problem,
+  each_rolling(step.touches, step.problem,
                [&](const Touch& t, double resistance, contact::ProblemContact& c) {
                  const double bound = resistance * std::max(0.0, pressed(t));
                  change += std::abs(bound - c.cohesion);
@@ -143,7 +137,7 @@ bool IslandStepper::solve_rolling(double h, Effort effort) {
       bounds.push_back(c.cohesion);
     });
     if (bounds.empty() ||
-        limit_rolling(found) <=
+        limit_rolling(step_, found) <=
             std::max(same, h > 0 ? contact::tolerances().rolling_bound * in_.settings.accuracy : 0.0))
       break;
     residuals.clear();

@@ -24,10 +24,10 @@ Vec3 on_nodes(const Structure& structure, const SurfaceWeights& w) {
   return x;
 }
 
-/// Where the impulse between two points acts: at that of the side that does not own the normal, or in the
-/// middle.
-Vec3 acts_between(NormalOwner owner, const Vec3& a, const Vec3& b) {
-  return owner == NormalOwner::a ? b : owner == NormalOwner::b ? a : Vec3(0.5 * (a + b));
+/// Where springs act within the step its impulses do not all act from its start: x + h v^+ holds for blocks
+/// of the springs' end rule alone.
+bool onsets_by_trapezoid(const Step& step, const Body* a, const Body& b) {
+  return step.sprung && !(b.end_rule && (a == nullptr || a->end_rule));
 }
 
 }  // namespace
@@ -108,10 +108,6 @@ Vec3 IslandStepper::add_structure_terms(int row, int structure, const SurfaceWei
   return velocity;
 }
 
-double IslandStepper::left_inside(double gap, double h) const {
-  return coupling::left_inside(gap, in_.island->blocks.empty() ? in_.scale.speed : step_.fastest, h);
-}
-
 void IslandStepper::add_surface_row(Touch& t, double h, bool first_pass) {
   t.normal = t.at.normal;
   t.frame = contact_frame(t.normal);
@@ -140,11 +136,11 @@ void IslandStepper::add_surface_row(Touch& t, double h, bool first_pass) {
   t.u_ref = u_ref[0];
   t.gap_ref = t.at.gap + h * t.normal.dot(b - a);
   if (t.mode == Mode::end)
-    c.bias[0] = (t.gap_ref - left_inside(t.at.gap, h)) / h - t.u_ref;
+    c.bias[0] = (t.gap_ref - left_inside(in_, step_, t.at.gap, h)) / h - t.u_ref;
   else
-    secant_row(t, c, h, first_pass);
+    secant_row(in_, step_, t, c, h, first_pass);
   if (t.shear_stiffness > 0 && t.mode != Mode::end && c.friction + c.cohesion > 0)
-    shear_row(t, c, h, t.frame.transpose() * (h * (b - a)), u_ref);
+    shear_row(in_, step_, t, c, h, t.frame.transpose() * (h * (b - a)), u_ref);
   c.impulse = first_pass ? Vec3(h * (t.frame.transpose() * t.warm)) : t.impulse;
   step_.problem.contacts.push_back(c);
 }
@@ -203,38 +199,6 @@ void IslandStepper::fill_rows(double h, bool first_pass) {
   step_.each_touch([&](Touch& t) {
     if (t.row >= 0) fill_row(t, h, first_pass);
   });
-}
-
-/// Where springs act within the step its impulses do not all act from its start: x + h v^+ holds for blocks
-/// of the springs' end rule alone.
-bool IslandStepper::onsets_by_trapezoid(const Body* a, const Body& b) const {
-  return step_.sprung && !(b.end_rule && (a == nullptr || a->end_rule));
-}
-
-/// A contact spring of a block that strains, beside a structure in explicit steps. A bed's columns know where
-/// the block lies.
-bool IslandStepper::goes_by_its_row(const Touch& t) const {
-  const auto strains = [&](int block) {
-    return in_.model.blocks[static_cast<std::size_t>(block)].deformable;
-  };
-  return in_.leapfrog() && t.stiffness > 0 && t.b >= 0 && !t.normal_law.bed &&
-         (strains(t.b) || (t.a.kind == Partner::Kind::block && strains(t.a.index)));
-}
-
-/// Normal velocity at which such a spring's sides part, at the point that its impulse acts at, in the present
-/// state [m/s].
-double IslandStepper::parts_at(const Touch& t) const {
-  if (!goes_by_its_row(t))
-    return t.at.normal.dot(point_velocity(in_.state, t.b, t.at.point_b) -
-                           partner_velocity(in_.state, in_.env, t));
-  if (in_.deformable_structure(t))
-    return t.at.normal.dot(point_velocity(in_.state, t.b, t.at.point_a) -
-                           partner_velocity(in_.state, in_.env, t));
-  const bool blocks = t.a.kind == Partner::Kind::block;
-  const Pose pose = blocks ? dda::pose(in_.state, t.a.index) : Pose{};
-  const Vec3 x = acts_between(normal_owner(t, in_.model, in_.env, &pose), t.at.point_a, t.at.point_b);
-  return t.at.normal.dot(point_velocity(in_.state, t.b, x) -
-                         (blocks ? point_velocity(in_.state, t.a.index, x) : Vec3(Vec3::Zero())));
 }
 
 void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
@@ -341,7 +305,7 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
   // The spring of a block that strains goes by the way of the point that its impulse acts at, as the
   // impulse's work does: one as deep aside as the spring is strained otherwise.
   Vec3 aside = Vec3::Zero();
-  if (goes_by_its_row(t)) {
+  if (goes_by_its_row(in_, t)) {
     const auto beyond = [](const Body& b, const Vec3& acts, const Vec3& x) {
       return Vec3((b.at_end(acts) - acts) - (b.at_end(x) - x));
     };
@@ -352,7 +316,8 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
   // Velocity at the end of the linearisation, at the true end configuration and in the carried frame.
   const double gap_ref = n_end.dot(b_end - a_end + aside) + t.offset;
   Vec3 u_end = u_ref;
-  const bool by_trapezoid = t.mode == Mode::end && (in_.condensed || onsets_by_trapezoid(body_a, body_b));
+  const bool by_trapezoid =
+      t.mode == Mode::end && (in_.condensed || onsets_by_trapezoid(step_, body_a, body_b));
   if (t.mode == Mode::closed || by_trapezoid) {
     Vec3 relative = body_b.velocity_at_end(p_end);
     if (body_a != nullptr) relative -= body_a->velocity_at_end(p_end);
@@ -389,12 +354,12 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
       if (by_trapezoid) {
         t.theta = 0.5;
         c.bias = u_end - u_ref;
-        if (!t.glued) c.bias[0] += approach_left(t, h);
+        if (!t.glued) c.bias[0] += approach_left(in_, step_, t, h);
         break;
       }
       c.bias[0] = (gap_ref - (!with_structure ? 0.0
                               : t.glued       ? t.at.gap
-                                              : left_inside(t.at.gap, h))) /
+                                              : left_inside(in_, step_, t.at.gap, h))) /
                       h -
                   u_ref[0];  // what is bonded stays where it is
       if (!first_pass) c.bias.tail<2>().setZero();
@@ -438,7 +403,7 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
     case Mode::spring_secant:
       t.gap_ref = gap_ref;
       t.u_ref = u_ref[0];
-      secant_row(t, c, h, first_pass);
+      secant_row(in_, step_, t, c, h, first_pass);
       break;
     case Mode::idle: break;
   }
@@ -448,7 +413,7 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
     // the force's work: a depth inside the other side, what turns moves another way.
     const bool by_rates = kick || !with_structure || (in_.condensed && t.mode == Mode::spring_end);
     const Vec3 way = stretches ? Vec3(0.5 * (u_before + u_ref)) : u_ref;
-    shear_row(t, c, h,
+    shear_row(in_, step_, t, c, h,
               by_rates ? Vec3(h * way)
                        : Vec3(t.frame.transpose() * ((b_end - t.at.point_b) - (a_end - t.at.point_a))),
               u_ref);
@@ -477,13 +442,13 @@ void IslandStepper::assemble(double h, bool lumped, bool first_pass) {
           t.mode = Mode::end;
       } else if (t.at.gap <= in_.scale.touch_gap() ||
                  (t.at.gap <= in_.scale.near_gap() &&
-                  std::abs(t.approach) <= (lumped ? slow_speed(t) : impact_speed(t)))) {
+                  std::abs(t.approach) <= (lumped ? slow_speed(in_, t) : impact_speed(in_, t)))) {
         const double resting =
             lumped && t.at.gap <= in_.scale.touch_gap()
                 ? 1e-3 * in_.model.gravity.norm() * h + contact::tolerances().still * in_.scale.speed
-                : std::max(slow_speed(t), (t.persistent ? contact::tolerances().pressed_still
-                                                        : contact::tolerances().still) *
-                                              in_.scale.speed);
+                : std::max(slow_speed(in_, t), (t.persistent ? contact::tolerances().pressed_still
+                                                             : contact::tolerances().still) *
+                                                   in_.scale.speed);
         if (t.approach > resting)
           t.mode = lumped ? Mode::end : Mode::idle;
         else if ((t.approach < -resting && lumped) || (step_.settling && t.approach > 0))
@@ -505,22 +470,24 @@ void IslandStepper::assemble(double h, bool lumped, bool first_pass) {
   const bool sprung =
       std::ranges::any_of(step_.touches, [](const Touch& t) { return t.row >= 0 && t.stiffness > 0; });
   if (!sprung && in_.island->structures.empty())
-    mark_reached([](const Touch&) { return true; },
-                 [&](const Touch& t) { return t.mode == Mode::end && t.at.gap + h * t.approach < 0; },
-                 [](Body& b) { b.about = b.start.c; });
+    mark_reached(
+        in_, step_, [](const Touch&) { return true; },
+        [&](const Touch& t) { return t.mode == Mode::end && t.at.gap + h * t.approach < 0; },
+        [](Body& b) { b.about = b.start.c; });
   fill_rows(h, first_pass);
   const bool give = in_.leapfrog() && step_.problem.contacts.size() >
                                           many_contacts;  // of many rows the least impulses are the solution,
                                                           // and those of the step before near to them
   if (in_.leapfrog())
     spare_jammed(step_.touches, in_.scale.touch_gap(), give ? std::exp(-h / jams_last) : 0.0, step_.problem);
-  add_rolling_rows();
-  limit_rolling([&](const Touch& t) { return first_pass ? h * t.frame.col(0).dot(t.warm) : t.impulse[0]; });
+  add_rolling_rows(in_, step_);
+  limit_rolling(step_,
+                [&](const Touch& t) { return first_pass ? h * t.frame.col(0).dot(t.warm) : t.impulse[0]; });
   double mass = 0;
   for (const Body& b : step_.bodies) mass += in_.model.blocks[static_cast<std::size_t>(b.block)].mass;
   add_held_rows(step_.problem, in_.model, step_.bodies, h,
                 1e6 * mass * (in_.scale.speed + h * in_.model.gravity.norm()));
-  add_rocking_rows(h, first_pass);
+  add_rocking_rows(in_, step_, h, first_pass);
   finish_bodies();
   if (give) give_a_little(step_.touches, 0.1 * in_.settings.accuracy, step_.problem);
 }

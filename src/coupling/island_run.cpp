@@ -26,6 +26,42 @@ double equal_part(double time, double h) {
 bool hard_alone(const std::vector<Touch>& touches) {
   return std::all_of(touches.begin(), touches.end(), [](const Touch& t) { return t.stiffness == 0; });
 }
+/// Time in which a rigid block can meet none of its partners: the balls around it and around blocks, by their
+/// speeds and all of gravity; 0 beside terrain and structures [s].
+double apart_for(const IslandContext& in, const Body& body) {
+  const auto ball = [&](int block) {
+    return 1.001 * in.model.blocks[static_cast<std::size_t>(block)].shape->radius;
+  };
+  const auto rigid = [&](int block) {
+    return !in.model.blocks[static_cast<std::size_t>(block)].deformable &&
+           in.model.blocks[static_cast<std::size_t>(block)].fixed_points.empty();
+  };
+  if (!rigid(body.block)) return 0;
+  double time = std::numeric_limits<double>::infinity();
+  for (const CandidatePair& pair : in.island->pairs) {
+    const bool is_b = pair.b == body.block,
+               is_a = pair.a.kind == Partner::Kind::block && pair.a.index == body.block;
+    if (!is_a && !is_b) continue;
+    const auto k = static_cast<std::size_t>(pair.b), of_a = static_cast<std::size_t>(pair.a.index);
+    double gap = 0, closing = 0;
+    if (pair.a.kind == Partner::Kind::plane) {
+      const Plane& plane = in.env.planes[of_a];
+      gap = plane.normal.dot(in.state.c[k] - plane.point) - ball(pair.b);
+      closing = -plane.normal.dot(in.state.v[k]);
+    } else if (pair.a.kind == Partner::Kind::block && rigid(pair.a.index) && rigid(pair.b)) {
+      gap = (in.state.c[k] - in.state.c[of_a]).norm() - ball(pair.b) - ball(pair.a.index);
+      // Drag that brakes one of them alone brings on the other.
+      closing = in.vegetated ? in.state.v[k].norm() + in.state.v[of_a].norm()
+                             : (in.state.v[k] - in.state.v[of_a]).norm();
+    }
+    if (!(gap > 0)) return 0;
+    const double g = in.model.gravity.norm(),
+                 root = std::sqrt(closing * closing + 2 * g * gap);  // closing t + g t^2 / 2 = gap
+    if (root + closing > 0) time = std::min(time, 2 * gap / (root + closing));
+  }
+  return time;
+}
+
 }  // namespace
 
 IslandReport IslandStepper::advance(const Island& island, double t, double duration, double first_step,
@@ -65,14 +101,14 @@ IslandReport IslandStepper::run(double t, double duration) {
       go_time_stepped();
     trial.lumped = !in_.event_driven() || grazes > most_grazes || in_.jammed();
     trial.h = next_length(trial, duration, longest);
-    if (!restless && trial.h < trial.remaining * (1 - contact::tolerances().same_instant) && has_closed() &&
-        hard_alone(step_.touches) &&
+    if (!restless && trial.h < trial.remaining * (1 - contact::tolerances().same_instant) &&
+        any_contact(in_, step_) && hard_alone(step_.touches) &&
         stand(in_.model, in_.state, in_.island->blocks, still_speed(in_.model, trial.h)))
       trial.usual = std::exchange(trial.h, trial.remaining);
     find(trial.h);
     const int impacts_before = impacts_;
     release_springs(trial.h);
-    if (with_structure && !in_.condensed) blow(trial.start, trial.h);
+    if (with_structure && !in_.condensed) strikes_structure(in_, step_, trial.start, trial.h);
     if (!trial.lumped && !impact_stage(trial.start)) {  // what no impulse of no duration solves is jammed
       in_.unsolved = IslandContext::most_unsolved;
       trial.lumped = true;
@@ -80,23 +116,24 @@ IslandReport IslandStepper::run(double t, double duration) {
     }
     step_.meets_to_rebound.clear();
     if (trial.lumped && !with_structure && in_.settings.fixed_step <= 0 &&
-        std::ranges::any_of(step_.touches, [&](const Touch& t) { return rebounds(t); }) &&
+        std::ranges::any_of(step_.touches, [&](const Touch& t) { return rebounds(in_, t); }) &&
         !costs_too_much(duration, true)) {
-      if (rebound_waits())
+      if (rebound_waits(in_, step_))
         impact_stage(trial.start);  // where it has no solution, the rows of the step have what they can of it
       trial.h = std::min(trial.h, first_rebound(trial.h));
     }
     if (impacts_ != impacts_before) allowed_.reset();
     grazes += impacts_when_cut == impacts_;
-    weigh_springs();
+    estimate_spring_frequencies(in_, step_);
     if (in_.settings.fixed_step <= 0 && !in_.condensed)
-      trial.h = std::min(trial.h, spring_limit(trial.h, trial.lumped));
+      trial.h = std::min(trial.h, spring_limit(in_, step_, trial.h, trial.lumped));
     // Where no error is judged at both ends (springs, strains, fixed points) motion within a step stays a
     // small part of the block size.
-    if (in_.settings.fixed_step <= 0 && in_.event_driven() && has_closed() && !looks_ahead())
+    if (in_.settings.fixed_step <= 0 && in_.event_driven() && any_contact(in_, step_) &&
+        !looks_ahead(in_, step_))
       trial.h = std::min(trial.h, step_limit(trial.remaining, true));
     const bool long_step = trial.usual > 0;
-    before_drift_.overlaps = sum_of_overlaps();
+    before_drift_.overlaps = sum_of_overlaps(step_);
     if (!take(trial)) return report_;
     restless = restless || (long_step && trial.usual == 0);
     if (!small && !with_structure)
@@ -187,7 +224,7 @@ bool IslandStepper::costs_too_much(double duration, bool rebounds_alone) const {
     if (t.at.gap <= in_.scale.near_gap()) ++closed;
     const bool first = i == 0 || !(step_.touches[i - 1].a == t.a && step_.touches[i - 1].b == t.b);
     closing += first && t.at.gap > in_.scale.near_gap() && t.at.gap + duration * t.approach < fall &&
-               (!rebounds_alone || rebounds(t));
+               (!rebounds_alone || rebounds(in_, t));
   }
   const double ahead = factorisations * closed * closing;
   const double worth = std::max(most_work, StepSettings::dearer * factorisations * closed);
@@ -223,52 +260,17 @@ double IslandStepper::next_length(const Trial& trial, double duration, double lo
   return in_.condensed ? h : equal_part(remaining, h);
 }
 
-/// Time in which a rigid block can meet none of its partners: the balls around it and around blocks, by their
-/// speeds and all of gravity; 0 beside terrain and structures [s].
-double IslandStepper::apart_for(const Body& body) const {
-  const auto ball = [&](int block) {
-    return 1.001 * in_.model.blocks[static_cast<std::size_t>(block)].shape->radius;
-  };
-  const auto rigid = [&](int block) {
-    return !in_.model.blocks[static_cast<std::size_t>(block)].deformable &&
-           in_.model.blocks[static_cast<std::size_t>(block)].fixed_points.empty();
-  };
-  if (!rigid(body.block)) return 0;
-  double time = std::numeric_limits<double>::infinity();
-  for (const CandidatePair& pair : in_.island->pairs) {
-    const bool is_b = pair.b == body.block,
-               is_a = pair.a.kind == Partner::Kind::block && pair.a.index == body.block;
-    if (!is_a && !is_b) continue;
-    const auto k = static_cast<std::size_t>(pair.b), of_a = static_cast<std::size_t>(pair.a.index);
-    double gap = 0, closing = 0;
-    if (pair.a.kind == Partner::Kind::plane) {
-      const Plane& plane = in_.env.planes[of_a];
-      gap = plane.normal.dot(in_.state.c[k] - plane.point) - ball(pair.b);
-      closing = -plane.normal.dot(in_.state.v[k]);
-    } else if (pair.a.kind == Partner::Kind::block && rigid(pair.a.index) && rigid(pair.b)) {
-      gap = (in_.state.c[k] - in_.state.c[of_a]).norm() - ball(pair.b) - ball(pair.a.index);
-      // Drag that brakes one of them alone brings on the other.
-      closing = in_.vegetated ? in_.state.v[k].norm() + in_.state.v[of_a].norm()
-                              : (in_.state.v[k] - in_.state.v[of_a]).norm();
-    }
-    if (!(gap > 0)) return 0;
-    const double g = in_.model.gravity.norm(),
-                 root = std::sqrt(closing * closing + 2 * g * gap);  // closing t + g t^2 / 2 = gap
-    if (root + closing > 0) time = std::min(time, 2 * gap / (root + closing));
-  }
-  return time;
-}
-
 double IslandStepper::step_limit(double remaining, bool lumped) const {
   if (in_.settings.fixed_step > 0) return in_.settings.fixed_step;
   if (!lumped) {
-    double h = has_closed() && suggested_ > 0 ? suggested_ : remaining;
+    double h = any_contact(in_, step_) && suggested_ > 0 ? suggested_ : remaining;
     // In flight the onset search follows chords: half a radian at most, of what may meet anything within the
     // step however it turns.
     for (const Body& b : step_.bodies) {
       const double spin = in_.state.w[static_cast<std::size_t>(b.block)].norm();
-      if (spin * h > 0.5 && !in_.island->pairs.empty()) h = std::min(h, std::max(0.5 / spin, apart_for(b)));
-      if (in_.vegetated) h = std::min(h, drag_limit(b));
+      if (spin * h > 0.5 && !in_.island->pairs.empty())
+        h = std::min(h, std::max(0.5 / spin, apart_for(in_, b)));
+      if (in_.vegetated) h = std::min(h, drag_limit(in_, b));
     }
     return h;
   }
@@ -293,7 +295,7 @@ double IslandStepper::structure_step(double duration, double longest) {
   for (int s : in_.island->structures)
     stable = std::min(stable, in_.env.structures[static_cast<std::size_t>(s)].structure->critical_step());
   double h = duration / std::ceil(duration / stable * (1 - contact::tolerances().time_round_off));
-  longest = std::min(longest, rise_limit(h));
+  longest = std::min(longest, rise_limit(in_, step_, h));
   bool bound = h > longest * (1 + contact::tolerances().same_instant);
   while (h > longest * (1 + contact::tolerances().same_instant)) h *= 0.5;
   if (suggested_ > 0 && h > lengthening * suggested_) h = lengthening * suggested_, bound = true;
@@ -335,7 +337,7 @@ void IslandStepper::measure_way(double from, double to, std::span<contact::Motio
 }
 
 void IslandStepper::reject() {
-  restore();
+  restore_bodies(in_, step_);
   ++report_.counters.rejected;
 }
 
@@ -375,7 +377,7 @@ void IslandStepper::rest_check(double h) {
   bool rest = still > 0 && step_.solution.certified;
   for (int s : in_.island->structures)
     rest = rest && in_.condensed && in_.env.structures[static_cast<std::size_t>(s)].structure->quiet();
-  if (in_.condensed) still += 2 * skin_speed();
+  if (in_.condensed) still += 2 * skin_speed(in_, step_);
   for (const Body& b : step_.bodies) {
     const auto k = static_cast<std::size_t>(b.block);
     const double radius = in_.model.blocks[k].shape->radius;

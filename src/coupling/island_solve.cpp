@@ -123,25 +123,6 @@ contact::SolveReport solve_soundly(contact::ContactSolver& solver, contact::Cont
 
 }  // namespace
 
-/// No point of its blocks is faster against their mean motion, at structures against these: what moves along
-/// with all others is no motion of the contacts among them [m/s].
-double IslandStepper::fastest_among() const {
-  Vec3 momentum = Vec3::Zero();
-  double mass = 0;
-  for (const Body& b : step_.bodies) {
-    const double own = in_.model.blocks[static_cast<std::size_t>(b.block)].mass;
-    momentum += own * b.v0.head<3>();
-    mass += own;
-  }
-  const Vec3 mean = in_.island->structures.empty() && mass > 0 ? Vec3(momentum / mass) : Vec3(Vec3::Zero());
-  double fastest = 0;
-  for (const Body& b : step_.bodies) {
-    const double radius = in_.model.blocks[static_cast<std::size_t>(b.block)].shape->radius;
-    fastest = std::max(fastest, (b.v0.head<3>() - mean).norm() + radius * b.v0.segment<3>(3).norm());
-  }
-  return fastest;
-}
-
 bool IslandStepper::solve(double h, Effort effort) {
   if (step_.problem.contacts.empty()) {
     step_.problem.v = step_.problem.v_hat;
@@ -167,14 +148,14 @@ bool IslandStepper::solve(double h, Effort effort) {
                    .blocks = !in_.island->blocks.empty(),
                    .sprung = step_.sprung,
                    .speed = in_.scale.speed,
-                   .fastest = fastest_among(),
+                   .fastest = fastest_among(in_, step_),
                    .at_rest = still_speed(in_.model, h),
                    .length = in_.scale.length,
                    .gravity = in_.model.gravity.norm(),
                    .accuracy = in_.settings.accuracy};
   if (in_.event_driven() && !bonded)  // a hundredth of the error of velocity that a step may have
     for (const Body& b : step_.bodies) {
-      const double part = 0.01 * step_error(b.block) / std::max(fall_time(b.block), h);
+      const double part = 0.01 * step_error(in_, b.block) / std::max(fall_time(in_, b.block), h);
       step.located = step.located > 0 ? std::min(step.located, part) : part;
     }
   for (const contact::ProblemContact& c : step_.problem.contacts)
@@ -185,7 +166,8 @@ bool IslandStepper::solve(double h, Effort effort) {
   double weight = 0;  // [N]
   for (const Body& b : step_.bodies)
     weight += in_.model.blocks[static_cast<std::size_t>(b.block)].mass * in_.model.gravity.norm();
-  const double most = in_.settings.accuracy * kinetic(&Body::v0);  // unearned work of a step [J]
+  const double most =
+      in_.settings.accuracy * kinetic_energy(step_, &Body::v0);  // unearned work of a step [J]
   const auto attempt = [&] {
     contact::SolveReport r =
         solve_soundly(solver_, step_.problem, settings, most,
@@ -220,7 +202,7 @@ bool IslandStepper::solve(double h, Effort effort) {
     for (contact::ProblemContact& c :
          step_.problem
              .contacts) {  // a little give: what is jammed between friction cones has no largest force
-      c.compliance.array() += 1e-7 * normal_compliance(c);
+      c.compliance.array() += 1e-7 * normal_compliance(in_, step_, c);
       c.impulse.setZero();
     }
     r = attempt();
@@ -232,41 +214,15 @@ bool IslandStepper::solve(double h, Effort effort) {
   return true;
 }
 
-/// Contacts of a block at rest are linearised where it is: what can stand is then found to stand, however
-/// long the step.
-void IslandStepper::linearise_resting(double h) {
-  for (Body& b : step_.bodies) {
-    const auto k = static_cast<std::size_t>(b.block);
-    if (b.v0.head<3>().norm() + in_.model.blocks[k].shape->radius * b.v0.segment<3>(3).norm() >
-        1e-3 * h * in_.model.gravity.norm())
-      continue;
-    b.ref = b.start;
-    b.v_ref = b.v0;
-    linearise_at(b, b.q0);
-  }
-}
-
-/// Blocks that the impulses just applied from the start of the step strain: they go by x + h v^+, and so must
-/// their strains, or the stress that the solution met were another than that of the strain reached; where the
-/// step does not resolve their vibration the difference is energy made. True if one did not yet.
-bool IslandStepper::strain_from_start() {
-  if (!step_.from_start) return false;
-  bool found = false;
-  for (Body& b : step_.bodies)
-    if (b.from_start && b.ndof == 12 && !b.end_rule && !b.strains_at_end && !b.impulse.isZero(0))
-      found = b.strains_at_end = true;
-  return found;
-}
-
 IslandStepper::Outcome IslandStepper::smooth(double h, bool lumped, int passes, bool last_resort) {
   Outcome out;
-  choose_springs(h, lumped);
-  find_pressed();
-  to_half_steps(h);
-  begin_step(h, false);
-  begin_swing();
+  choose_spring_rules(in_, step_, h, lumped);
+  find_pressed(in_, step_);
+  to_half_steps(in_, step_, h);
+  begin_step(in_, step_, h, false);
+  begin_friction_direction(in_, step_);
   step_.pending = Ledger{};
-  linearise_resting(h);
+  linearise_resting(in_, step_, h);
   std::vector<Vec3> last_c;
   std::vector<Quat> last_q;
   constexpr int most_passes = 12;  // while a spring's law is not met at the indentation reached
@@ -304,20 +260,21 @@ IslandStepper::Outcome IslandStepper::smooth(double h, bool lumped, int passes, 
     }
     if (!solved && (lumped || pass + 1 >= most_passes || step_.solution.residual > 1e-7)) return out;
     apply(h);
-    if (!finite()) return out;
-    balance_springs(h);
-    if (solved && strain_from_start()) {
-      restore();
-      begin_step(h, false);
-      linearise_resting(h);
+    if (!finite_bodies(in_, step_)) return out;
+    balance_springs(in_, step_, h);
+    if (solved && strain_from_start(step_)) {
+      restore_bodies(in_, step_);
+      begin_step(in_, step_, h, false);
+      linearise_resting(in_, step_, h);
       pass = -1;
       continue;
     }
     if (step_.problem.contacts.empty()) break;
     // Of time-stepped islands where the turning of the slip adds more to the error than a step may have.
-    const bool turns = in_.condensed || !lumped || pass > 0 || swing_error(h) > in_.scale.error_limit();
-    const bool swung = !turns || swing(pass == 0);
-    followed = laws_met(h);
+    const bool turns = in_.condensed || !lumped || pass > 0 ||
+                       friction_direction_error(in_, step_, h) > in_.scale.error_limit();
+    const bool swung = !turns || turn_friction(in_, step_, pass == 0);
+    followed = laws_met(in_, step_, h);
     const bool met = solved && swung && followed;
     double error = 0;
     for (std::size_t i = 0; pass > 0 && i < step_.bodies.size(); ++i) {
@@ -335,43 +292,44 @@ IslandStepper::Outcome IslandStepper::smooth(double h, bool lumped, int passes, 
       last_q.push_back(in_.state.q[k]);
       b.ref = dda::pose(in_.state, b.block);
       b.v_ref << in_.state.v[k], in_.state.w[k], in_.state.eps_rate[k];
-      linearise_at(b, in_.state.q[k]);
+      linearise_about_end(b, in_.state.q[k]);
     }
   }
-  out.error = std::max(out.error, swing_error(h));
+  out.error = std::max(out.error, friction_direction_error(in_, step_, h));
   // Springs that open and close from pass to pass: a shorter step moves less.
   if (!followed &&
       std::any_of(step_.bodies.begin(), step_.bodies.end(), [](const Body& b) { return b.follows; }))
     out.error = std::max(out.error, 2 * in_.scale.error_limit());
-  if (!in_.island->structures.empty()) collect_node_impulses();
-  to_full_steps(h);
+  if (!in_.island->structures.empty()) collect_node_impulses(in_, step_);
+  to_full_steps(in_, step_, h);
   book(h);
   out.ok = true;
   return out;
 }
 
-bool IslandStepper::laws_met(double h) const {
+bool laws_met(const IslandContext& in, const Step& step, double h) {
   // The rows hold the law's tangent; is the force that they gave the law's own at the indentation reached?
-  for (const Touch& t : step_.touches) {
+  for (const Touch& t : step.touches) {
     if (t.row < 0 || t.stiffness == 0) continue;
-    if (in_.leapfrog()) {
+    if (in.leapfrog()) {
       // The work that is off goes with the impulse and is of either sign.
-      if (in_.deformable_structure(t) && !follows_law(t, h, contact::tolerances().follows_law)) return false;
+      if (in.deformable_structure(t) && !follows_law(in, step, t, h, contact::tolerances().follows_law))
+        return false;
       continue;
     }
-    const contact::ProblemContact& c = step_.problem.contacts[static_cast<std::size_t>(t.row)];
+    const contact::ProblemContact& c = step.problem.contacts[static_cast<std::size_t>(t.row)];
     const double least = h * t.bond();  // pulled no harder than the bond holds
     const auto follows = [&](int block) {
-      return in_.local[static_cast<std::size_t>(block)] >= 0 &&
-             step_.bodies[static_cast<std::size_t>(in_.local[static_cast<std::size_t>(block)])].follows;
+      return in.local[static_cast<std::size_t>(block)] >= 0 &&
+             step.bodies[static_cast<std::size_t>(in.local[static_cast<std::size_t>(block)])].follows;
     };
-    if (t.spring == Mode::spring_end && t.b >= 0 && !in_.deformable_structure(t) &&
+    if (t.spring == Mode::spring_end && t.b >= 0 && !in.deformable_structure(t) &&
         (follows(t.b) || (t.a.kind == Partner::Kind::block && follows(t.a.index)))) {
       const double allowed = contact::tolerances().follows_law;
       const double asked =
-          h * (t.balanced_force - (t.dashpot > 0 ? t.dashpot * (parting(t)[0] - c.bias[0]) : 0.0));
+          h * (t.balanced_force - (t.dashpot > 0 ? t.dashpot * (row_velocity(step, t)[0] - c.bias[0]) : 0.0));
       if (std::abs(c.impulse[0] - std::max(asked, -least)) >
-          allowed * (c.impulse[0] + h * t.stiffness * 1e-6 * in_.settings.accuracy * in_.scale.length))
+          allowed * (c.impulse[0] + h * t.stiffness * 1e-6 * in.settings.accuracy * in.scale.length))
         return false;
       continue;
     }
@@ -383,7 +341,7 @@ bool IslandStepper::laws_met(double h) const {
       force -= t.dashpot * (t.mode == Mode::spring_mean ? 0.5 * (t.approach + u) : u);
     }
     if (std::abs(c.impulse[0] - std::max(h * force, -least)) >
-        1e-10 * (c.impulse[0] + h * t.stiffness * 1e-6 * in_.scale.length))
+        1e-10 * (c.impulse[0] + h * t.stiffness * 1e-6 * in.scale.length))
       return false;
   }
   return true;

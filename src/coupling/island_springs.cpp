@@ -23,16 +23,22 @@
 namespace talus::coupling {
 namespace {
 
-/// h sqrt(rate_sq) up to which the trapezoid is used. rate_sq is a trace, about four times the square of the
-/// main frequency of a face.
-constexpr double resolved_phase = 1.0;
-
-/// Step over resolved_phase at accuracy 1e-3 that has the force as it rises; the error of it falls with its
-/// square, hence with `accuracy`.
-double phase_asked(double accuracy) { return 0.5 * std::clamp(std::sqrt(accuracy / 1e-3), 0.02, 1.0); }
+/// Gives the end rule of the one block of a hard touch that is near enough to be a row to the other; true if
+/// it had not yet.
+bool share_end_rule(const IslandContext& in, Step& step, const Touch& t, double h) {
+  if (t.stiffness > 0 || t.b < 0 || t.a.kind != Partner::Kind::block) return false;
+  if (t.at.gap > in.scale.touch_gap() &&
+      t.at.gap + h * t.approach - h * h * in.model.gravity.norm() >= in.scale.row_reach())
+    return false;
+  const int a = in.local[static_cast<std::size_t>(t.a.index)], b = in.local[static_cast<std::size_t>(t.b)];
+  if (a < 0 || b < 0) return false;
+  bool &of_a = step.bodies[static_cast<std::size_t>(a)].end_rule,
+       &of_b = step.bodies[static_cast<std::size_t>(b)].end_rule;
+  if (of_a == of_b) return false;
+  return of_a = of_b = true;
+}
 
 }  // namespace
-
 Vec12 point_row(const dda::Model::Block& block, const Mat3& rotation, const Mat3& strain_map, const Vec3& r,
                 const Vec3& n) {
   Vec12 j = Vec12::Zero();
@@ -48,9 +54,9 @@ Vec12 point_row(const dda::Model::Block& block, const Mat3& rotation, const Mat3
   return j;
 }
 
-void IslandStepper::weigh_springs() {
+void estimate_spring_frequencies(const IslandContext& in, Step& step) {
   bool any = false;
-  for (const Touch& t : step_.touches) any = any || t.stiffness > 0;
+  for (const Touch& t : step.touches) any = any || t.stiffness > 0;
   if (!any) return;
   struct Weight {
     Mat12 inverse;  // generalised mass
@@ -59,37 +65,35 @@ void IslandStepper::weigh_springs() {
     double forces = 0;   // sum of their sizes [N]
     double rate_sq = 0;  // trace over its closed springs
   };
-  std::vector<Weight> weights(step_.bodies.size());
-  for (std::size_t i = 0; i < step_.bodies.size(); ++i) {
-    const int block = step_.bodies[i].block;
+  std::vector<Weight> weights(step.bodies.size());
+  for (std::size_t i = 0; i < step.bodies.size(); ++i) {
+    const int block = step.bodies[i].block;
     Mat12 mass;
-    dda::impulse_mass(in_.model, in_.state, block,
-                      !in_.model.blocks[static_cast<std::size_t>(block)].deformable, mass,
-                      weights[i].inverse);
-    weights[i].rotation = in_.state.rotation(block);
-    weights[i].strain_map = dda::pose(in_.state, block).F.inverse();
+    dda::impulse_mass(in.model, in.state, block, !in.model.blocks[static_cast<std::size_t>(block)].deformable,
+                      mass, weights[i].inverse);
+    weights[i].rotation = in.state.rotation(block);
+    weights[i].strain_map = dda::pose(in.state, block).F.inverse();
   }
   const auto body_of = [&](const Partner& a) {
-    return a.kind == Partner::Kind::block ? in_.local[static_cast<std::size_t>(a.index)] : -1;
+    return a.kind == Partner::Kind::block ? in.local[static_cast<std::size_t>(a.index)] : -1;
   };
   const auto row = [&](int body, const Vec3& x, const Vec3& n) {
-    const auto k = static_cast<std::size_t>(step_.bodies[static_cast<std::size_t>(body)].block);
+    const auto k = static_cast<std::size_t>(step.bodies[static_cast<std::size_t>(body)].block);
     const Weight& w = weights[static_cast<std::size_t>(body)];
-    return point_row(in_.model.blocks[k], w.rotation, w.strain_map, x - in_.state.c[k], n);
+    return point_row(in.model.blocks[k], w.rotation, w.strain_map, x - in.state.c[k], n);
   };
   const auto load = [&](int body, const Vec3& x, const Vec3& f) {
     if (body < 0) return;
     Weight& w = weights[static_cast<std::size_t>(body)];
     w.force += f;
     w.forces += f.norm();
-    w.moment +=
-        (x - in_.state.c[static_cast<std::size_t>(step_.bodies[static_cast<std::size_t>(body)].block)])
-            .cross(f);
+    w.moment += (x - in.state.c[static_cast<std::size_t>(step.bodies[static_cast<std::size_t>(body)].block)])
+                    .cross(f);
   };
-  const double reachable = 1e-3 * in_.scale.length;
-  for (const Touch& t : step_.touches) {
+  const double reachable = 1e-3 * in.scale.length;
+  for (const Touch& t : step.touches) {
     if (t.b < 0) continue;  // between structures
-    const int a = body_of(t.a), b = in_.local[static_cast<std::size_t>(t.b)];
+    const int a = body_of(t.a), b = in.local[static_cast<std::size_t>(t.b)];
     Vec3 f = t.warm;  // hard contacts and friction: as in the last step
     if (t.stiffness > 0) {
       f -= t.at.normal * t.at.normal.dot(f);
@@ -108,8 +112,8 @@ void IslandStepper::weigh_springs() {
     load(b, t.at.point_b, f);
     load(a, t.at.point_a, -f);
   }
-  const double quiet = in_.gentle_speed();
-  for (std::size_t i = 0; i < step_.bodies.size(); ++i) step_.bodies[i].spring_rate_sq = weights[i].rate_sq;
+  const double quiet = in.gentle_speed();
+  for (std::size_t i = 0; i < step.bodies.size(); ++i) step.bodies[i].spring_rate_sq = weights[i].rate_sq;
   /// Of a block on its springs.
   struct Side {
     double rate_sq = 0, quiet = 0;
@@ -122,21 +126,21 @@ void IslandStepper::weigh_springs() {
     Side s;
     if (body < 0) return s;
     const Weight& w = weights[static_cast<std::size_t>(body)];
-    const auto k = static_cast<std::size_t>(step_.bodies[static_cast<std::size_t>(body)].block);
+    const auto k = static_cast<std::size_t>(step.bodies[static_cast<std::size_t>(body)].block);
     const Vec3 spin = w.inverse.block<3, 3>(3, 3) * w.moment;
-    s.acceleration = in_.model.gravity + w.force / in_.model.blocks[k].mass + spin.cross(x - in_.state.c[k]);
+    s.acceleration = in.model.gravity + w.force / in.model.blocks[k].mass + spin.cross(x - in.state.c[k]);
     s.rate_sq = std::max(w.rate_sq, least_rate_sq);
     const double rate = 0.5 * std::sqrt(s.rate_sq),
                  pressed = 0.5 * (w.forces - w.force.norm()) /
-                           in_.model.blocks[k].mass;  // forces in balance with each other
+                           in.model.blocks[k].mass;  // forces in balance with each other
     s.quiet = std::max(
         quiet,
-        rate > 0 ? rate * std::min(in_.settings.accuracy * in_.scale.length, pressed / (rate * rate)) : 0.0);
+        rate > 0 ? rate * std::min(in.settings.accuracy * in.scale.length, pressed / (rate * rate)) : 0.0);
     return s;
   };
-  for (Touch& t : step_.touches) {
+  for (Touch& t : step.touches) {
     if (t.stiffness == 0 || t.b < 0) continue;
-    const int a = body_of(t.a), b = in_.local[static_cast<std::size_t>(t.b)];
+    const int a = body_of(t.a), b = in.local[static_cast<std::size_t>(t.b)];
     const auto alone = [&](int body, const Vec3& x) {  // rate_sq of a spring that nothing else presses on
       if (body < 0) return 0.0;
       const Vec12 j = row(body, x, t.at.normal);
@@ -168,58 +172,20 @@ void IslandStepper::weigh_springs() {
   }
 }
 
-double IslandStepper::spring_limit(double h, bool lumped) const {
-  double limit = h;
-  for (const Touch& t : step_.touches) {
-    if (t.stiffness == 0 || !t.energetic || (in_.leapfrog() && in_.deformable_structure(t)))
-      continue;  // there the rise of the force decides
-    // The trapezoid turns half a swing of rate w and speed V into one that is longer by pi/w (h w)^2/12,
-    // which leaves its end off by V times that. A quarter of what the accuracy allows is asked for, and 2 w =
-    // sqrt(rate_sq).
-    const double rate = t.swing_rate,
-                 allowed = 6 / std::numbers::pi * in_.settings.accuracy * in_.scale.length;
-    const double resolved = std::min(phase_asked(in_.settings.accuracy) * resolved_phase,
-                                     std::sqrt(allowed * rate / t.swing_speed)) /
-                            rate;
-    if (t.at.gap < -contact::tolerances().overlap_none * in_.scale.length || t.pulls() ||
-        (t.at.gap <= in_.scale.touch_gap() && t.approach < 0)) {
-      limit = std::min(limit, resolved);
-    } else if (lumped && t.approach < 0) {
-      limit = std::min(limit, std::max(resolved, t.at.gap / -t.approach));
-    }
-  }
-  return limit;
-}
-
-/// Gives the end rule of the one block of a hard touch that is near enough to be a row to the other; true if
-/// it had not yet.
-bool IslandStepper::share_end_rule(const Touch& t, double h) {
-  if (t.stiffness > 0 || t.b < 0 || t.a.kind != Partner::Kind::block) return false;
-  if (t.at.gap > in_.scale.touch_gap() &&
-      t.at.gap + h * t.approach - h * h * in_.model.gravity.norm() >= in_.scale.row_reach())
-    return false;
-  const int a = in_.local[static_cast<std::size_t>(t.a.index)], b = in_.local[static_cast<std::size_t>(t.b)];
-  if (a < 0 || b < 0) return false;
-  bool &of_a = step_.bodies[static_cast<std::size_t>(a)].end_rule,
-       &of_b = step_.bodies[static_cast<std::size_t>(b)].end_rule;
-  if (of_a == of_b) return false;
-  return of_a = of_b = true;
-}
-
-void IslandStepper::choose_springs(double h, bool lumped) {
-  for (Body& b : step_.bodies)
-    b.end_rule = b.follows = b.strains_at_end = false, b.strain_lag.setZero(), b.leapfrog = in_.leapfrog(),
-    b.guarded = lumped && !in_.leapfrog();
+void choose_spring_rules(const IslandContext& in, Step& step, double h, bool lumped) {
+  for (Body& b : step.bodies)
+    b.end_rule = b.follows = b.strains_at_end = false, b.strain_lag.setZero(), b.leapfrog = in.leapfrog(),
+    b.guarded = lumped && !in.leapfrog();
   const auto body_of = [&](int block) -> Body* {
-    const int l = in_.local[static_cast<std::size_t>(block)];
-    return l < 0 ? nullptr : &step_.bodies[static_cast<std::size_t>(l)];
+    const int l = in.local[static_cast<std::size_t>(block)];
+    return l < 0 ? nullptr : &step.bodies[static_cast<std::size_t>(l)];
   };
-  const double fall = 0.5 * h * h * in_.model.gravity.norm();
+  const double fall = 0.5 * h * h * in.model.gravity.norm();
   bool any_end = false;
-  for (Touch& t : step_.touches) {
+  for (Touch& t : step.touches) {
     t.spring = Mode::idle;
     if (t.stiffness == 0) continue;
-    if (in_.leapfrog()) {
+    if (in.leapfrog()) {
       // The step before counts, too: the leapfrog's force lies between both.
       if (t.at.gap + h * t.approach - fall < 0 || t.at.gap <= 0 || t.at.gap - h * t.approach < 0)
         t.spring = Mode::spring_secant;
@@ -227,12 +193,12 @@ void IslandStepper::choose_springs(double h, bool lumped) {
     }
     // In event driven islands an onset fast enough to matter ends the step; the others are rows from the
     // start. It may gain its speed on the way.
-    const double onset_sq = t.approach * t.approach + 2 * in_.model.gravity.norm() * std::max(0.0, t.at.gap);
-    const bool meets = t.at.gap + h * t.approach - fall < 0 && (lumped || t.at.gap <= in_.scale.touch_gap() ||
+    const double onset_sq = t.approach * t.approach + 2 * in.model.gravity.norm() * std::max(0.0, t.at.gap);
+    const bool meets = t.at.gap + h * t.approach - fall < 0 && (lumped || t.at.gap <= in.scale.touch_gap() ||
                                                                 onset_sq < t.quiet_speed * t.quiet_speed);
     if (t.at.gap > 0 && !meets && !t.pulls()) continue;
     t.spring = h * std::sqrt(t.rate_sq) <= resolved_phase ? Mode::spring_mean : Mode::spring_end;
-    if (t.spring == Mode::spring_mean || in_.deformable_structure(t))
+    if (t.spring == Mode::spring_mean || in.deformable_structure(t))
       continue;  // a condensed step is the trapezoid's, whatever the spring's rule
     // Of the two the one whose own frequency the step does not resolve, both where they share it.
     any_end = true;
@@ -242,50 +208,24 @@ void IslandStepper::choose_springs(double h, bool lumped) {
     if (a != nullptr && (of_a > unresolved || of_a > of_b)) a->end_rule = true;
     if (of_b > unresolved || of_b >= of_a) b->end_rule = true;
   }
-  step_.sprung =
-      in_.island->structures.empty() && std::any_of(step_.touches.begin(), step_.touches.end(),
-                                                    [](const Touch& t) { return t.spring != Mode::idle; });
+  step.sprung =
+      in.island->structures.empty() && std::any_of(step.touches.begin(), step.touches.end(),
+                                                   [](const Touch& t) { return t.spring != Mode::idle; });
   if (!any_end) return;
   // Those that touch share it: held by its velocity at the end to one that goes half as far, one would part
   // from the other by the other half.
   for (bool changed = lumped; changed;) {
     changed = false;
-    for (const Touch& t : step_.touches)
-      if (t.spring == Mode::idle && !in_.deformable_structure(t)) changed = share_end_rule(t, h) || changed;
+    for (const Touch& t : step.touches)
+      if (t.spring == Mode::idle && !in.deformable_structure(t))
+        changed = share_end_rule(in, step, t, h) || changed;
   }
-  for (Touch& t : step_.touches) {
-    if (t.spring == Mode::idle || in_.deformable_structure(t)) continue;
+  for (Touch& t : step.touches) {
+    if (t.spring == Mode::idle || in.deformable_structure(t)) continue;
     const Body* const a = t.a.kind == Partner::Kind::block ? body_of(t.a.index) : nullptr;
     t.spring = body_of(t.b)->end_rule || (a != nullptr && a->end_rule) ? Mode::spring_end : Mode::spring_mean;
   }
-  find_followers();
-}
-
-bool IslandStepper::cut_at_release(double& h) const {
-  // A spring that lets go within the step is followed to its free length, so that it gives back what it
-  // stored.
-  double fraction = 1;
-  for (const Touch& t : step_.touches) {
-    if (t.row < 0 || t.mode != Mode::spring_mean || !(t.at.gap < 0) || t.pulls()) continue;
-    const contact::ProblemContact& c = step_.problem.contacts[static_cast<std::size_t>(t.row)];
-    double end_speed = 0;
-    for (int i = 0; i < c.terms; ++i) {
-      const contact::ContactTerm& term = step_.problem.terms[static_cast<std::size_t>(c.first_term + i)];
-      const contact::ProblemBody& body = step_.problem.bodies[static_cast<std::size_t>(term.body)];
-      for (int k = 0; k < body.ndof; ++k)
-        end_speed += step_.problem.jacobians[static_cast<std::size_t>(term.jacobian + 3 * k)] *
-                     step_.problem.v[static_cast<std::size_t>(body.offset + k)];
-    }
-    const double beyond = t.at.gap + 0.5 * h * (t.approach + end_speed);
-    if (!(beyond > 0)) continue;
-    if (beyond * beyond * t.rate_sq <=
-        contact::tolerances().opening_energy * in_.settings.accuracy * t.approach * t.approach)
-      continue;
-    fraction = std::min(fraction, -t.at.gap / (beyond - t.at.gap));
-  }
-  if (fraction >= 1 || h * fraction <= in_.settings.min_step) return false;
-  h *= fraction;
-  return true;
+  find_followers(in, step);
 }
 
 }  // namespace talus::coupling

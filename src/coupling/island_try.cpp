@@ -8,23 +8,64 @@
 #include "coupling/island_body.hpp"
 
 namespace talus::coupling {
+namespace {
 
-Vec3 IslandStepper::slip(const Touch& t, const Vec3& x) const {
-  const Vec3 u = point_velocity(in_.state, t.b, x) - partner_velocity(in_.state, in_.env, t);
-  return u - t.at.normal * t.at.normal.dot(u);
+/// The touch that slid farthest at the start and sticks by the solution, if that matters; -1: none.
+int stopped_touch(const IslandContext& in, const Step& step, double h) {
+  int stopped = -1;
+  double longest =
+      std::max(contact::tolerances().stop_located * in.scale.error_limit(),
+               std::min(in.scale.error_limit(), contact::tolerances().overlap_none)) *
+      in.scale.length;  // what sliding on would add at most; to locate a stop costs little, down to round-off
+  for (std::size_t i = 0; i < step.touches.size(); ++i) {
+    const Touch& touch = step.touches[i];
+    const bool trapezoid =
+        touch.mode == Mode::closed || (touch.mode == Mode::spring_mean && touch.shear_stiffness == 0);
+    if (touch.row < 0 || !trapezoid || !(touch.impulse[0] > 0)) continue;
+    const contact::ProblemContact& c = step.problem.contacts[static_cast<std::size_t>(touch.row)];
+    const bool sticks = !at_coulomb_bound(c, touch.impulse);
+    const double path = 0.5 * h * touch.slip.norm();
+    if (!sticks || path <= longest) continue;
+    longest = path;
+    stopped = static_cast<int>(i);
+  }
+  return stopped;
 }
+
+/// True if the step just computed made more energy than the accuracy allows of what the island moves and
+/// stores: its error, and order 2 or better. What swings on its fixed points alone may not lose it either: it
+/// gains going down what it loses going up, and cut short there alone it would be braked swing by swing.
+bool gains_energy(const IslandContext& in, const Step& step) {
+  double scale = 0, round_off = 0;
+  bool swings = false;
+  for (const Body& b : step.bodies) {
+    const double mass = in.model.blocks[static_cast<std::size_t>(b.block)].mass;
+    swings = swings || !in.model.blocks[static_cast<std::size_t>(b.block)].fixed_points.empty();
+    round_off +=
+        1e-14 * mass *
+        (in.scale.speed * in.scale.speed + in.model.gravity.norm() * (in.scale.length + b.start.c.norm()));
+    scale += 0.5 * mass * b.v0.head<3>().squaredNorm() + b.internal0 +
+             0.1 * in.settings.accuracy * mass * in.model.gravity.norm() * in.scale.length;
+  }
+  for (const Touch& t : step.touches)
+    if (t.row >= 0) scale += t.stored, swings = false;
+  return (swings ? std::abs(step.pending.algorithmic) : -step.pending.algorithmic) >
+         contact::tolerances().gain * in.settings.accuracy * scale + round_off;
+}
+
+}  // namespace
 
 /// False: the run ends here, the report says why.
 bool IslandStepper::take(Trial& trial) {
-  trial.closed = has_closed();
+  trial.closed = any_contact(in_, step_);
   trial.passes = trial.lumped || !trial.closed ? 1 : 3;
   trial.adaptive = !trial.lumped && in_.settings.fixed_step <= 0;
   trial.asked = trial.h;
-  save();
+  save_bodies(in_, step_);
   step_.settling = false;
   step_.solution.stalled = false;
   step_.ahead.assign(in_.island->pairs.size(), 0.0);
-  const bool ahead = trial.adaptive && trial.closed && looks_ahead();
+  const bool ahead = trial.adaptive && trial.closed && looks_ahead(in_, step_);
   if (ahead && !allowed_) allowed_ = allowed_accelerations();
   std::optional<std::vector<Vec6>> allowed_at_end;
   for (;;) {
@@ -36,8 +77,8 @@ bool IslandStepper::take(Trial& trial) {
                     : structure.predict(trial.start, trial.h);
     }
     if (in_.condensed) {
-      gather_skins();
-      approach_skins();
+      gather_skins(in_, step_);
+      update_skin_approaches(in_, step_);
     }
     // Halving brings the solution nearer to the last one's; where that does not help, what can be solved is
     // taken.
@@ -53,7 +94,7 @@ bool IslandStepper::take(Trial& trial) {
     if (shortened(trial)) continue;
     double by_ends = 0;  // error by the accelerations at both ends, over what it may be
     if (ahead && allowed_ && (allowed_at_end = allowed_accelerations()))
-      by_ends = error_by_ends(trial.h, *allowed_, *allowed_at_end);
+      by_ends = error_by_ends(in_, step_, trial.h, *allowed_, *allowed_at_end);
     if (by_ends > 1 && may_shorten(trial)) {
       reject();
       trial.h *= std::clamp(0.9 / std::sqrt(by_ends), 0.1, 0.7);
@@ -105,7 +146,7 @@ bool IslandStepper::refused(Trial& trial, const Outcome& o) {
 /// True if the step just solved was taken back for a shorter one, or for one with more rows.
 bool IslandStepper::shortened(Trial& trial) {
   if (cut_at_layer(trial)) return true;
-  if (trial.adaptive && may_shorten(trial) && gains_energy() && ++trial.refined <= 8) {
+  if (trial.adaptive && may_shorten(trial) && gains_energy(in_, step_) && ++trial.refined <= 8) {
     reject();
     trial.h *= 0.5;
     return true;
@@ -115,7 +156,7 @@ bool IslandStepper::shortened(Trial& trial) {
       cut_at_break(trial))
     return true;
   if (in_.condensed && in_.settings.fixed_step <= 0) {
-    const double error = condensed_error(trial.h);
+    const double error = condensed_error(in_, step_, trial.h);
     if (error > in_.scale.error_limit() && may_shorten(trial)) {
       reject();
       trial.h *= 0.5;
@@ -124,9 +165,9 @@ bool IslandStepper::shortened(Trial& trial) {
     suggested_ = error < in_.scale.error_limit() / 8 ? 2 * trial.h : trial.h;
   }
   if (!trial.adaptive || !trial.closed) return false;
-  if (trial.releases < 3 && cut_at_release(trial.h)) {
+  if (trial.releases < 3 && cut_at_release(in_, step_, trial.h)) {
     ++trial.releases;
-    restore();
+    restore_bodies(in_, step_);
     return true;
   }
   if (cut_at_settling(trial)) return true;
@@ -147,48 +188,11 @@ bool IslandStepper::met_others(Trial& trial) {
   return true;
 }
 
-/// Velocity of a touch's row by the solution, bias included, in its frame [m/s].
-Vec3 IslandStepper::parting(const Touch& t) const {
-  const contact::ProblemContact& c = step_.problem.contacts[static_cast<std::size_t>(t.row)];
-  Vec3 u = c.bias;
-  for (int k = 0; k < c.terms; ++k) {
-    const contact::ContactTerm& term = step_.problem.terms[static_cast<std::size_t>(c.first_term + k)];
-    const contact::ProblemBody& body = step_.problem.bodies[static_cast<std::size_t>(term.body)];
-    u += Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>(
-             step_.problem.jacobians.data() + term.jacobian, 3, body.ndof) *
-         Eigen::Map<const VecX>(step_.problem.v.data() + body.offset, body.ndof);
-  }
-  return u;
-}
-
-/// True if this touch was bonded and its bond does not hold by the solution. A hard one: it bears the most
-/// that it can, and the two move on each other by more than the solution leaves unsolved. Many that share a
-/// load may have the most that they can bear and still hold.
-bool IslandStepper::breaks(const Touch& t) const {
-  const contact::ProblemContact& c = step_.problem.contacts[static_cast<std::size_t>(t.row)];
-  if (t.broken || !(c.cohesion > t.ploughing || c.tension > 0)) return false;  // ploughed ground is no bond
-  if (t.stiffness > 0) return gives_way(t);
-  const double nearly = contact::tolerances().bond_yields;
-  constexpr double times_unsolved = 5;
-  const double least = c.friction > 0 ? std::min(c.tension, c.cohesion / c.friction) : c.tension,
-               most = c.friction * c.impulse[0] + c.cohesion;
-  const bool torn = c.impulse[0] <= -least + nearly * least,
-             slid = c.cohesion > 0 && c.impulse.tail<2>().norm() >= (1 - nearly) * most;
-  if (!torn && !slid) return false;
-  const double shows = step_.solution.stalled
-                           ? in_.settings.accuracy * in_.scale.length / step_.length
-                           : 0.0;  // where the search has stalled, what the accuracy asked for tells
-  const Vec3 moves = parting(t);
-  return std::max(moves[0], moves.tail<2>().norm()) >
-         std::max({contact::tolerances().still * in_.scale.speed,
-                   times_unsolved * step_.solution.unsolved_speed, shows});
-}
-
 /// A bond holds over the whole of the step in which it breaks: the step is cut so that it ends there, in
 /// large islands to within the time in which something falls by the accuracy's part of its size.
 bool IslandStepper::cut_at_break(Trial& trial) {
   const auto gives = [&](const Touch& t) {
-    return t.row >= 0 && !t.impulse.isZero(0) && breaks(t);
+    return t.row >= 0 && !t.impulse.isZero(0) && bond_breaks(in_, step_, t);
   };  // what merely opens bears nothing
   const bool broken = std::any_of(step_.touches.begin(), step_.touches.end(), gives);
   if (!broken && (trial.breaks == 0 || trial.h <= trial.holds)) return false;
@@ -198,7 +202,7 @@ bool IslandStepper::cut_at_break(Trial& trial) {
       (trial.lumped ? 1 : 1e-3) * in_.settings.accuracy * in_.scale.length / in_.scale.speed);  // [s]
   const bool found = trial.breaks - trial.holds <= sharp;
   if (found && broken) return false;
-  restore();
+  restore_bodies(in_, step_);
   trial.h = found ? trial.breaks : 0.5 * (trial.holds + trial.breaks);
   return true;
 }
@@ -214,7 +218,7 @@ bool IslandStepper::cut_at_settling(Trial& trial) {
         0.5 * t.approach * trial.h > 1e-2 * in_.scale.touch_gap())
       fastest = std::max(fastest, t.approach);
   if (fastest == 0) return false;
-  restore();
+  restore_bodies(in_, step_);
   step_.settling = true;
   trial.h = std::min(trial.h, std::max(4 * fastest / in_.model.gravity.norm(), 10 * in_.settings.min_step));
   return true;
@@ -224,9 +228,9 @@ bool IslandStepper::cut_at_settling(Trial& trial) {
 /// on to its end.
 bool IslandStepper::cut_at_stop(Trial& trial) {
   if (trial.stop_located || !may_shorten(trial)) return false;
-  if (const int stopped = stopped_touch(trial); stopped >= 0) {
+  if (const int stopped = stopped_touch(in_, step_, trial.h); stopped >= 0) {
     trial.stopping = stopped;
-    restore();
+    restore_bodies(in_, step_);
     trial.h *= 0.5;
     return true;
   }
@@ -238,58 +242,15 @@ bool IslandStepper::cut_at_stop(Trial& trial) {
   const Vec3 from = touch.slip;
   const Pose now = dda::pose(in_.state, touch.b);
   const double left =
-      slip(touch, now.c + now.F * (b.start.F.inverse() * (touch.at.point_b - b.start.c))).dot(from) /
+      slip_velocity(in_, touch, now.c + now.F * (b.start.F.inverse() * (touch.at.point_b - b.start.c)))
+          .dot(from) /
       from.squaredNorm();
   if (!(left > 0.05 && left < 1)) return false;
-  restore();
+  restore_bodies(in_, step_);
   trial.h = std::min(trial.h / (1 - left), 2 * trial.h);  // it has stopped in twice the step
   return true;
 }
 
-/// The touch that slid farthest at the start and sticks by the solution, if that matters; -1: none.
-int IslandStepper::stopped_touch(const Trial& trial) const {
-  int stopped = -1;
-  double longest =
-      std::max(contact::tolerances().stop_located * in_.scale.error_limit(),
-               std::min(in_.scale.error_limit(), contact::tolerances().overlap_none)) *
-      in_.scale
-          .length;  // what sliding on would add at most; to locate a stop costs little, down to round-off
-  for (std::size_t i = 0; i < step_.touches.size(); ++i) {
-    const Touch& touch = step_.touches[i];
-    const bool trapezoid =
-        touch.mode == Mode::closed || (touch.mode == Mode::spring_mean && touch.shear_stiffness == 0);
-    if (touch.row < 0 || !trapezoid || !(touch.impulse[0] > 0)) continue;
-    const contact::ProblemContact& c = step_.problem.contacts[static_cast<std::size_t>(touch.row)];
-    const bool sticks = !at_coulomb_bound(c, touch.impulse);
-    const double path = 0.5 * trial.h * touch.slip.norm();
-    if (!sticks || path <= longest) continue;
-    longest = path;
-    stopped = static_cast<int>(i);
-  }
-  return stopped;
-}
-
 bool IslandStepper::may_shorten(const Trial& trial) const { return trial.h > 10 * in_.settings.min_step; }
-
-/// True if the step just computed made more energy than the accuracy allows of what the island moves and
-/// stores: its error, and order 2 or better. What swings on its fixed points alone may not lose it either: it
-/// gains going down what it loses going up, and cut short there alone it would be braked swing by swing.
-bool IslandStepper::gains_energy() const {
-  double scale = 0, round_off = 0;
-  bool swings = false;
-  for (const Body& b : step_.bodies) {
-    const double mass = in_.model.blocks[static_cast<std::size_t>(b.block)].mass;
-    swings = swings || !in_.model.blocks[static_cast<std::size_t>(b.block)].fixed_points.empty();
-    round_off += 1e-14 * mass *
-                 (in_.scale.speed * in_.scale.speed +
-                  in_.model.gravity.norm() * (in_.scale.length + b.start.c.norm()));
-    scale += 0.5 * mass * b.v0.head<3>().squaredNorm() + b.internal0 +
-             0.1 * in_.settings.accuracy * mass * in_.model.gravity.norm() * in_.scale.length;
-  }
-  for (const Touch& t : step_.touches)
-    if (t.row >= 0) scale += t.stored, swings = false;
-  return (swings ? std::abs(step_.pending.algorithmic) : -step_.pending.algorithmic) >
-         contact::tolerances().gain * in_.settings.accuracy * scale + round_off;
-}
 
 }  // namespace talus::coupling

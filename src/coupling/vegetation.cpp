@@ -16,39 +16,26 @@ constexpr double looked_at = 0.25;  // of the radius: farthest between two place
 constexpr double late = 1e-4;       // of the error of speed that a step may have: by a layer that it met
 constexpr int most_halvings = 60;   // of a time: to its last digit
 
-}  // namespace
-
-/// Longest step whose way with drag is a parabola to what the accuracy asks, which the search for onsets
-/// takes it for: with the same start, velocity there and end they differ by h^3 |x'''| / 40 at most, x''' =
-/// -c a [s].
-double IslandStepper::drag_limit(const Body& b) const {
-  const auto k = static_cast<std::size_t>(b.block);
-  const double drag = vegetation_drag(in_.model.blocks[k], in_.env, in_.state.c[k]),
-               bend = drag * (in_.model.gravity - drag * in_.state.v[k]).norm();
-  return bend > 0 ? std::cbrt(40 * in_.settings.accuracy * in_.scale.length / bend)
-                  : std::numeric_limits<double>::infinity();
-}
-
-bool IslandStepper::changes_drag(const Body& b, const Vec3& at) const {
-  return vegetation_drag(in_.model.blocks[static_cast<std::size_t>(b.block)], in_.env, at) != b.drag;
+bool changes_drag(const IslandContext& in, const Body& b, const Vec3& at) {
+  return vegetation_drag(in.model.blocks[static_cast<std::size_t>(b.block)], in.env, at) != b.drag;
 }
 
 /// Time within the step just computed after which a block is in another drag, h if in none other [s].
-double IslandStepper::first_change_of_drag(const Body& b, double h) const {
+double first_change_of_drag(const IslandContext& in, const Body& b, double h) {
   const auto k = static_cast<std::size_t>(b.block);
-  const Vec3 v0 = b.v0.head<3>(), force = dda::drag_acceleration(b.drag, h, v0, in_.state.v[k]),
-             beyond = in_.state.c[k] - b.start.c - dda::drag_path(b.drag, h, v0, force).way;
+  const Vec3 v0 = b.v0.head<3>(), force = dda::drag_acceleration(b.drag, h, v0, in.state.v[k]),
+             beyond = in.state.c[k] - b.start.c - dda::drag_path(b.drag, h, v0, force).way;
   const auto at = [&](double s) {
     const double r = s / h;
     return Vec3(b.start.c + dda::drag_path(b.drag, s, v0, force).way + r * r * (3 - 2 * r) * beyond);
   };
-  const int parts = std::max(1, static_cast<int>(std::ceil(std::max(v0.norm(), in_.state.v[k].norm()) * h /
-                                                           (looked_at * in_.model.blocks[k].shape->radius))));
+  const int parts = std::max(1, static_cast<int>(std::ceil(std::max(v0.norm(), in.state.v[k].norm()) * h /
+                                                           (looked_at * in.model.blocks[k].shape->radius))));
   std::vector<double> times;
   for (int i = 1; i <= parts; ++i) times.push_back(i == parts ? h : h * i / parts);
   // Where the way turns above the ground: v . n = 0.
-  for (const Vec3& x : {b.start.c, in_.state.c[k]})
-    for (const Vec3& n : normals_below(in_.env, x)) {
+  for (const Vec3& x : {b.start.c, in.state.c[k]})
+    for (const Vec3& n : normals_below(in.env, x)) {
       const double up = v0.dot(n), down = -force.dot(n);
       if (!(up * down > 0)) continue;
       const double turn = b.drag > 0 ? std::log1p(b.drag * up / down) / b.drag : up / down;
@@ -57,20 +44,30 @@ double IslandStepper::first_change_of_drag(const Body& b, double h) const {
   std::sort(times.begin(), times.end());
   double low = 0;
   for (double high : times) {
-    if (!changes_drag(b, at(high))) {
+    if (!changes_drag(in, b, at(high))) {
       low = high;
       continue;
     }
     for (int i = 0; i < most_halvings && high - low > 0; ++i) {
       const double middle = 0.5 * (low + high);
-      (changes_drag(b, at(middle)) ? high : low) = middle;
+      (changes_drag(in, b, at(middle)) ? high : low) = middle;
     }
-    const double other = vegetation_drag(in_.model.blocks[k], in_.env, at(high)),
+    const double other = vegetation_drag(in.model.blocks[k], in.env, at(high)),
                  off = std::abs(other - b.drag) * (h - high) *
                        dda::drag_path(b.drag, high, v0, force).velocity.norm();  // error of speed at the end
-    return off > late * in_.settings.accuracy * std::sqrt(in_.settings.accuracy) * in_.scale.speed ? high : h;
+    return off > late * in.settings.accuracy * std::sqrt(in.settings.accuracy) * in.scale.speed ? high : h;
   }
   return h;
+}
+
+}  // namespace
+
+double drag_limit(const IslandContext& in, const Body& b) {
+  const auto k = static_cast<std::size_t>(b.block);
+  const double drag = vegetation_drag(in.model.blocks[k], in.env, in.state.c[k]),
+               bend = drag * (in.model.gravity - drag * in.state.v[k]).norm();
+  return bend > 0 ? std::cbrt(40 * in.settings.accuracy * in.scale.length / bend)
+                  : std::numeric_limits<double>::infinity();
 }
 
 /// True if the step just computed was taken back for one that ends where a block comes to another drag.
@@ -78,11 +75,11 @@ double IslandStepper::first_change_of_drag(const Body& b, double h) const {
 bool IslandStepper::cut_at_layer(Trial& trial) {
   if (!in_.vegetated || in_.leapfrog() || !may_shorten(trial)) return false;
   double first = trial.h;
-  for (const Body& b : step_.bodies) first = std::min(first, first_change_of_drag(b, trial.h));
+  for (const Body& b : step_.bodies) first = std::min(first, first_change_of_drag(in_, b, trial.h));
   // A little beyond, so that the next step begins in the other layer; what is left of this one is no matter.
   const double end = first + in_.settings.min_step;
   if (end + in_.settings.min_step >= trial.h) return false;
-  restore();
+  restore_bodies(in_, step_);
   trial.h = end;
   trial.at_layer = true;
   return true;

@@ -1,0 +1,18 @@
+/// From impulses to positions and momenta.
+#pragma once
+#include <functional>
+
+#include "coupling/step/step.hpp"
+
+namespace talus::coupling {
+
+/// Marks every body that an onset reaches: through rows that `bear` it is connected to a touch that `begins`.
+/// True if there is one. What nothing connects to it keeps the trapezoid, whatever island it belongs to.
+bool mark_reached(const IslandContext& in, Step& step, const std::function<bool(const Touch&)>& bear,
+                  const std::function<bool(const Touch&)>& begins, const std::function<void(Body&)>& mark);
+
+/// Angular velocity that gives a block this angular momentum about its centroid [kg m^2/s], where and as
+/// strained as it is.
+void set_spin(const IslandContext& in, int i, const Vec3& momentum, bool strains);
+
+}  // namespace talus::coupling
