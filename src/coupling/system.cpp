@@ -19,6 +19,7 @@
 #include "core/multiples.hpp"
 #include "core/ranks.hpp"
 #include "coupling/ground_laws.hpp"
+#include "coupling/island.hpp"
 
 namespace talus::coupling {
 namespace {
