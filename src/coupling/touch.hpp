@@ -10,7 +10,7 @@
 ///   bilateral      fixed point: u^+ = -drift                                     1/2
 ///
 /// spring_end of a block that others press: less the part of the force that is the other side's motion, with
-/// theta 1/2 for the blocks that the step resolves (island_quasistatic.cpp). spring_secant: d = -g, at a
+/// theta 1/2 for the blocks that the step resolves (springs/quasistatic.cpp). spring_secant: d = -g, at a
 /// structure, whose velocities live at half steps; d_0 is of the step before.
 #pragma once
 #include <cstdint>
@@ -71,12 +71,11 @@ struct Touch {
   Mode spring = Mode::idle;       // rule of this step if it is sprung
   Vec3 shear = Vec3::Zero();      // shear spring at the start, world [m]
   Vec3 shear_way = Vec3::Zero();  // by which the step before stretched it, world [m]
-  bool shears_by_half =
-      false;  // its force is that between the half steps, without loss (IslandStepper::shear_row)
-  Vec3 warm = Vec3::Zero();  // last mean force, world [N]
-  double stored = 0;         // energy of its springs at the start, as the ledger counts it [J],
-  double sheared = 0;        // of which its shear spring's
-  double lasted = 0;         // length of the leapfrog's step before, 0: none known [s]
+  bool shears_by_half = false;    // its force is that between the half steps, without loss (shear_row())
+  Vec3 warm = Vec3::Zero();       // last mean force, world [N]
+  double stored = 0;              // energy of its springs at the start, as the ledger counts it [J],
+  double sheared = 0;             // of which its shear spring's
+  double lasted = 0;              // length of the leapfrog's step before, 0: none known [s]
   std::uint64_t goes_on_from = no_feature;  // ContactMemory::feature
   double offset = 0;            // gap less the geometric one: springs at a structure, pieces born inside [m]
   std::vector<Crater> craters;  // of the face it presses on, a crushing bed's
@@ -113,7 +112,7 @@ struct Touch {
   double gap_ref = 0, u_ref = 0;  // gap and normal velocity at the end of the linearisation [m], [m/s]
   double indentation = 0;     // at the end of the step by the last solution, where the law is linearised [m]
   double balanced_force = 0;  // by which a spring_end of a block that others press acts over the step, by the
-                              // last solution (island_quasistatic.cpp) [N]
+                              // last solution (springs/quasistatic.cpp) [N]
   Vec3 impulse = Vec3::Zero();  // solution in the frame [N s]
   double ploughing = 0;         // part of the row's cohesion that the ground in the way gives [N s]
   double width = 0;             // its part of the width of the pair's contact, where the law ploughs [m]

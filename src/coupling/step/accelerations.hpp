@@ -21,4 +21,9 @@ bool looks_ahead(const IslandContext& in, const Step& step);
 double error_by_ends(const IslandContext& in, const Step& step, double h, std::span<const Vec6> at_start,
                      std::span<const Vec6> at_end);
 
+/// The accelerations that the contacts of the present state allow, per body, less that by drag, whose share a
+/// step integrates exactly; none if they have no solution.
+std::optional<std::vector<Vec6>> allowed_accelerations(const IslandContext& in, Step& step,
+                                                       IslandReport& report, contact::ContactSolver& solver);
+
 }  // namespace talus::coupling

@@ -1,3 +1,4 @@
+
 #include "coupling/step/context.hpp"
 
 #include <algorithm>

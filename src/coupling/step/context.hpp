@@ -1,5 +1,6 @@
 /// What all parts of a step share: the island, its surroundings, and how it is stepped.
 #pragma once
+#include <atomic>
 #include <vector>
 
 #include "contact/tolerances.hpp"
@@ -8,6 +9,10 @@
 #include "dda/kinematics.hpp"
 
 namespace talus::coupling {
+
+/// Contacts of a problem, beyond which it is solved to what the accuracy asks; closed ones of an island,
+/// beyond which it is time-stepped.
+constexpr std::size_t many_contacts = 150;
 
 /// Constant over a macro step, but for the state and the regime.
 struct IslandContext {
@@ -27,6 +32,7 @@ struct IslandContext {
                            // island goes as a large one
   bool condensed = false;  // the structures take condensed steps
   int unsolved = 0;        // problems of the macro step that had no solution
+  const std::atomic<int>* stop = nullptr;  // non-zero: end soon, the macro step is void
 
   /// The island with its bodies, and its length and speed, at the start of a macro step.
   void begin(const Island& of);
@@ -70,5 +76,12 @@ struct IslandContext {
   /// asked for [m/s].
   double gentle_speed() const;
 };
+
+/// What has seen the stop has done less than it would have: whatever it comes to from here on is void, and
+/// the report says so.
+inline bool stopped(const IslandContext& in, IslandReport& report) {
+  return report.stopped =
+             report.stopped || (in.stop != nullptr && in.stop->load(std::memory_order_relaxed) != 0);
+}
 
 }  // namespace talus::coupling

@@ -112,6 +112,7 @@ struct Solution {
 
 struct Step {
   double length = 0;       // of the step being computed [s]
+  double suggested = 0;    // that error control would take next [s]
   double last_length = 0;  // of the explicit one before it in this macro step, 0: none [s]
   double fastest = 0;      // of the points of its blocks at the start of the step [m/s]
   std::vector<Body> bodies;

@@ -15,4 +15,25 @@ bool mark_reached(const IslandContext& in, Step& step, const std::function<bool(
 /// strained as it is.
 void set_spin(const IslandContext& in, int i, const Vec3& momentum, bool strains);
 
+/// Moves the bodies by the impulses of the solution.
+class BodyUpdate {
+ public:
+  BodyUpdate(const IslandContext& in, Step& step);
+  /// Over the step of length h; 0: velocities alone.
+  void apply(double h);
+
+ private:
+  struct TermOfBody {
+    int contact, term;
+  };
+  /// The terms that act on each body, in the order of the contacts.
+  void list_terms();
+
+  const IslandContext& in_;
+  Step& step_;
+  std::vector<std::size_t> first_term_of_;  // into terms_of_, per body and one more
+  std::vector<TermOfBody> terms_of_;        // of the bodies, ascending contacts of each
+  std::vector<double> theta_of_;            // per contact of the problem
+};
+
 }  // namespace talus::coupling
