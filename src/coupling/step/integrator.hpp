@@ -14,6 +14,7 @@
 /// (condensed.hpp).
 #pragma once
 #include <atomic>
+#include <limits>
 #include <span>
 
 #include "coupling/drift/drift_correction.hpp"
@@ -38,8 +39,27 @@ class IslandIntegrator {
                        const std::atomic<int>* stop = nullptr, std::span<const double> rows = {});
 
  private:
+  /// What the steps so far have taught.
+  struct Progress {
+    double done = 0;                                           // of the macro step [s]
+    double longest = std::numeric_limits<double>::infinity();  // of the next step, where the last try found
+                                                               // no solution [s]
+    int grazes = 0;                                            // steps cut short by an onset that was none
+    int impacts_when_cut = -1;  // impacts as the last step was cut short; negative: it was not
+    bool small = false;         // event driven as it began
+    bool restless = false;      // no long steps of what stands
+  };
+  bool with_structure() const { return !in_.island->structures.empty(); }
   void begin(const Island& island, std::span<const double> rows);
   void run();
+  Progress begin_steps();
+  /// A step by its length, not yet tried.
+  Trial next_trial(const Progress& progress);
+  /// Springs that vanished and impacts, which have no duration, before it.
+  void resolve_onsets(Trial& trial);
+  void limit_length(Trial& trial);
+  /// Takes the step. False: the correction of its drift is none, and all is as at its start.
+  bool finish(const Trial& trial, double done, double taken);
   /// For the rest of the stretch: its steps are others, and so is what they reach. Time steps lose energy of
   /// first order in their length: they are as short as the work that events have taken in vain would have
   /// paid for over the stretch, so that neither costs more than the other.
