@@ -1,5 +1,5 @@
 /// Strain rates of blocks at a structure in explicit steps: those of half steps within a step, of full ones
-/// in the state (island_leapfrog.cpp).
+/// in the state (structures/leapfrog.cpp).
 #pragma once
 #include "dda/kinematics.hpp"
 

@@ -17,7 +17,7 @@
 ///
 /// with d the indentation, W its energy, and the offset the feature's own, or that of the nearest one alike.
 /// What d differs from the geometry is the contact's offset from then on; it is led out slowly
-/// (IslandStepper::remember). What appears where nothing was held starts unloaded, however deep it is. Shear
+/// (step/commit.cpp). What appears where nothing was held starts unloaded, however deep it is. Shear
 /// elongations go on in the new plane of contact and are shortened where they would hold more than there was.
 #pragma once
 #include <span>

@@ -19,6 +19,7 @@
 #include "core/multiples.hpp"
 #include "core/ranks.hpp"
 #include "coupling/ground_laws.hpp"
+#include "coupling/step/integrator.hpp"
 
 namespace talus::coupling {
 namespace {
@@ -244,7 +245,7 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
   std::vector<IslandReport> reports(p.islands.size());
   std::vector<std::size_t> due(p.islands.size());  // islands that are still to be stepped
   std::iota(due.begin(), due.end(), std::size_t{0});
-  tbb::enumerable_thread_specific<std::unique_ptr<IslandStepper>> steppers;
+  tbb::enumerable_thread_specific<std::unique_ptr<IslandIntegrator>> integrators;
   const auto hint_of = [&](const Island& island) {  // the smallest suggestion among its blocks and structures
     double hint = 0;
     const auto count = [&](double h) {
@@ -255,11 +256,11 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
     return hint;
   };
   const auto run = [&](std::size_t i) {
-    auto& stepper = steppers.local();
-    if (!stepper)
-      stepper = std::make_unique<IslandStepper>(model_, state_.blocks, env_, state_.contacts,
-                                                state_.surface_contacts, settings_.step);
-    reports[i] = stepper->advance(p.islands[i], state_.time, duration, hint_of(p.islands[i]), stop, rows);
+    auto& integrator = integrators.local();
+    if (!integrator)
+      integrator = std::make_unique<IslandIntegrator>(model_, state_.blocks, env_, state_.contacts,
+                                                      state_.surface_contacts, settings_.step);
+    reports[i] = integrator->advance(p.islands[i], state_.time, duration, hint_of(p.islands[i]), stop, rows);
   };
   const auto ended = [](const IslandReport& r) { return r.stopped || !r.failure.empty(); };
   Pairs met;

@@ -18,7 +18,7 @@
 #include "core/disjoint_sets.hpp"
 #include "coupling/counters.hpp"
 #include "coupling/environment.hpp"
-#include "coupling/island.hpp"
+#include "coupling/step/island.hpp"
 #include "dda/state.hpp"
 
 namespace talus::coupling {

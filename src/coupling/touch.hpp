@@ -10,7 +10,7 @@
 ///   bilateral      fixed point: u^+ = -drift                                     1/2
 ///
 /// spring_end of a block that others press: less the part of the force that is the other side's motion, with
-/// theta 1/2 for the blocks that the step resolves (island_quasistatic.cpp). spring_secant: d = -g, at a
+/// theta 1/2 for the blocks that the step resolves (springs/quasistatic.cpp). spring_secant: d = -g, at a
 /// structure, whose velocities live at half steps; d_0 is of the step before.
 #pragma once
 #include <cstdint>
@@ -46,15 +46,8 @@ struct Crater {
 /// Of a touch that goes on from none.
 constexpr std::uint64_t no_feature = born_inside;
 
-struct Touch {
-  Partner a;
-  int b = 0;  // block, -1: a node of structure `b_structure`
-  int b_structure = -1, b_node = -1;
-  contact::ContactPoint at;  // gap > 0 open, normal out of A
-  const ContactLaw* law = nullptr;
-  Mode mode = Mode::idle;
-  double approach = 0;  // normal relative velocity at the start, < 0 approaching [m/s]
-  double sooner = 0;  // what it was more in the half step before, where a block at a structure strains [m/s]
+/// The springs of a contact point, as they are at the start of a step.
+struct TouchSpring {
   double stiffness =
       0;  // k_n of this point [N/m], 0: hard; of a curved law its tangent where the contact will work
   contact::NormalLaw normal_law;  // if stiffness > 0
@@ -71,30 +64,56 @@ struct Touch {
   Mode spring = Mode::idle;       // rule of this step if it is sprung
   Vec3 shear = Vec3::Zero();      // shear spring at the start, world [m]
   Vec3 shear_way = Vec3::Zero();  // by which the step before stretched it, world [m]
-  bool shears_by_half =
-      false;  // its force is that between the half steps, without loss (IslandStepper::shear_row)
-  Vec3 warm = Vec3::Zero();  // last mean force, world [N]
-  double stored = 0;         // energy of its springs at the start, as the ledger counts it [J],
-  double sheared = 0;        // of which its shear spring's
-  double lasted = 0;         // length of the leapfrog's step before, 0: none known [s]
+  bool shears_by_half = false;    // its force is that between the half steps, without loss (shear_row())
+  double stored = 0;              // energy of its springs at the start, as the ledger counts it [J],
+  double sheared = 0;             // of which its shear spring's
+  double lasted = 0;              // length of the leapfrog's step before, 0: none known [s]
   std::uint64_t goes_on_from = no_feature;  // ContactMemory::feature
   double offset = 0;            // gap less the geometric one: springs at a structure, pieces born inside [m]
   std::vector<Crater> craters;  // of the face it presses on, a crushing bed's
   double crushed = 0;           // of its columns in the step before [J],
   double crushed_ahead = 0;     // of which the ledger had so much [J]
   double of_part = 1;           // share of its part of a bed that one of several points carries
-  bool broken = false;
-  bool glued = false;        // closed since the start, or one of a pair that is: it holds in tension too
-  bool on_edge = false;      // face_a was looked up: the contact is with an edge or vertex of A
-  bool persistent = false;   // carried force in the last step
-  bool rolls = false;        // it resists rolling or drilling
-  Vec3 slip = Vec3::Zero();  // at the start of the step, of what presses by the trapezoid in a step of
-                             // events, world [m/s]
+};
+
+/// Its row in the contact problem, filled by the assembly, and the solution.
+struct TouchRow {
+  Mode mode = Mode::idle;
+  Vec3 normal = Vec3::UnitZ();    // at mid-step
+  Mat3 frame = Mat3::Identity();  // columns n, t1, t2 at mid-step
+  Vec3 acts_at = Vec3::Zero();    // on a structure: where the impulse acts on both sides [m]
+  double theta = 0.5;
+  int row = -1;                   // contact index in the problem
+  double gap_ref = 0, u_ref = 0;  // gap and normal velocity at the end of the linearisation [m], [m/s]
+  double indentation = 0;     // at the end of the step by the last solution, where the law is linearised [m]
+  double balanced_force = 0;  // by which a spring_end of a block that others press acts over the step, by the
+                              // last solution (springs/quasistatic.cpp) [N]
+  Vec3 impulse = Vec3::Zero();  // solution in the frame [N s]
+  double ploughing = 0;         // part of the row's cohesion that the ground in the way gives [N s]
+  Vec3 slip = Vec3::Zero();     // at the start of the step, of what presses by the trapezoid in a step of
+                                // events, world [m/s]
   Eigen::Vector2d slip_row = Eigen::Vector2d::Zero();  // the same along the row's tangents [m/s]
   bool swings =
       false;  // it slides through the step: friction opposes the mean of the slips at its start and its end
-  bool met = false;                            // a solution of this step met it: it is a row
+};
+
+struct Touch : TouchSpring, TouchRow {
+  Partner a;
+  int b = 0;  // block, -1: a node of structure `b_structure`
+  int b_structure = -1, b_node = -1;
+  contact::ContactPoint at;  // gap > 0 open, normal out of A
+  const ContactLaw* law = nullptr;
+  double approach = 0;  // normal relative velocity at the start, < 0 approaching [m/s]
+  double sooner = 0;  // what it was more in the half step before, where a block at a structure strains [m/s]
+  Vec3 warm = Vec3::Zero();  // last mean force, world [N]
+  bool broken = false;
+  bool glued = false;       // closed since the start, or one of a pair that is: it holds in tension too
+  bool on_edge = false;     // face_a was looked up: the contact is with an edge or vertex of A
+  bool persistent = false;  // carried force in the last step
+  bool rolls = false;       // it resists rolling or drilling
+  bool met = false;         // a solution of this step met it: it is a row
   double bond_cohesion = 0, bond_tension = 0;  // rock bridge [Pa]
+  double width = 0;  // its part of the width of the pair's contact, where the law ploughs [m]
   /// Tension that the bond holds, cut off where the cone of friction and cohesion ends; 0: none, or broken
   /// [N].
   double bond() const;
@@ -104,19 +123,6 @@ struct Touch {
     return glued && stiffness > 0 && a.kind != Partner::Kind::structure &&
            law->kind == ContactLaw::Kind::linear && bond() > 0;
   }
-  // filled by the assembly
-  Vec3 normal = Vec3::UnitZ();    // at mid-step
-  Mat3 frame = Mat3::Identity();  // columns n, t1, t2 at mid-step
-  Vec3 acts_at = Vec3::Zero();    // on a structure: where the impulse acts on both sides [m]
-  double theta = 0.5;
-  int row = -1;                   // contact index in the problem
-  double gap_ref = 0, u_ref = 0;  // gap and normal velocity at the end of the linearisation [m], [m/s]
-  double indentation = 0;     // at the end of the step by the last solution, where the law is linearised [m]
-  double balanced_force = 0;  // by which a spring_end of a block that others press acts over the step, by the
-                              // last solution (island_quasistatic.cpp) [N]
-  Vec3 impulse = Vec3::Zero();  // solution in the frame [N s]
-  double ploughing = 0;         // part of the row's cohesion that the ground in the way gives [N s]
-  double width = 0;             // its part of the width of the pair's contact, where the law ploughs [m]
 };
 
 /// What a crushing bed crushes is told by its craters.

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "coupling/closeness.hpp"
-#include "coupling/island_body.hpp"
+#include "coupling/step/bodies.hpp"
 
 namespace talus::coupling {
 namespace {

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "contact/narrow_math.hpp"
-#include "coupling/island_body.hpp"
+#include "coupling/rows/contact_rows.hpp"
 #include "helpers/shapes.hpp"
 
 namespace talus::coupling {

@@ -1,0 +1,213 @@
+// The drift of closed hard contacts led back to gap >= 0 and that of fixed points to their places, its energy
+// booked.
+#include "coupling/drift/drift_correction.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <map>
+
+#include "contact/tolerances.hpp"
+#include "coupling/events/step_motion.hpp"
+#include "coupling/moved_moments.hpp"
+#include "coupling/rows/assembly.hpp"
+#include "coupling/rows/contact_rows.hpp"
+#include "coupling/search/contact_search.hpp"
+#include "coupling/step/bodies.hpp"
+#include "coupling/step/update.hpp"
+
+namespace talus::coupling {
+
+DriftCorrection::DriftCorrection(const IslandContext& in, Step& step, IslandReport& report,
+                                 ContactSearch& search, RowAssembly& assembly, ProblemSolver& solver)
+    : in_(in), step_(step), report_(report), search_(search), assembly_(assembly), solver_(solver) {}
+
+std::vector<Vec3> DriftCorrection::moments_of_way() {
+  std::vector<MovedBody> moved(step_.bodies.size());
+  std::vector<MovedPair> pairs;
+  for (std::size_t i = 0; i < step_.bodies.size(); ++i) {
+    const auto k = static_cast<std::size_t>(step_.bodies[i].block);
+    moved[i] = {in_.model.blocks[k].mass, !in_.model.blocks[k].fixed_points.empty(),
+                Eigen::Map<const Vec3>(step_.problem.v.data() + step_.problem.bodies[i].offset),
+                in_.state.v[k]};
+  }
+  for (const Touch& t : step_.touches) {
+    if (t.row < 0 || step_.problem.contacts[static_cast<std::size_t>(t.row)].impulse.isZero(0)) continue;
+    pairs.push_back({t.a.kind == Partner::Kind::block ? in_.local[static_cast<std::size_t>(t.a.index)] : -1,
+                     in_.local[static_cast<std::size_t>(t.b)]});
+  }
+  const std::vector<Vec3> moments = keep_momenta(moved, pairs);
+  for (std::size_t i = 0; i < step_.bodies.size(); ++i)
+    Eigen::Map<Vec3>(step_.problem.v.data() + step_.problem.bodies[i].offset) = moved[i].way;
+  return moments;
+}
+
+std::map<std::pair<std::uint64_t, int>, double> DriftCorrection::deepest_by_motion() const {
+  constexpr double known_before =
+      0.05;  // of the block size: what earlier projections of jammed blocks may have left
+  std::map<std::pair<std::uint64_t, int>, double> bounds;
+  for (const CandidatePair& pair : in_.island->pairs) {
+    if (pair.a.kind != Partner::Kind::block) continue;
+    const Polyhedron &a = *in_.model.blocks[static_cast<std::size_t>(pair.a.index)].shape,
+                     &b = *in_.model.blocks[static_cast<std::size_t>(pair.b)].shape;
+    if (!a.convex || !b.convex)
+      bounds[{pair.a.id(), pair.b}] =
+          2 * StepMotion(in_, step_, true).path(pair) + known_before * std::min(a.inradius, b.inradius);
+  }
+  return bounds;
+}
+
+double DriftCorrection::correct(double h) {
+  // min 1/2 d^T (M/m) d  subject to  g + J d >= 0 on every hard touch near enough to matter, x + J d = place
+  // of every fixed point; no friction, no velocity.
+  double thinnest = in_.scale.length, far = 0;
+  for (const Body& b : step_.bodies) {
+    const auto k = static_cast<std::size_t>(b.block);
+    thinnest = std::min(thinnest, 2 * in_.model.blocks[k].shape->inradius);
+    far = std::max(far, in_.state.c[k].cwiseAbs().maxCoeff() + in_.model.blocks[k].shape->radius);
+  }
+  const double tolerance = std::max(0.5 * contact::tolerances().drift * thinnest, 5e-16 * far);
+  const std::map<std::pair<std::uint64_t, int>, double> deepest_of = deepest_by_motion();
+  // Of pieces with hollows a feature can look as deep as the piece is wide, though the two have hardly moved:
+  // led back along it, they would fly into others.
+  const auto believed = [&](const Touch& t) {
+    if (t.stiffness > 0 || in_.deformable_structure(t)) return false;
+    const auto bound = deepest_of.find({t.a.id(), t.b});
+    return bound == deepest_of.end() || -t.at.gap <= bound->second;
+  };
+  const auto deepest_touch = [&] {
+    std::atomic<double> deepest = 0;  // the largest: the same in whatever order
+    contact::in_ranges(static_cast<int>(step_.touches.size()), touches_at_once, [&](int from, int to) {
+      double here = 0;
+      for (auto i = static_cast<std::size_t>(from); i < static_cast<std::size_t>(to); ++i)
+        if (const Touch& t = step_.touches[i]; believed(t)) here = std::max(here, -t.at.gap);
+      for (double most = deepest.load(std::memory_order_relaxed);
+           here > most && !deepest.compare_exchange_weak(most, here, std::memory_order_relaxed);) {}
+    });
+    return deepest.load();
+  };
+  const auto farthest_point = [&] {
+    double farthest = 0;
+    each_drift(in_.model, in_.state, step_.bodies,
+               [&](const Vec3& drift) { farthest = std::max(farthest, drift.norm()); });
+    return farthest;
+  };
+  search_.find(h);
+  search_.keep_late_overlaps();
+  double deepest = deepest_touch(), drifted = farthest_point();
+  // Sub-steps at a structure drift by a ten-millionth of a block each: led back once it shows, to a tenth of
+  // that.
+  const double shows = in_.leapfrog() ? std::max(tolerance, contact::tolerances().drift_at_structures *
+                                                                in_.settings.accuracy * 0.5 * thinnest)
+                                      : tolerance;
+  if (deepest <= shows && drifted <= shows) return deepest;
+  const double left = in_.leapfrog()        ? std::max(tolerance, 0.1 * shows)
+                      : in_.in_large_heap() ? std::max(tolerance, 1e-8 * thinnest)
+                                            : tolerance;
+  // What is led back by d turns rows by d / L: they are no closer than that to the blocks' own gaps. Of a
+  // heap a pass that comes as close saves one, and its search of rows; and only what is as near as a column
+  // of blocks could move becomes a row.
+  const auto closeness = [&] {
+    return std::clamp(std::max(0.2 * tolerance / std::max(deepest, drifted),
+                               in_.in_heap() ? 0.3 * deepest / in_.scale.length : 0.0),
+                      in_.in_heap() ? 1e-5 : 1e-3, 0.2);
+  };
+  const auto near = [&] {
+    return 4 * deepest + (in_.in_heap()
+                              ? std::min(contact::tolerances().drift_near * in_.scale.length, 100 * deepest)
+                              : contact::tolerances().drift_near * in_.scale.length);
+  };
+  std::vector<double> carried(in_.island->pairs.size(), 0.0);
+  std::vector<Pose> before, last(step_.bodies.size());
+  for (const Body& b : step_.bodies) before.push_back(dda::pose(in_.state, b.block));
+  std::vector<char> taken;                    // per touch
+  std::vector<double> fall, turning;          // energies that the motion takes, per body [J]
+  double least = std::max(deepest, drifted);  // so far
+  int fruitless = 0;  // passes in a row that did not halve it, those without a solution twice: what is jammed
+                      // stays in each other
+  for (int pass = 0; pass < 24 && (pass == 0 || std::max(deepest, drifted) > left) && fruitless < 4; ++pass) {
+    ++report_.counters.projections;
+    begin_step(in_, step_, 0, true);
+    for (Body& b :
+         step_.bodies) {  // how far fixed points of one block are from each other is for its strains to keep
+      const dda::Model::Block& block = in_.model.blocks[static_cast<std::size_t>(b.block)];
+      if (!block.deformable || block.fixed_points.size() < 2) continue;
+      b.ndof = 12;
+      dda::impulse_mass(in_.model, in_.state, b.block, false, b.free.mass, b.free.inverse);
+    }
+    for (Body& b : step_.bodies) {
+      const double mass = in_.model.blocks[static_cast<std::size_t>(b.block)].mass;
+      b.free.mass /= mass;
+      b.free.inverse *= mass;
+    }
+    assembly_.begin();
+    const double within = near();
+    taken.assign(step_.touches.size(), 0);
+    step_.each_touch([&](Touch& t) {
+      t.row = -1;
+      if (!believed(t) || t.at.gap > within) return;
+      t.mode = Mode::idle;
+      taken[static_cast<std::size_t>(&t - step_.touches.data())] = 1;
+    });
+    for (std::size_t i = 0; i < step_.touches.size(); ++i)
+      if (taken[i] != 0) assembly_.take(step_.touches[i], 1, true);
+    assembly_.fill_rows(1, true);
+    step_.each_touch([&](const Touch& t) {
+      if (t.row < 0) return;
+      contact::ProblemContact& c = step_.problem.contacts[static_cast<std::size_t>(t.row)];
+      c.friction = 0;
+      c.cohesion = c.tension = 0;
+      c.bias =
+          Vec3(t.at.gap - (t.at.gap < -tolerance ? contact::tolerances().bound_aim * tolerance : 0), 0, 0);
+      c.compliance.setZero();
+      c.impulse.setZero();
+    });
+    std::size_t held = step_.problem.contacts.size();
+    add_held_rows(step_.problem, in_.model, step_.bodies, 0, 1e6 * std::max(deepest, drifted));
+    each_drift(in_.model, in_.state, step_.bodies,
+               [&](const Vec3& drift) { step_.problem.contacts[held++].bias = drift; });
+    assembly_.finish_bodies();
+    std::fill(step_.problem.v_hat.begin(), step_.problem.v_hat.end(), 0.0);
+    contact::SolveSettings settings;
+    settings.velocity_scale = std::max(deepest, drifted);
+    settings.tolerance = closeness();
+    settings.sufficient = 0.3;  // of blocks jammed in each other: the next pass goes on from there
+    settings.exact_coulomb = false;
+    const contact::SolveReport r = solver_.solver().solve(step_.problem, settings);
+    report_.counters.newton += r.newton;
+    if (!std::all_of(step_.problem.v.begin(), step_.problem.v.end(),
+                     [](double d) { return std::isfinite(d); }))
+      break;  // nothing to go by
+    const std::vector<Vec3> moments = moments_of_way();
+    fall.assign(step_.bodies.size(), 0.0);
+    turning.assign(step_.bodies.size(), 0.0);
+    step_.each_body([&](const Body& b) {
+      const auto i = static_cast<std::size_t>(&b - step_.bodies.data());
+      last[i] = b.start;
+      const Eigen::Map<const VecX> d(step_.problem.v.data() + step_.problem.bodies[i].offset, b.ndof);
+      if (d.isZero(0)) return;
+      const auto k = static_cast<std::size_t>(b.block);
+      const Vec3 momentum = dda::spin_momentum(in_.model.blocks[k], in_.state, b.block);
+      const double before_it = in_.internal_energy(b.block);
+      in_.state.c[k] += d.head<3>();
+      in_.state.q[k] = (dda::rotation_by(d.segment<3>(3)) * in_.state.q[k]).normalized();
+      if (b.ndof == 12) in_.state.eps[k] += d.tail<6>();
+      fall[i] = in_.model.blocks[k].mass * in_.model.gravity.dot(d.head<3>());
+      set_spin(in_, b.block, momentum - moments[i], in_.model.blocks[k].deformable);
+      turning[i] = in_.internal_energy(b.block) - before_it;
+    });
+    for (std::size_t i = 0; i < step_.bodies.size(); ++i) {
+      report_.ledger.algorithmic += fall[i];
+      report_.ledger.algorithmic -= turning[i];
+    }
+    search_.find_moved(last, carried);
+    deepest = deepest_touch();
+    drifted = farthest_point();
+    fruitless = std::max(deepest, drifted) < 0.5 * least ? 0 : fruitless + (r.converged ? 1 : 2);
+    least = std::min(least, std::max(deepest, drifted));
+  }
+  search_.carry_at_structures(before);
+  return deepest;
+}
+
+}  // namespace talus::coupling

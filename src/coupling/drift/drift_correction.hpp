@@ -1,0 +1,39 @@
+/// The drift of closed hard contacts led back to gap >= 0 and that of fixed points to their places (theory:
+/// docs/theory/contact.md, (4)).
+#pragma once
+#include <cstdint>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "coupling/rows/assembly.hpp"
+#include "coupling/search/contact_search.hpp"
+#include "coupling/step/problem_solver.hpp"
+
+namespace talus::coupling {
+
+class DriftCorrection {
+ public:
+  DriftCorrection(const IslandContext& in, Step& step, IslandReport& report, ContactSearch& search,
+                  RowAssembly& assembly, ProblemSolver& solver);
+  /// Of the present state, with the touches within the reach of h; its energy is accounted for. The deepest
+  /// overlap left [m].
+  double correct(double h);
+
+ private:
+  /// The largest depth that the motion of the step can explain, of pairs of blocks with a hollow: by partner
+  /// and block [m].
+  std::map<std::pair<std::uint64_t, int>, double> deepest_by_motion() const;
+  /// Clusters that nothing fixed holds keep their centre of mass; of each body, what its spin gives back for
+  /// its way.
+  std::vector<Vec3> moments_of_way();
+
+  const IslandContext& in_;
+  Step& step_;
+  IslandReport& report_;
+  ContactSearch& search_;
+  RowAssembly& assembly_;
+  ProblemSolver& solver_;
+};
+
+}  // namespace talus::coupling

@@ -1,0 +1,149 @@
+// Explicit sub-steps follow only the part of a skin that the blocks can come near before it is chosen anew:
+// of a viaduct under one boulder a few faces in a hundred.
+#include "coupling/search/skin_focus.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "coupling/search/contact_search.hpp"
+
+namespace talus::coupling {
+
+namespace {
+constexpr double steps_ahead = 16;  // the followed part reaches so many times as far as one step asks for
+
+/// Appends the boxes of a skin's faces, grown by `by`, that meet another box.
+void boxes_near(const TriangleSurface& skin, const Box3& other, double by, std::vector<Box3>& out) {
+  for (std::size_t t = 0; t + 3 < skin.triangles.size(); t += 4) {
+    Box3 box;
+    for (std::size_t k = 0; k < 4; ++k)
+      box.extend(skin.vertices[static_cast<std::size_t>(skin.triangles[t + k][0])]);
+    box.min().array() -= by;
+    box.max().array() += by;
+    if (box.intersects(other)) out.push_back(box);
+  }
+}
+
+Box3 box_of(const TriangleSurface& skin) {
+  Box3 box;
+  for (const Vec3& x : skin.vertices) box.extend(x);
+  return box;
+}
+/// Structures of the island that may touch this one, ascending.
+std::vector<int> met_by(const IslandContext& in, int structure) {
+  std::vector<int> partners;
+  for (const SurfacePair& pair : in.island->surfaces)
+    if (pair.a == structure || pair.b == structure) partners.push_back(pair.a == structure ? pair.b : pair.a);
+  std::sort(partners.begin(), partners.end());
+  return partners;
+}
+
+}  // namespace
+
+SkinFocus::SkinFocus(const IslandContext& in, const Step& step) : in_(in), step_(step) {}
+
+void SkinFocus::begin() {
+  followed_ = -1;
+  skin_path_ = skin_travel_ = 0;
+  seen_.clear();
+  go_on();
+}
+
+bool SkinFocus::follow(double h) {
+  const double fastest = in_.fastest_skin();
+  const double path =
+      2 * step_.length * fastest;  // of the step just made: twice, since its start may have been faster
+  skin_path_ += path;
+  skin_travel_ += path;
+  const Need need = needed(h, fastest);
+  if (serves(need)) return false;
+  followed_ = in_.island->blocks.empty() ? 0 : steps_ahead * need.blocks;
+  followed_skins_ = in_.scale.surface_reach() + std::max(in_.scale.surface_reach(), steps_ahead * need.skins);
+  choose();
+  return true;
+}
+
+/// How far skins are to be followed from blocks, twice the reach about the end of the step as well, and by
+/// how much farther than in_.scale.surface_reach() from each other [m].
+SkinFocus::Need SkinFocus::needed(double h, double fastest) const {
+  double need = 0;
+  for (const CandidatePair& pair : in_.island->pairs)
+    if (in_.moving_skin(pair.a)) need = std::max(need, reach_of(in_, pair.b, h));
+  return {4 * (need + h * fastest) + 4e-3 * in_.scale.length, 8 * h * fastest};
+}
+
+bool SkinFocus::serves(const Need& need) const {
+  if (followed_ < 0) return false;
+  double moved = 0;
+  for (const Seen& b : seen_) {
+    const auto k = static_cast<std::size_t>(b.block);
+    moved =
+        std::max(moved, (in_.state.c[k] - b.c).norm() + 2.5 * in_.model.blocks[k].shape->radius *
+                                                            (in_.state.q[k] * b.q.conjugate()).vec().norm());
+  }
+  if (!in_.island->blocks.empty() &&
+      (moved + skin_path_ + need.blocks > followed_ || followed_ > 4 * steps_ahead * need.blocks))
+    return false;
+  if (in_.island->surfaces.empty()) return true;
+  for (std::size_t i = 0; i < in_.island->structures.size(); ++i)  // new faces lie where none was chosen
+    if (in_.skin(in_.island->structures[i]).revision != followed_revisions_[i]) return false;
+  return in_.scale.surface_reach() + need.skins + 2 * skin_path_ <= followed_skins_;
+}
+
+void SkinFocus::choose() {
+  skin_path_ = 0;
+  seen_.clear();
+  followed_revisions_.clear();
+  for (const int s : in_.island->structures) {
+    StructurePart& part = in_.env.structures[static_cast<std::size_t>(s)];
+    std::vector<Box3> boxes;
+    for (const CandidatePair& pair : in_.island->pairs) {
+      if (pair.a.kind != Partner::Kind::structure || pair.a.index != s) continue;
+      const auto k = static_cast<std::size_t>(pair.b);
+      boxes.push_back(contact::bounds(*in_.model.blocks[k].shape, dda::pose(in_.state, pair.b), followed_));
+      seen_.push_back({pair.b, in_.state.c[k], in_.state.q[k]});
+    }
+    const Box3 box = box_of(in_.skin(s));
+    for (const int other : met_by(in_, s)) boxes_near(in_.skin(other), box, followed_skins_, boxes);
+    part.index->focus(in_.skin(s), std::move(boxes));
+    followed_revisions_.push_back(in_.skin(s).revision);
+  }
+}
+
+/// Structures alone go on with what the last stretch followed. (Blocks do not: what they may meet is planned
+/// between stretches by whole skins.)
+void SkinFocus::go_on() {
+  if (!in_.island->blocks.empty()) return;
+  followed_revisions_.clear();
+  double between = std::numeric_limits<double>::infinity(), path = 0;
+  for (const int s : in_.island->structures) {
+    const StructurePart::Followed& last = in_.env.structures[static_cast<std::size_t>(s)].followed;
+    const std::vector<int> partners = met_by(in_, s);
+    if (last.between < 0 || last.revision != in_.skin(s).revision ||
+        !std::includes(last.partners.begin(), last.partners.end(), partners.begin(), partners.end()))
+      return;
+    between = std::min(between, last.between);
+    path = std::max(path, last.path);
+    followed_revisions_.push_back(last.revision);
+  }
+  followed_ = 0;
+  followed_skins_ = between;
+  skin_path_ = path;
+}
+
+void SkinFocus::end() {
+  if (followed_ < 0) return;
+  const double path = skin_path_ + 2 * step_.length * in_.fastest_skin();
+  for (std::size_t i = 0; i < in_.island->structures.size(); ++i) {
+    const int s = in_.island->structures[i];
+    StructurePart& part = in_.env.structures[static_cast<std::size_t>(s)];
+    if (in_.island->blocks.empty())
+      part.followed = {followed_skins_, path, followed_revisions_[i], met_by(in_, s)};
+    else
+      part.index->unfocus(in_.skin(s));
+  }
+  followed_ = -1;
+}
+
+}  // namespace talus::coupling

@@ -1,0 +1,59 @@
+/// What is asked of one island of touching (or nearly touching) blocks, with the structures that it touches,
+/// over a macro step, and what it reports.
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "coupling/counters.hpp"
+#include "coupling/motion.hpp"
+#include "coupling/touch.hpp"
+
+namespace talus::coupling {
+
+struct Island {
+  std::vector<int> blocks;            // with DOFs, ascending
+  std::vector<CandidatePair> pairs;   // everything that may touch within the stretch, deterministic order
+  std::vector<int> structures;        // indices into Environment::structures, deformable ones only
+  std::vector<SurfacePair> surfaces;  // structures that may touch each other
+  std::vector<char> watched;          // per block: it may come near blocks of other islands
+};
+
+/// A part of a block's way over a stretch.
+struct Leg {
+  double t0 = 0, t1 = 0;   // [s]
+  contact::Motion motion;  // from t0 to t1
+};
+
+struct StepSettings {
+  double fixed_step = 0;        // [s]; 0: by accuracy
+  double accuracy = 1e-3;       // relative to block size
+  double min_step = 1e-9;       // [s]
+  int exchanges_per_rise = 20;  // least number of exchanges with a structure while a spring's force rises
+  int threads = 1;              // that one island may use; the result does not depend on it
+  /// Longest step of an island that is time-stepped, (4 accuracy L / g)^(1/2): what falls by twice the
+  /// accuracy's part of L [m] within it; g in m/s^2 [s].
+  double time_step(double length, double g) const {
+    return fixed_step > 0 ? fixed_step : std::sqrt(accuracy * 4 * length / std::max(g, 1e-12));
+  }
+  static constexpr double dearer = 4;  // events may cost so many times what time stepping does
+};
+
+struct IslandReport {
+  Ledger ledger;  // work of this stretch; `contact` unused
+  Counters counters;
+  std::vector<StructureContact> rows;  // contacts on structures, one per contact and step
+  AuditSums audit;
+  IslandMotion motion;                 // over the steps that rows fall into
+  std::vector<std::vector<Leg>> ways;  // of each watched block, leg by leg; of others empty
+  std::vector<double> went;  // of each block, farthest that a point of it may have come from where it began,
+                             // at the ends of steps [m]
+  double next_step = 0;      // suggested h for the next stretch [s]
+  bool at_rest = false;      // a static certificate: v = 0 solves the last step exactly
+  std::string failure;       // empty: done
+  bool stopped = false;  // from outside, before the end: the island is not at the end of the stretch, nor at
+                         // any of its steps
+};
+
+}  // namespace talus::coupling
