@@ -23,8 +23,7 @@
 
 namespace talus::coupling {
 namespace {
-constexpr double lengthening = 1.02;  // of a step at a structure, at most
-constexpr int most_grazes = 10;       // steps of a macro step cut short by an onset that was none
+constexpr int most_grazes = 10;  // steps of a macro step cut short by an onset that was none
 
 /// The longest of equal parts of a time that is at most h [s].
 double equal_part(double time, double h) {

@@ -10,6 +10,8 @@ namespace talus::coupling {
 /// Contacts times factorisations of a time step, or of an event, per contact.
 constexpr double factorisations = 15;
 
+constexpr double lengthening = 1.02;  // of a step at a structure, at most
+
 inline bool hard_alone(const std::vector<Touch>& touches) {
   return std::all_of(touches.begin(), touches.end(), [](const Touch& t) { return t.stiffness == 0; });
 }
