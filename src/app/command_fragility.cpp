@@ -113,6 +113,7 @@ int command_calibrate(const Options& options) {
   request.threads = threads_of(options);
   request.progress = [&](int done, int asked) { progress.show(done, asked, 0); };
   request.stop = &stop_signal();
+  ensemble::check(request);
   const io::DirectoryLock lock = io::claim_directory(options.output);
   catch_signals();
   const std::vector<std::string> lines = ensemble::calibrate(request);

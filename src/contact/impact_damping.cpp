@@ -13,7 +13,7 @@ double restitution_of(double zeta) {
 }
 
 double damping_ratio_for(double restitution) {
-  const double e = std::clamp(restitution, 0.1, 1.0);
+  const double e = std::clamp(restitution, least_restitution, 1.0);
   double low = 0, high = 10;  // restitution_of falls
   for (int i = 0; i < 60; ++i) {
     const double zeta = 0.5 * (low + high);

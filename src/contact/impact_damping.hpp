@@ -9,8 +9,11 @@ namespace talus::contact {
 /// test).
 double restitution_of(double damping_ratio);
 
-/// Its inverse, for e in [0, 1]. e = 0 needs an infinite one, a hammer to whatever is struck: below 0.1 that
-/// of 0.1 is given, 1.2.
+/// The least that a dashpot is made to give. e = 0 needs an infinite damping ratio, a hammer to whatever is
+/// struck; that of 0.1 is 1.2.
+inline constexpr double least_restitution = 0.1;
+
+/// Its inverse, for e in [0, 1]; below `least_restitution` that of it.
 double damping_ratio_for(double restitution);
 
 }  // namespace talus::contact

@@ -10,10 +10,9 @@ namespace talus::contact {
 
 bool node_surface(const SurfaceIndex& index, const Vec3& x, const Vec3& outward, double margin,
                   ContactPoint& out) {
-  constexpr double facing =
-      -0.3;  // a cube's corner (averaged normals) faces each of the three planes it can lie on by -0.58
   constexpr double beside = 0.2;  // where a bent skin's normals part, a node lies over no triangle by as much
                                   // as this share of its distance
+  const bool any_way = outward.isZero(0);
   const SurfaceIndex::Impl& s = index.impl();
   const Box3 box(x.array() - margin, x.array() + margin);
   int best = -1;
@@ -24,7 +23,7 @@ bool node_surface(const SurfaceIndex& index, const Vec3& x, const Vec3& outward,
       },
       [&](int t) {
         const Vec3& n = s.normal[static_cast<std::size_t>(t)];
-        if (n.dot(outward) > facing) return true;
+        if (any_way ? n.isZero(0) : n.dot(outward) > node_faces) return true;
         const auto& v = s.surface.triangles[static_cast<std::size_t>(t)];
         const Vec3 &a = s.surface.vertices[static_cast<std::size_t>(v[0])],
                    &b = s.surface.vertices[static_cast<std::size_t>(v[1])],

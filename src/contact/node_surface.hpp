@@ -6,10 +6,14 @@
 
 namespace talus::contact {
 
+/// Cosine between a skin's direction at a node and the normal of a face that it may lie on, at most: a cube's
+/// corner (averaged normals) faces each of the three planes it can lie on by -0.58.
+inline constexpr double node_faces = -0.3;
+
 /// Finds the face of `index` that lies nearest to x, within `margin` on either side, under x, and facing it
-/// (`outward`: the skin's direction at the node, unit). Fills point_a (on the face), point_b = x, normal, gap
-/// and face_a; key and area are the caller's. False if there is none: edges of the two skins that cross are
-/// not looked for.
+/// (`outward`: the skin's direction at the node, unit; zero: whichever way it looks). Fills point_a (on the
+/// face), point_b = x, normal, gap and face_a; key and area are the caller's. False if there is none: edges
+/// of the two skins that cross are not looked for.
 bool node_surface(const SurfaceIndex& index, const Vec3& x, const Vec3& outward, double margin,
                   ContactPoint& out);
 

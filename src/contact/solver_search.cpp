@@ -252,8 +252,7 @@ bool Search::run(const SolveSettings& settings, SolveReport& report) {
   if (spent()) return false;
   // From farther off straight to the path.
   if ((small || best <= near * settings.velocity_scale) &&
-      (newton(small ? proximal_of_few : settings.proximal,
-              std::min(settings.max_newton, small ? 20 : 8)) ||
+      (newton(small ? proximal_of_few : settings.proximal, std::min(settings.max_newton, small ? 20 : 8)) ||
        polish()))
     return true;
   if (spent()) return false;

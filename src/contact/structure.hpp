@@ -225,6 +225,7 @@ class Structure {
   virtual const TriangleSurface& surface() const = 0;  // skin; vertices and velocities follow the state
   virtual double node_mass(int node) const = 0;        // lumped [kg]; infinity when fully held
   virtual Vec3 node_position(int node) const = 0;
+  virtual Vec3 node_built(int node) const = 0;     // before any load
   virtual Vec3 node_velocity(int node) const = 0;  // at the last half step
   virtual std::array<bool, 3> node_held(int node) const = 0;
 

@@ -11,6 +11,17 @@
 
 namespace talus::coupling {
 
+/// What a block, or a node of a structure, may touch.
+struct Partner {
+  enum class Kind : std::uint8_t { block, plane, terrain, structure };
+  Kind kind = Kind::block;
+  int index = 0;
+  bool operator==(const Partner&) const = default;
+  std::uint64_t id() const {
+    return (static_cast<std::uint64_t>(kind) << 32) | static_cast<std::uint32_t>(index);
+  }
+};
+
 /// A structure in the coupled step. `fixed_surface`: schemes "rigid" and "one-way", its undeformed skin is a
 /// fixed obstacle. `one_way`: what the blocks did to that obstacle is put on the structure afterwards. A
 /// fixed surface of scheme "rigid" never changes, and may be that of several worlds.
@@ -25,12 +36,20 @@ struct StructurePart {
   /// What its index was left focused on by an island of structures alone, from one stretch to the next; none
   /// if `between` is negative.
   struct Followed {
-    double between = -1;         // within this distance of the partners' skins [m],
-    double path = 0;             // which have moved by no more than this since then [m]
-    std::uint64_t revision = 0;  // of its own skin
-    std::vector<int> partners;   // structures, ascending
+    double between = -1;                  // within this distance of the partners' skins [m],
+    double path = 0;                      // which have moved by no more than this since then [m]
+    std::uint64_t revision = 0;           // of its own skin
+    std::vector<std::uint64_t> partners;  // Partner::id() of structures and grounds, ascending
   } followed;
+  std::vector<int> grounds;    // of Environment::grounds, that its nodes meet: there is a law between them
   double touch_stiffness = 0;  // extra normal compliance is 1 / this [N/m]; 0: none
+};
+
+/// What is fixed, as nodes of structures meet it (ground.hpp): a plane, the terrain, or a block without
+/// degrees of freedom.
+struct Ground {
+  Partner partner;
+  std::shared_ptr<const contact::SurfaceIndex> faces;  // null: a plane
 };
 
 /// A rock bridge between two blocks across one joint: strengths spread over the shared area, lost for good
@@ -58,7 +77,8 @@ struct Environment {
   double bond_stretch = 0;  // by which bonds on springs may part before they break [m]
   std::vector<StructurePart> structures;
   std::vector<std::pair<int, int>>
-      touching_structures;  // pairs with a law between them, the finer skin second
+      touching_structures;      // pairs with a law between them, the finer skin second
+  std::vector<Ground> grounds;  // empty where no structure is stepped
 };
 
 /// Cumulative work since the start [J], dissipation positive. Each term is added where the loss happens.

@@ -213,7 +213,7 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
   const bool blocks_move = std::any_of(model_.blocks.begin(), model_.blocks.end(),
                                        [](const dda::Model::Block& b) { return b.ndof() > 0; });
   const bool searched =
-      blocks_move || !env_.touching_structures.empty();  // a structure on its own meets nothing
+      blocks_move || !env_.touching_structures.empty() || !env_.grounds.empty();  // else they meet nothing
   for (StructurePart& part : env_.structures)
     if ((part.lagging_index && (searched || part.one_way)) || (blocks_move && part.followed.between >= 0))
       bring_up_to_date(part);

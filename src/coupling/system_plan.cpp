@@ -7,6 +7,7 @@
 #include "contact/apart.hpp"
 #include "contact/parallel.hpp"
 #include "contact/tolerances.hpp"
+#include "coupling/ground.hpp"
 #include "coupling/system.hpp"
 
 namespace talus::coupling {
@@ -68,7 +69,16 @@ void CoupledSystem::pair_structures(double duration, std::span<const Farther> fa
     const double reach = p.structure_reach[i] + p.structure_reach[j] + 1e-3 * near.sizes().norm();
     near.min().array() -= reach;
     near.max().array() += reach;
-    if (near.intersects(skin_box(env_.structures[j]))) p.surfaces.push_back({a, b});
+    if (near.intersects(skin_box(env_.structures[j])))
+      p.surfaces.push_back({{Partner::Kind::structure, a}, b});
+  }
+  for (std::size_t q = 0; q < env_.structures.size(); ++q) {
+    const StructurePart& part = env_.structures[q];
+    if (part.fixed_surface || part.structure->quiet()) continue;
+    for (const int g : part.grounds)
+      if (const Ground& ground = env_.grounds[static_cast<std::size_t>(g)];
+          may_come_to(env_, ground, *part.structure, p.structure_reach[q]))
+        p.surfaces.push_back({ground.partner, static_cast<int>(q)});
   }
 }
 
@@ -107,7 +117,8 @@ void CoupledSystem::plan(double duration, Plan& p, std::span<const Farther> fart
   DisjointSets sets(n + static_cast<int>(env_.structures.size()));  // blocks, then structures
   // Fixed partners, and structures as hubs: all that is near one structure shares its sub-step.
   std::vector<CandidatePair> fixed;
-  for (const SurfacePair& pair : p.surfaces) sets.join(n + pair.a, n + pair.b);
+  for (const SurfacePair& pair : p.surfaces)
+    if (pair.a.kind == Partner::Kind::structure) sets.join(n + pair.a.index, n + pair.b);
   for (int i = 0; i < n; ++i) {
     if (!moves(i)) continue;
     const auto k = static_cast<std::size_t>(i);
@@ -167,7 +178,7 @@ void CoupledSystem::group(const Pairs& pairs, std::span<const CandidatePair> fix
   const auto moves = [&](int i) { return model_.blocks[static_cast<std::size_t>(i)].ndof() > 0; };
   std::vector<int> island_of(static_cast<std::size_t>(n) + env_.structures.size(), -1);
   std::vector<char> awake(island_of.size(), 0);
-  for (const SurfacePair& pair : p.surfaces) awake[static_cast<std::size_t>(sets.root(n + pair.a))] = 1;
+  for (const SurfacePair& pair : p.surfaces) awake[static_cast<std::size_t>(sets.root(n + pair.b))] = 1;
   for (int i = 0; i < n; ++i)
     if (moves(i) && state_.asleep[static_cast<std::size_t>(i)] == 0)
       awake[static_cast<std::size_t>(sets.root(i))] = 1;
@@ -203,14 +214,14 @@ void CoupledSystem::group(const Pairs& pairs, std::span<const CandidatePair> fix
     if (std::find(list.begin(), list.end(), structure) == list.end()) list.push_back(structure);
   };
   for (const SurfacePair& pair : p.surfaces) {
-    int& id = island_of[static_cast<std::size_t>(sets.root(n + pair.a))];
+    int& id = island_of[static_cast<std::size_t>(sets.root(n + pair.b))];
     if (id < 0) {
       id = static_cast<int>(p.islands.size());
       p.islands.emplace_back();
     }
     Island& island = p.islands[static_cast<std::size_t>(id)];
     island.surfaces.push_back(pair);
-    use(island, pair.a);
+    if (pair.a.kind == Partner::Kind::structure) use(island, pair.a.index);
     use(island, pair.b);
   }
   const auto island_at = [&](int block) -> Island* {

@@ -24,16 +24,6 @@
 
 namespace talus::coupling {
 
-struct Partner {
-  enum class Kind : std::uint8_t { block, plane, terrain, structure };
-  Kind kind = Kind::block;
-  int index = 0;
-  bool operator==(const Partner&) const = default;
-  std::uint64_t id() const {
-    return (static_cast<std::uint64_t>(kind) << 32) | static_cast<std::uint32_t>(index);
-  }
-};
-
 enum class Mode : std::uint8_t { idle, closed, end, spring_mean, spring_end, spring_secant };
 
 /// What a facet of a block crushed of a cell of a structure's face (craters.hpp).
@@ -171,12 +161,13 @@ using Tilts = std::function<bool(const Touch&)>;
 void find_touches(const dda::Model&, const dda::State&, const Environment&, const CandidatePair&,
                   double margin, const ContactHistory&, std::vector<Touch>& out, const Tilts& tilts = {});
 
-/// Two structures that may touch: the nodes of b's skin against the faces of a's.
+/// What the nodes of structure b's skin may touch: the faces of another structure's, or a ground.
 struct SurfacePair {
-  int a = 0, b = 0;
+  Partner a;
+  int b = 0;
 };
 
-/// The same for two structures, nodes with |gap| <= reach; `history` is per structure b.
+/// The same for such a pair, nodes with |gap| <= reach; `history` is per structure b.
 void find_surface_touches(const Environment&, const SurfacePair&, double reach, const ContactHistory& history,
                           std::vector<Touch>& out);
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "contact/node_surface.hpp"
+#include "coupling/ground.hpp"
 #include "coupling/touch_spring.hpp"
 
 namespace talus::coupling {
@@ -116,30 +117,39 @@ double face_edge(const TriangleSurface& skin) {
 
 void find_surface_touches(const Environment& env, const SurfacePair& pair, double reach,
                           const ContactHistory& history, std::vector<Touch>& out) {
-  const StructurePart &part_a = env.structures[static_cast<std::size_t>(pair.a)],
-                      &part_b = env.structures[static_cast<std::size_t>(pair.b)];
+  const bool structure = pair.a.kind == Partner::Kind::structure;
+  const StructurePart* part_a = structure ? &env.structures[static_cast<std::size_t>(pair.a.index)] : nullptr;
+  const Ground* ground = structure ? nullptr : &ground_of(env, pair.a);
+  const StructurePart& part_b = env.structures[static_cast<std::size_t>(pair.b)];
   const TriangleSurface& skin = part_b.index->surface();
   thread_local std::vector<int> near;
-  contact::nodes_near(*part_b.index, *part_a.index, reach, near);
-  const Partner partner{Partner::Kind::structure, pair.a};
+  if (structure)
+    contact::nodes_near(*part_b.index, *part_a->index, reach, near);
+  else
+    nodes_near(env, *ground, *part_b.index, reach, near);
   for (const int vertex : near) {
     const auto v = static_cast<std::size_t>(vertex);
     const Vec3 tributary = contact::tributary_area(*part_b.index, vertex);
     Touch t;
-    if (!contact::node_surface(*part_a.index, skin.vertices[v], tributary.normalized(), reach, t.at))
+    t.b_node = skin.nodes[v].node[0];
+    if (structure
+            ? !contact::node_surface(*part_a->index, skin.vertices[v], tributary.normalized(), reach, t.at)
+            : !node_ground(env, *ground, *part_b.structure, t.b_node, skin.vertices[v],
+                           tributary.normalized(), reach, t.at))
       continue;
-    t.a = partner;
+    t.a = pair.a;
     t.b = -1;
     t.b_structure = pair.b;
-    t.b_node = skin.nodes[v].node[0];
     // Of an edge or corner node only what faces the partner.
     t.at.area = std::max(0.0, -t.at.normal.dot(tributary));
     t.at.key = static_cast<contact::FeatureKey>(t.b_node);
-    t.law = &env.laws(part_a.material, part_b.material);
-    const ContactMemory* last = recall(history[static_cast<std::size_t>(pair.b)], partner.id(), t);
+    t.law =
+        &env.laws(structure ? part_a->material : ground_material(env, *ground, t.at.face_a), part_b.material);
+    const ContactMemory* last = recall(history[static_cast<std::size_t>(pair.b)], pair.a.id(), t);
     const double share = t.law->stiffness == ContactLaw::Stiffness::per_area ? t.at.area : 1.0;
-    const double cell = std::min(part_a.structure->young() * face_edge(part_a.index->surface(), t.at.face_a),
-                                 part_b.structure->young() * std::sqrt(tributary.norm()));
+    double cell = part_b.structure->young() * std::sqrt(tributary.norm());
+    if (structure)
+      cell = std::min(part_a->structure->young() * face_edge(part_a->index->surface(), t.at.face_a), cell);
     if (t.law->stiffness != ContactLaw::Stiffness::hard &&
         !gives_less_than_cell(*t.law, t.law->normal_stiffness * share,
                               cell)) {  // at points of the skins, both kinds of springs
@@ -153,7 +163,8 @@ void find_surface_touches(const Environment& env, const SurfacePair& pair, doubl
     hold_on(t, last, false);
     if (t.stiffness > 0 && t.law->damping_ratio > 0)
       t.dashpot = 2 * t.law->damping_ratio * std::sqrt(t.stiffness * part_b.structure->node_mass(t.b_node));
-    t.approach = t.at.normal.dot(part_b.structure->node_velocity(t.b_node) - partner_velocity({}, env, t));
+    t.approach = t.at.normal.dot(part_b.structure->node_velocity(t.b_node) -
+                                 (structure ? partner_velocity({}, env, t) : Vec3(Vec3::Zero())));
     out.push_back(t);
   }
 }

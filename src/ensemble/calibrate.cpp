@@ -154,6 +154,26 @@ class Calibration {
       (i % held_out_every == held_out_every - 1 ? held_out_ : fitted_).push_back(all[i]);
   }
 
+  /// The scene's own draws would take the place of a candidate's value.
+  void check() const {
+    std::vector<double> middle;
+    for (const Parameter& p : request_.parameters) middle.push_back(0.5 * (p.low + p.high));
+    try {
+      const Ensemble ensemble(request_.scene, overrides_of(middle));
+      for (const scene::Vary& v : ensemble.settings().vary)
+        if (std::ranges::find(request_.parameters, v.key, &Parameter::key) != request_.parameters.end())
+          throw InputError(
+              Problem{.severity = Problem::Severity::error,
+                      .file = "--vary",
+                      .line = 0,
+                      .column = 0,
+                      .key = v.key,
+                      .value = {},
+                      .rule = "is drawn for each member by [[ensemble.vary]], whatever a candidate says",
+                      .remedy = "take its entry out of the scene, or leave it out here"});
+    } catch (const InputError& error) { throw InputError(by_their_option(error.problems())); }
+  }
+
   std::vector<std::string> run() {
     const int first = (request_.candidates + 1) / 2;
     const Sobol sobol(static_cast<int>(request_.parameters.size()), 1);
@@ -218,16 +238,20 @@ class Calibration {
     return problems;
   }
 
-  void evaluate(Candidate& c) const {
+  scene::Overrides overrides_of(const std::vector<double>& of) const {
     scene::Overrides values = request_.overrides;
-    for (std::size_t d = 0; d < c.values.size(); ++d) {
+    for (std::size_t d = 0; d < of.size(); ++d) {
       const Parameter& p = request_.parameters[d];
-      values.emplace_back(p.key, p.unit.empty() ? exact_text(c.values[d])
-                                                : fmt::format("\"{} {}\"", exact_text(c.values[d]), p.unit));
+      values.emplace_back(
+          p.key, p.unit.empty() ? exact_text(of[d]) : fmt::format("\"{} {}\"", exact_text(of[d]), p.unit));
     }
+    return values;
+  }
+
+  void evaluate(Candidate& c) const {
     std::optional<Ensemble> ensemble;
     try {
-      ensemble.emplace(request_.scene, values);
+      ensemble.emplace(request_.scene, overrides_of(c.values));
     } catch (const InputError& error) {
       if (candidates_.empty()) throw InputError(by_their_option(error.problems()));
       c.fault = error.what();
@@ -340,6 +364,8 @@ Parameter parse_parameter(const std::string& text) {
 double energy_distance(const Points& a, const Points& b) {
   return std::sqrt(std::max(0.0, 2 * mean_distance(a, b) - mean_distance(a, a) - mean_distance(b, b)));
 }
+
+void check(const CalibrationRequest& request) { Calibration(request).check(); }
 
 std::vector<std::string> calibrate(const CalibrationRequest& request) { return Calibration(request).run(); }
 

@@ -49,4 +49,8 @@ double energy_distance(const std::vector<VecX>& a, const std::vector<VecX>& b);
 /// Writes calibration.json. Returns lines to print; empty if it was stopped. Throws InputError.
 std::vector<std::string> calibrate(const CalibrationRequest& request);
 
+/// What of a request can be refused before anything is written: measurements that cannot be read, a parameter
+/// that [[ensemble.vary]] draws. Throws InputError.
+void check(const CalibrationRequest& request);
+
 }  // namespace talus::ensemble

@@ -42,8 +42,11 @@ std::optional<Figure> figure_of(const Json& e) {
   return Figure{value, bound("low"), bound("high")};
 }
 
+/// What rounding leaves of two figures that are one is no difference.
 Figure difference(const Figure& from, const Figure& to) {
-  const double d = to.value - from.value;
+  constexpr double round_off = 1e-12;
+  double d = to.value - from.value;
+  if (std::abs(d) <= round_off * std::max(std::abs(to.value), std::abs(from.value))) d = 0;
   return {d, d - std::hypot(to.value - to.low, from.high - from.value),
           d + std::hypot(to.high - to.value, from.value - from.low)};
 }

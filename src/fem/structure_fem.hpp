@@ -81,6 +81,7 @@ class FemStructure : public Structure, public RefinableStructure, public Divided
   const TriangleSurface& surface() const override;
   double node_mass(int node) const override;
   Vec3 node_position(int node) const override;
+  Vec3 node_built(int node) const override;
   Vec3 node_velocity(int node) const override;
   std::array<bool, 3> node_held(int node) const override;
 

@@ -620,11 +620,11 @@ void SummaryBuilder::function_line(std::size_t i, std::vector<std::string>& line
 }
 
 /// Slower than a hundredth of what a fall from its own size gives, and not about to get faster: a block that
-/// was let go a moment ago is slow too.
+/// was let go a moment ago is slow too. What was proven to rest has no velocity at all.
 bool SummaryBuilder::moves(std::size_t i) const {
   constexpr double gravity = 9.81, slow = 0.01, calm = 0.05;
   const double speed = std::sqrt(2 * gravity * std::cbrt(header_.blocks[i].volume));
-  return !header_.blocks[i].fixed &&
+  return !header_.blocks[i].fixed && !(time_ > 0 && blocks_[i].velocity.isZero(0)) &&
          (blocks_[i].velocity.norm() > slow * speed || blocks_[i].acceleration > calm * gravity);
 }
 

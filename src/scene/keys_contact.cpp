@@ -181,7 +181,7 @@ std::vector<Key> contact_keys() {
        .type = Type::quantity,
        .dimension = number,
        .doc = "Newton's normal restitution. Omitted: what compliance and damping give. At a deformable "
-              "structure springs get the dashpots that give it; hard contacts do not use it.",
+              "structure springs get the dashpots that give it, 0.1 at least; hard contacts do not use it.",
        .min = 0,
        .max = 1},
       {.path = "interface.restitution_half_speed",

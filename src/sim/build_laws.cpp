@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "contact/impact_damping.hpp"
+
 namespace talus::sim {
 
 void Builder::refuse_what_is_missing() {
@@ -40,6 +42,17 @@ void Builder::refuse_what_is_missing() {
             key + "restitution_half_speed", fmt::format("{:g} m/s", law.restitution_half_speed),
             "where springs press on a deformable structure a dashpot gives one restitution for all speeds: "
             "give this pair an [[interface]] of its own without it");
+      if (law.restitution && *law.restitution < contact::least_restitution && deforms && law.sprung() &&
+          law.damping_ratio == 0)
+        add_warnings(
+            {{.severity = Problem::Severity::warning,
+              .file = s.file,
+              .key = key + "restitution",
+              .value = fmt::format("{:g}", *law.restitution),
+              .rule = fmt::format("at a deformable structure is {:g}: a dashpot that gives less takes "
+                                  "more than twice the force of the spring",
+                                  contact::least_restitution),
+              .remedy = "take it as that, or a contact that is hard"}});
       if (law.rolling_resistance > 0 && deforms)
         missing(key + "rolling_resistance", fmt::format("{:g}", law.rolling_resistance),
                 "leave it out where a block meets a deformable structure");

@@ -8,10 +8,10 @@
 #include "contact/refinable.hpp"
 #include "contact/structure_plan.hpp"
 #include "core/solid_mesh_parts.hpp"
+#include "coupling/ground.hpp"
 #include "coupling/touch.hpp"
 #include "sim/fineness.hpp"
 #include "sim/footing.hpp"
-#include "sim/free_structures.hpp"
 
 namespace talus::sim {
 
@@ -196,7 +196,57 @@ void Builder::pair_structures() {
           (edge_a <= edge_b * (1 + 1e-9) && a.index->bounds().volume() < b.index->bounds().volume());
       env_.touching_structures.push_back(first_finer ? std::pair(j, i) : std::pair(i, j));
     }
-  add_problems(free_structure_problems(world_->scene, env_, model_, state_.blocks));
+  pair_grounds();
+}
+
+/// Which planes, terrain and fixed blocks the nodes of each structure meet: those that it has a law with.
+void Builder::pair_grounds() {
+  const auto stepped = [](const coupling::StructurePart& p) { return !p.fixed_surface; };
+  if (std::none_of(env_.structures.begin(), env_.structures.end(), stepped)) return;
+  env_.grounds = coupling::grounds_of(env_, model_, state_.blocks);
+  const auto& known = world_->scene.law_pairs;
+  const auto name_of = [&](const coupling::Ground& g) {
+    switch (g.partner.kind) {
+      case coupling::Partner::Kind::plane: return fmt::format("plane {}", g.partner.index + 1);
+      case coupling::Partner::Kind::terrain: return std::string("the terrain");
+      default: break;
+    }
+    return "the fixed block " + model_.blocks[static_cast<std::size_t>(g.partner.index)].name;
+  };
+  for (std::size_t q = 0; q < env_.structures.size(); ++q) {
+    coupling::StructurePart& part = env_.structures[q];
+    if (!stepped(part)) continue;
+    const StructureSpec& spec = world_->scene.structures[q];
+    for (std::size_t k = 0; k < env_.grounds.size(); ++k) {
+      const coupling::Ground& ground = env_.grounds[k];
+      std::vector<int> materials{coupling::ground_material(env_, ground, 0)};
+      if (ground.faces) {
+        const std::vector<int>& several = ground.faces->surface().material;
+        materials.insert(materials.end(), several.begin(), several.end());
+        std::sort(materials.begin(), materials.end());
+        materials.erase(std::unique(materials.begin(), materials.end()), materials.end());
+      }
+      const auto without_law = std::ranges::find_if(materials, [&](int m) {
+        return std::ranges::find(known, std::pair(std::min(m, part.material), std::max(m, part.material))) ==
+               known.end();
+      });
+      if (without_law == materials.end()) {
+        part.grounds.push_back(static_cast<int>(k));
+        continue;
+      }
+      const std::string& of = world_->scene.materials[static_cast<std::size_t>(part.material)].name;
+      const std::string& other = world_->scene.materials[static_cast<std::size_t>(*without_law)].name;
+      if (spec.supports.empty())
+        problem(fmt::format("structure.{}.support", spec.name), "[]",
+                fmt::format("nothing holds it, and no [[interface]] says how \"{}\" meets \"{}\" of {}", of,
+                            other, name_of(ground)),
+                fmt::format("add [[interface]] with between = [\"{}\", \"{}\"]", of, other));
+      else
+        world_->notes.push_back(
+            fmt::format("Structure {} and {}: no [[interface]] of their materials, it goes through there.",
+                        spec.name, name_of(ground)));
+    }
+  }
 }
 
 /// A structure without supports that lies on another is in no preload: its weight comes onto both at once, at

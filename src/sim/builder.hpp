@@ -77,6 +77,7 @@ class Builder {
   /// Structures with a law between their materials may touch: nodes of the finer skin against faces of the
   /// coarser one.
   void pair_structures();
+  void pair_grounds();
   void warn_of_sudden_weight();
   /// A block far smaller than the cell faces it strikes presses on one face: what happens below the cell size
   /// is not resolved.

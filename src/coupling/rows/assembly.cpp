@@ -129,14 +129,17 @@ void RowAssembly::add_surface_row(Touch& t, double h, bool first_pass) {
   contact::ProblemContact c;
   c.first_term = static_cast<int>(step_.problem.terms.size());
   Vec3 u_ref = Vec3::Zero();
-  const TriangleSurface& skin = in_.env.structures[static_cast<std::size_t>(t.a.index)].index->surface();
-  const SurfaceWeights face = surface_weights(skin, t.at.face_a, t.at.point_a);
-  // The face's side goes along with the face to where the node is, g away along its normal, which turns by n'
-  // = -sum grad N_i (n . v_i): together they may turn as one, and friction over a gap or a depth makes no
-  // moment.
-  std::array<Vec3, 12> tilt = weight_gradients(skin, t.at.face_a, face);
-  for (Vec3& aside : tilt) aside *= -(t.at.point_b - t.at.point_a).dot(t.normal);
-  const Vec3 a = add_structure_terms(t.row, t.a.index, face, t.frame, -1, u_ref, tilt);
+  Vec3 a = Vec3::Zero();
+  if (t.a.kind == Partner::Kind::structure) {
+    const TriangleSurface& skin = in_.env.structures[static_cast<std::size_t>(t.a.index)].index->surface();
+    const SurfaceWeights face = surface_weights(skin, t.at.face_a, t.at.point_a);
+    // The face's side goes along with the face to where the node is, g away along its normal, which turns by
+    // n' = -sum grad N_i (n . v_i): together they may turn as one, and friction over a gap or a depth makes
+    // no moment.
+    std::array<Vec3, 12> tilt = weight_gradients(skin, t.at.face_a, face);
+    for (Vec3& aside : tilt) aside *= -(t.at.point_b - t.at.point_a).dot(t.normal);
+    a = add_structure_terms(t.row, t.a.index, face, t.frame, -1, u_ref, tilt);
+  }
   SurfaceWeights node;
   node.count = 1, node.node[0] = t.b_node, node.weight[0] = 1;
   const Vec3 b = add_structure_terms(t.row, t.b_structure, node, t.frame, 1, u_ref);

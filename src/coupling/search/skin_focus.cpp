@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "coupling/ground.hpp"
 #include "coupling/search/contact_search.hpp"
 
 namespace talus::coupling {
@@ -30,11 +31,28 @@ Box3 box_of(const TriangleSurface& skin) {
   for (const Vec3& x : skin.vertices) box.extend(x);
   return box;
 }
-/// Structures of the island that may touch this one, ascending.
-std::vector<int> met_by(const IslandContext& in, int structure) {
-  std::vector<int> partners;
+/// Appends the boxes of a skin's faces, grown by `by`, that meet a ground.
+void boxes_near(const TriangleSurface& skin, const Environment& env, const Ground& ground, double by,
+                std::vector<Box3>& out) {
+  for (std::size_t t = 0; t + 3 < skin.triangles.size(); t += 4) {
+    Box3 box;
+    for (std::size_t k = 0; k < 4; ++k)
+      box.extend(skin.vertices[static_cast<std::size_t>(skin.triangles[t + k][0])]);
+    box.min().array() -= by;
+    box.max().array() += by;
+    if (reaches(env, ground, box)) out.push_back(box);
+  }
+}
+
+/// Structures and grounds of the island that may touch this one, ascending by their numbers.
+std::vector<std::uint64_t> met_by(const IslandContext& in, int structure) {
+  std::vector<std::uint64_t> partners;
+  const Partner self{Partner::Kind::structure, structure};
   for (const SurfacePair& pair : in.island->surfaces)
-    if (pair.a == structure || pair.b == structure) partners.push_back(pair.a == structure ? pair.b : pair.a);
+    if (pair.b == structure)
+      partners.push_back(pair.a.id());
+    else if (pair.a == self)
+      partners.push_back(Partner{Partner::Kind::structure, pair.b}.id());
   std::sort(partners.begin(), partners.end());
   return partners;
 }
@@ -105,7 +123,16 @@ void SkinFocus::choose() {
       seen_.push_back({pair.b, in_.state.c[k], in_.state.q[k]});
     }
     const Box3 box = box_of(in_.skin(s));
-    for (const int other : met_by(in_, s)) boxes_near(in_.skin(other), box, followed_skins_, boxes);
+    for (const SurfacePair& pair : in_.island->surfaces) {
+      const bool of_a = pair.a == Partner{Partner::Kind::structure, s};
+      if (pair.b != s && !of_a) continue;
+      if (of_a)
+        boxes_near(in_.skin(pair.b), box, followed_skins_, boxes);
+      else if (pair.a.kind == Partner::Kind::structure)
+        boxes_near(in_.skin(pair.a.index), box, followed_skins_, boxes);
+      else
+        boxes_near(in_.skin(s), in_.env, ground_of(in_.env, pair.a), followed_skins_, boxes);
+    }
     part.index->focus(in_.skin(s), std::move(boxes));
     followed_revisions_.push_back(in_.skin(s).revision);
   }
@@ -119,7 +146,7 @@ void SkinFocus::go_on() {
   double between = std::numeric_limits<double>::infinity(), path = 0;
   for (const int s : in_.island->structures) {
     const StructurePart::Followed& last = in_.env.structures[static_cast<std::size_t>(s)].followed;
-    const std::vector<int> partners = met_by(in_, s);
+    const std::vector<std::uint64_t> partners = met_by(in_, s);
     if (last.between < 0 || last.revision != in_.skin(s).revision ||
         !std::includes(last.partners.begin(), last.partners.end(), partners.begin(), partners.end()))
       return;

@@ -34,11 +34,11 @@ double skin_spring_limit(const IslandContext& in, const Step& step, double ahead
     if (t.b >= 0 || t.stiffness == 0 ||
         t.at.gap > 2 * ahead * std::max(0.0, -t.approach) + in.scale.touch_gap())
       continue;
-    const Structure& a = *in.env.structures[static_cast<std::size_t>(t.a.index)].structure;
-    const SurfaceWeights w = skin_weights(t, in.skin(t.a.index), t.at.point_a);
-    const double inverse =
-        1 / in.env.structures[static_cast<std::size_t>(t.b_structure)].structure->node_mass(t.b_node) +
-        inverse_mass(a, w);
+    double inverse =
+        1 / in.env.structures[static_cast<std::size_t>(t.b_structure)].structure->node_mass(t.b_node);
+    if (t.a.kind == Partner::Kind::structure)
+      inverse += inverse_mass(*in.env.structures[static_cast<std::size_t>(t.a.index)].structure,
+                              skin_weights(t, in.skin(t.a.index), t.at.point_a));
     if (!(inverse > 0)) continue;
     fastest_sq = std::max(fastest_sq, t.stiffness * inverse);
     brought += t.approach * t.approach / inverse + 2 * t.stored;

@@ -115,6 +115,12 @@ void estimate_spring_frequencies(const IslandContext& in, Step& step) {
     load(b, t.at.point_b, f);
     load(a, t.at.point_a, -f);
   }
+  const auto acceleration_at = [&](int body, const Vec3& x) {
+    const Weight& w = weights[static_cast<std::size_t>(body)];
+    const auto k = static_cast<std::size_t>(step.bodies[static_cast<std::size_t>(body)].block);
+    const Vec3 spin = w.inverse.block<3, 3>(3, 3) * w.moment;
+    return Vec3(in.model.gravity + w.force / in.model.blocks[k].mass + spin.cross(x - in.state.c[k]));
+  };
   const double quiet = in.gentle_speed();
   for (std::size_t i = 0; i < step.bodies.size(); ++i) step.bodies[i].spring_rate_sq = weights[i].rate_sq;
   /// Of a block on its springs.
@@ -130,8 +136,7 @@ void estimate_spring_frequencies(const IslandContext& in, Step& step) {
     if (body < 0) return s;
     const Weight& w = weights[static_cast<std::size_t>(body)];
     const auto k = static_cast<std::size_t>(step.bodies[static_cast<std::size_t>(body)].block);
-    const Vec3 spin = w.inverse.block<3, 3>(3, 3) * w.moment;
-    s.acceleration = in.model.gravity + w.force / in.model.blocks[k].mass + spin.cross(x - in.state.c[k]);
+    s.acceleration = acceleration_at(body, x);
     s.rate_sq = std::max(w.rate_sq, least_rate_sq);
     const double rate = 0.5 * std::sqrt(s.rate_sq),
                  pressed = 0.5 * (w.forces - w.force.norm()) /
@@ -140,6 +145,38 @@ void estimate_spring_frequencies(const IslandContext& in, Step& step) {
         quiet,
         rate > 0 ? rate * std::min(in.settings.accuracy * in.scale.length, pressed / (rate * rate)) : 0.0);
     return s;
+  };
+  // Rayleigh's quotient of each block's springs for the acceleration that its loads give it, rigid [1/s^2].
+  std::vector<double> loaded_rate_sq(step.bodies.size(), 0.0);
+  if (std::ranges::any_of(step.touches, &Touch::pulls)) {
+    for (const Touch& t : step.touches) {
+      if (t.stiffness == 0 || t.b < 0 || t.at.gap > reachable) continue;
+      for (const auto& [body, x] : {std::pair(in.local[static_cast<std::size_t>(t.b)], t.at.point_b),
+                                    std::pair(body_of(t.a), t.at.point_a)})
+        if (body >= 0)
+          loaded_rate_sq[static_cast<std::size_t>(body)] +=
+              t.stiffness * std::pow(t.at.normal.dot(acceleration_at(body, x)), 2);
+    }
+    for (std::size_t i = 0; i < step.bodies.size(); ++i) {
+      const Weight& w = weights[i];
+      const auto k = static_cast<std::size_t>(step.bodies[i].block);
+      const double inertia =
+          in.model.blocks[k].mass * acceleration_at(static_cast<int>(i), in.state.c[k]).squaredNorm() +
+          w.moment.dot(w.inverse.block<3, 3>(3, 3) * w.moment);
+      loaded_rate_sq[i] = inertia > 0 ? loaded_rate_sq[i] / inertia : 0;
+    }
+  }
+  /// Whether a bond that would bear its load at rest may give way as it swings about that: the spring's
+  /// greatest pull is of the amplitude, however small that is against the accuracy of places.
+  const auto swings_to_break = [&](const Touch& t, int a, int b, const Vec3& acceleration) {
+    if (!t.pulls()) return false;
+    double rate_sq = loaded_rate_sq[static_cast<std::size_t>(b)];
+    if (a >= 0 && loaded_rate_sq[static_cast<std::size_t>(a)] > 0)
+      rate_sq = std::min(rate_sq, loaded_rate_sq[static_cast<std::size_t>(a)]);
+    if (!(rate_sq > 0)) return false;
+    const double parts = t.at.normal.dot(acceleration),
+                 amplitude = std::sqrt((t.approach * t.approach + parts * parts / rate_sq) / rate_sq);
+    return t.normal_law.stiffness * (t.at.gap + parts / rate_sq + amplitude) > t.bond();
   };
   for (Touch& t : step.touches) {
     if (t.stiffness == 0 || t.b < 0) continue;
@@ -168,6 +205,7 @@ void estimate_spring_frequencies(const IslandContext& in, Step& step) {
       t.swing_speed = slow.swing(t.at.normal, t.approach, loaded);
       t.energetic = t.swing_speed > slow.quiet;
     }
+    t.energetic = t.energetic || swings_to_break(t, a, b, both.acceleration);
     // What crushes swings back by what it can hold, no farther.
     if (t.normal_law.limit > 0)
       t.swing_speed =

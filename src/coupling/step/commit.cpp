@@ -275,13 +275,18 @@ void commit(const IslandContext& in, Step& step, IslandReport& report, bool shed
     if (t.row >= 0 && t.stiffness > 0) report.ledger.algorithmic -= t.stored;
   AuditSums& audit = report.audit;
   double blocks_force = 0, force_scale = 0;
-  Vec3 on_structures = Vec3::Zero(), on_blocks = Vec3::Zero(), moment = Vec3::Zero();
+  Vec3 on_structures = Vec3::Zero(), on_blocks = Vec3::Zero(), of_ground = Vec3::Zero(),
+       moment = Vec3::Zero();
   double moment_scale = 0;
   for (const Touch& t : step.touches) {
-    if (t.row < 0 || t.a.kind != Partner::Kind::structure) continue;
+    if (t.row < 0 || (t.b >= 0 && t.a.kind != Partner::Kind::structure)) continue;
     const contact::ProblemContact& c = step.problem.contacts[static_cast<std::size_t>(t.row)];
     const Vec3 p = t.frame * c.impulse;
     if (t.b < 0) {  // between structures what one gets the other gives: its round-off is that of its own size
+      if (t.a.kind != Partner::Kind::structure) {
+        of_ground += p;
+        moment -= t.at.point_b.cross(p);
+      }
       force_scale += p.norm();
       moment_scale += (t.acts_at.norm() + in.scale.length) * p.norm();
       continue;
@@ -310,9 +315,10 @@ void commit(const IslandContext& in, Step& step, IslandReport& report, bool shed
     moment += n.position.cross(n.impulse);
   }
   if (blocks_force > 0 && !step.node_impulses.empty()) {
-    audit.worst_force = std::max(audit.worst_force, (on_blocks + on_structures).norm() / force_scale);
+    audit.worst_force =
+        std::max(audit.worst_force, (on_blocks + on_structures - of_ground).norm() / force_scale);
     audit.worst_moment = std::max(audit.worst_moment, moment.norm() / std::max(moment_scale, 1e-300));
-    audit.impulse_on_structure += on_structures;
+    audit.impulse_on_structure += on_structures - of_ground;
     audit.impulse_on_blocks += on_blocks;
   }
 }

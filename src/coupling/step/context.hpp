@@ -46,7 +46,8 @@ struct IslandContext {
     return a.kind == Partner::Kind::structure &&
            !env.structures[static_cast<std::size_t>(a.index)].fixed_surface;
   }
-  bool deformable_structure(const Touch& t) const { return moving_skin(t.a); }
+  /// At a structure that is stepped, on either side.
+  bool deformable_structure(const Touch& t) const { return t.b < 0 || moving_skin(t.a); }
 
   /// All contacts act at the start of the step, springs by the secant rule.
   bool leapfrog() const { return !condensed && !island->structures.empty(); }

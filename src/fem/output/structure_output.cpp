@@ -133,6 +133,9 @@ double FemStructure::node_mass(int node) const {
 Vec3 FemStructure::node_position(int node) const {
   return partition_ ? Vec3(Vec3(&seen_.built[6 * seen_place(node)]) + Vec3(seen(node))) : position(node);
 }
+Vec3 FemStructure::node_built(int node) const {
+  return partition_ ? Vec3(&seen_.built[6 * seen_place(node)]) : mesh_.nodes[node];
+}
 Vec3 FemStructure::node_velocity(int node) const {
   return partition_ ? Vec3(seen(node) + 3) : velocity(node);
 }
