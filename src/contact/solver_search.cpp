@@ -233,9 +233,7 @@ bool Search::unstressed(const SolveSettings& settings, SolveReport& report) {
                             settings.velocity_scale);  // where rows that repeat each other may hold it
   for (Vec3& impulse : p) impulse *= 0.5;              // of the same region
   system.velocities(p, v);
-  // The softer the proximal term, the fewer regions lie on the way; the multipliers then converge by 1e-2 /
-  // (1e-2 + lambda / w), lambda an eigenvalue of the Delassus matrix.
-  newton(1e-2, 20);
+  newton(1e-4, 20);
   p = best_p;
   swept(6);  // to round-off
   return best <= tolerance_;
