@@ -23,7 +23,7 @@ else
   mapfile -t files < <(find src -name '*.cpp' | sort)
 fi
 [ ${#files[@]} -gt 0 ] || { echo "nothing to look at"; exit 0; }
-# Headers that GCC has precompiled mean nothing to clang.
+# Without the headers that GCC has precompiled: a file is read with those that it names.
 commands=$(mktemp -d)
 trap 'rm -rf "$commands"' EXIT
 sed -E 's| -Winvalid-pch -include [^ ]*/cmake_pch\.hxx||' "$build/compile_commands.json" > "$commands/compile_commands.json"

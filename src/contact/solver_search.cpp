@@ -7,13 +7,6 @@
 
 namespace talus::contact::detail {
 
-namespace {
-/// Proximal compliance over that of the contact where Newton's method is to find the regions of few contacts,
-/// or where they are known. The softer, the fewer regions lie on the way; the multipliers then converge by
-/// 1e-2 / (1e-2 + lambda / w), lambda an eigenvalue of the Delassus matrix.
-constexpr double proximal_of_few = 1e-2;
-}  // namespace
-
 bool Search::consider(const std::vector<Vec3>& candidate, const std::vector<double>& velocities,
                       double residual) {
   if (!(residual < best)) return false;
@@ -174,11 +167,11 @@ bool Search::solved_from_best() {
   polished_ = INFINITY;
   polished_for_ = 0;
   consider(p, v, system.residual(v, p));
-  if (best <= sufficient_ || newton(proximal_of_few, 20) || polish()) return true;
+  if (best <= sufficient_ || newton(1e-4, 20) || polish()) return true;
   from_best();
   if (interior(0.5 * best)) return true;
   from_best();
-  return newton(proximal_of_few, 20) || polish();
+  return newton(1e-4, 20) || polish();
 }
 
 bool Search::raised(double step) {
@@ -240,7 +233,7 @@ bool Search::unstressed(const SolveSettings& settings, SolveReport& report) {
                             settings.velocity_scale);  // where rows that repeat each other may hold it
   for (Vec3& impulse : p) impulse *= 0.5;              // of the same region
   system.velocities(p, v);
-  newton(proximal_of_few, 20);
+  newton(1e-4, 20);
   p = best_p;
   swept(6);  // to round-off
   return best <= tolerance_;
@@ -252,8 +245,7 @@ bool Search::run(const SolveSettings& settings, SolveReport& report) {
   if (spent()) return false;
   // From farther off straight to the path.
   if ((small || best <= near * settings.velocity_scale) &&
-      (newton(small ? proximal_of_few : settings.proximal, std::min(settings.max_newton, small ? 20 : 8)) ||
-       polish()))
+      (newton(small ? 1e-4 : settings.proximal, std::min(settings.max_newton, small ? 20 : 8)) || polish()))
     return true;
   if (spent()) return false;
 
@@ -273,7 +265,7 @@ bool Search::run(const SolveSettings& settings, SolveReport& report) {
     if (best >= finished) return false;
     finished = best;
     if (!small && best > 1e-3 * settings.velocity_scale) return false;
-    return newton(proximal_of_few, 20) || polish();
+    return newton(1e-4, 20) || polish() || (small && newton(1e-3, 20));
   };
   const auto given_up = [&] { return hopeless(many ? 150 : 300, !many && fruitless >= 2); };
   p = best_p;
@@ -318,7 +310,7 @@ bool Search::run(const SolveSettings& settings, SolveReport& report) {
     from_best();
     if (round % 2 == 0) start_from_nothing();
     swept(100 << round);
-    if (best <= sufficient_ || newton(proximal_of_few, 20) || newton(1e-4, 30)) return true;
+    if (best <= sufficient_ || newton(1e-4, 20) || newton(1e-2, 30)) return true;
   }
   if (shifted(settings.max_outer, small ? 400 : 200) || polish(200)) return true;
   report.tier = 'E';

@@ -63,6 +63,7 @@ CoupledSystem::CoupledSystem(dda::Model model, SystemState state, Environment en
       state_(std::move(state)),
       env_(std::move(environment)),
       settings_(settings),
+      planner_(model_, state_, env_, settings_),
       threads_(new Threads{tbb::task_arena(std::max(1, settings.threads))}) {
   const std::size_t n = model_.blocks.size();
   state_.contacts.resize(n);
@@ -72,69 +73,15 @@ CoupledSystem::CoupledSystem(dda::Model model, SystemState state, Environment en
   if (remembers_way(env_.laws)) state_.blocks.slid.resize(n, 0.0);
   state_.structure_step.resize(env_.structures.size(), 0.0);
   settings_.step.threads = settings_.threads;
-  schemes_.resize(env_.structures.size());
   glue();
 }
 
 CoupledSystem::~CoupledSystem() = default;
 
-int CoupledSystem::sleeping_blocks() const {
-  return static_cast<int>(std::count(state_.asleep.begin(), state_.asleep.end(), 1));
-}
-
-bool CoupledSystem::at_rest() const {
-  const std::vector<int> gone = departed();
-  for (std::size_t i = 0; i < model_.blocks.size(); ++i)
-    if (model_.blocks[i].ndof() > 0 && state_.asleep[i] == 0 &&
-        !std::binary_search(gone.begin(), gone.end(), static_cast<int>(i)))
-      return false;
-  for (const StructurePart& s : env_.structures)
-    if (s.stepped() && !s.structure->quiet()) return false;
-  return true;
-}
-
-std::vector<int> CoupledSystem::departed() const {
-  std::vector<int> gone;
-  if (model_.gravity.isZero(0) || !env_.planes.empty()) return gone;
-  const Vec3 up = -model_.gravity.normalized();
-  double lowest = std::numeric_limits<double>::infinity();
-  const auto hold = [&](const Box3& box) {
-    for (int corner = 0; corner < 8; ++corner)
-      lowest = std::min(lowest, up.dot(box.corner(static_cast<Box3::CornerType>(corner))));
-  };
-  if (env_.terrain) hold(env_.terrain->bounds());
-  for (const StructurePart& s : env_.structures) hold(s.index->bounds());
-  for (std::size_t i = 0; i < model_.blocks.size(); ++i)
-    if (model_.blocks[i].ndof() == 0)
-      lowest = std::min(lowest, up.dot(state_.blocks.c[i]) - model_.blocks[i].shape->radius);
-  if (!std::isfinite(lowest)) return gone;
-  std::vector<char> hangs(model_.blocks.size(), 0);  // by a bond, on whatever it may be
-  for (std::size_t i = 0; i < state_.contacts.size(); ++i)
-    for (const ContactMemory& m : state_.contacts[i]) {
-      if (!m.glued) continue;
-      hangs[i] = 1;
-      if (static_cast<Partner::Kind>(m.partner >> 32) == Partner::Kind::block)
-        hangs[m.partner & 0xffffffff] = 1;
-    }
-  for (std::size_t i = 0; i < model_.blocks.size(); ++i)
-    if (model_.blocks[i].ndof() > 0 && hangs[i] == 0 && model_.blocks[i].fixed_points.empty() &&
-        up.dot(state_.blocks.c[i]) + 2 * model_.blocks[i].shape->radius < lowest)
-      gone.push_back(static_cast<int>(i));
-  return gone;
-}
-
 std::vector<StructureContact> CoupledSystem::take_structure_contacts() {
   std::vector<StructureContact> rows;
   rows.swap(rows_);
   return rows;
-}
-
-double CoupledSystem::spring_energy() const {
-  double e = 0;
-  for (const ContactHistory* history : {&state_.contacts, &state_.surface_contacts})
-    for (const auto& body : *history)
-      for (const ContactMemory& m : body) e += m.normal_energy + m.shear_energy;
-  return e;
 }
 
 int CoupledSystem::add_block(const dda::Model::Block& block, const Vec3& c, const Vec3& v, const Vec3& w) {
@@ -206,6 +153,45 @@ double farthest(const SkinBefore& before, const StructurePart& part) {
   return std::sqrt(way);
 }
 
+/// Puts recorded contact forces on a structure: each acts over the time it was the mean of, at its point of
+/// the undeformed skin.
+void replay(StructurePart& part, double start, double duration, std::span<const StructureContact> rows,
+            RunSums& sums) {
+  struct Load {
+    const StructureContact* row;
+    SurfaceWeights at;
+  };
+  std::vector<Load> loads;
+  for (const StructureContact& r : rows)
+    loads.push_back({&r, surface_weights(part.index->surface(), part.index->triangle_at(r.point), r.point)});
+  Structure& s = *part.structure;
+  const double work_before = s.energy().contact_work;
+  const long steps = std::max(1L, static_cast<long>(std::ceil(duration / s.critical_step() *
+                                                              (1 - contact::tolerances().time_round_off))));
+  const double h = duration / static_cast<double>(steps);
+  std::vector<NodeImpulse> impulses;
+  for (long k = 0; k < steps; ++k) {
+    const double from = start + duration * (static_cast<double>(k) / static_cast<double>(steps)),
+                 to = start + duration * (static_cast<double>(k + 1) / static_cast<double>(steps));
+    impulses.clear();
+    for (const Load& load : loads) {
+      // The last step also takes what rounding left at the end.
+      const double lo = std::max(from, load.row->time - load.row->dt),
+                   hi = k + 1 == steps ? load.row->time : std::min(to, load.row->time);
+      if (hi <= lo) continue;
+      for (int i = 0; i < load.at.count; ++i)
+        impulses.push_back({load.at.node[static_cast<std::size_t>(i)],
+                            (hi - lo) * load.at.weight[static_cast<std::size_t>(i)] * load.row->force});
+    }
+    s.predict(from, h);
+    s.correct(from, h, impulses);
+    for (const NodeImpulse& p : impulses) sums.audit.impulse_on_structure += p.impulse;
+  }
+  sums.counters.structure_steps += steps;
+  for (const Load& load : loads) sums.audit.impulse_on_blocks -= load.row->dt * load.row->force;
+  sums.audit.work_on_structure += s.energy().contact_work - work_before;
+}
+
 }  // namespace
 
 bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::span<const double> rows,
@@ -217,8 +203,7 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
   for (StructurePart& part : env_.structures)
     if ((part.lagging_index && (searched || part.one_way)) || (blocks_move && part.followed.between >= 0))
       bring_up_to_date(part);
-  Plan p;
-  plan(duration, p, wider_);
+  IslandPlan p = planner_.plan(duration, wider_);
   SystemState before = state_;
   std::vector<std::vector<double>> structures_before(env_.structures.size());
   std::vector<SkinBefore> skins_before(env_.structures.size());
@@ -263,7 +248,7 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
     reports[i] = integrator->advance(p.islands[i], state_.time, duration, hint_of(p.islands[i]), stop, rows);
   };
   const auto ended = [](const IslandReport& r) { return r.stopped || !r.failure.empty(); };
-  Pairs met;
+  BlockPairs met;
   for (;;) {
     if (settings_.threads > 1 && due.size() > 1) {
       tbb::parallel_for(std::size_t{0}, due.size(), [&](std::size_t k) { run(due[k]); });
@@ -271,7 +256,7 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
       for (const std::size_t i : due) run(i);
     }
     if (p.beside.empty() || std::ranges::any_of(reports, ended)) break;
-    const Pairs more = meetings(p, reports, begun, duration);
+    const BlockPairs more = planner_.meetings(p, reports, begun, duration);
     if (more.empty()) break;
     met.insert(met.end(), more.begin(), more.end());
     due = join_met(met, duration, before, begun, p, reports);
@@ -316,7 +301,7 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
 
   if (!rows.empty()) {
     for (std::size_t i = 0; i < reports.size(); ++i) reports[i].motion.blocks = p.islands[i].blocks;
-    keep_motion(reports, state_.ledger);
+    recorded_.keep(reports, model_, state_);
   }
   if (watch_) before_ = std::move(before);
   for (std::size_t i = 0; i < reports.size(); ++i) {
@@ -361,17 +346,15 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
           resting_rows(state_, awake, static_cast<int>(q), duration);
       mine.insert(mine.end(), resting.begin(), resting.end());
       if (!mine.empty()) {
-        replay(part, duration, mine);
-        schemes_[q] = "recorded loads";
+        replay(part, state_.time, duration, mine, sums_);
         continue;
       }
     }
     if (part.structure->quiet()) {
       ++sums_.structure_asleep;
-      schemes_[q] = "asleep";
       continue;
     }
-    schemes_[q] = part.structure->advance_alone(state_.time, duration);
+    part.structure->advance_alone(state_.time, duration);
     part.lagging_index = !part.fixed_surface;
     const bool new_topology =
         part.structure->surface().revision !=
@@ -393,7 +376,7 @@ void CoupledSystem::advance_structures(double duration, std::span<const Structur
       std::copy_if(rows.begin(), rows.end(), std::back_inserter(mine),
                    [&](const StructureContact& row) { return row.structure == static_cast<int>(q); });
       if (!mine.empty())
-        replay(part, duration, mine);
+        replay(part, state_.time, duration, mine, sums_);
       else if (!part.structure->quiet())
         part.structure->advance_alone(state_.time, duration);
     }
@@ -402,42 +385,59 @@ void CoupledSystem::advance_structures(double duration, std::span<const Structur
   state_.time += duration;
 }
 
-/// Puts recorded contact forces on a structure: each acts over the time it was the mean of, at its point of
-/// the undeformed skin.
-void CoupledSystem::replay(StructurePart& part, double duration, std::span<const StructureContact> rows) {
-  struct Load {
-    const StructureContact* row;
-    SurfaceWeights at;
+/// True if what came farther than foreseen (escapes_) may have met a partner that is not in the plan of the
+/// stretch, which began at `before`.
+bool CoupledSystem::meets_others(double duration, const IslandPlan& p, SystemState& before) {
+  using Pair = std::array<int, 3>;
+  const auto listed = [](const IslandPlan& of) {
+    std::vector<Pair> pairs;
+    for (const Island& island : of.islands)
+      for (const CandidatePair& pair : island.pairs)
+        pairs.push_back({static_cast<int>(pair.a.kind), pair.a.index, pair.b});
+    for (const auto& [a, b] : of.beside) pairs.push_back({static_cast<int>(Partner::Kind::block), a, b});
+    std::sort(pairs.begin(), pairs.end());
+    return pairs;
   };
-  std::vector<Load> loads;
-  for (const StructureContact& r : rows)
-    loads.push_back({&r, surface_weights(part.index->surface(), part.index->triangle_at(r.point), r.point)});
-  Structure& s = *part.structure;
-  const double work_before = s.energy().contact_work;
-  const long steps = std::max(1L, static_cast<long>(std::ceil(duration / s.critical_step() *
-                                                              (1 - contact::tolerances().time_round_off))));
-  const double h = duration / static_cast<double>(steps);
-  std::vector<NodeImpulse> impulses;
-  for (long k = 0; k < steps; ++k) {
-    const double from = state_.time + duration * (static_cast<double>(k) / static_cast<double>(steps)),
-                 to = state_.time + duration * (static_cast<double>(k + 1) / static_cast<double>(steps));
-    impulses.clear();
-    for (const Load& load : loads) {
-      // The last step also takes what rounding left at the end.
-      const double lo = std::max(from, load.row->time - load.row->dt),
-                   hi = k + 1 == steps ? load.row->time : std::min(to, load.row->time);
-      if (hi <= lo) continue;
-      for (int i = 0; i < load.at.count; ++i)
-        impulses.push_back({load.at.node[static_cast<std::size_t>(i)],
-                            (hi - lo) * load.at.weight[static_cast<std::size_t>(i)] * load.row->force});
+  std::vector<Farther> farther = wider_;
+  farther.insert(farther.end(), escapes_.begin(), escapes_.end());
+  std::swap(state_, before);
+  const IslandPlan wide = planner_.plan(duration, farther);
+  std::swap(state_, before);
+  const std::vector<Pair> known = listed(p), all = listed(wide);
+  return !std::includes(known.begin(), known.end(), all.begin(), all.end());
+}
+
+/// Plans the stretch anew with what met as one island. Islands that stay as they were keep their reports; the
+/// blocks of the others, which are due again, go back to where they began.
+std::vector<std::size_t> CoupledSystem::join_met(const BlockPairs& met, double duration, SystemState& before,
+                                                 const dda::State& begun, IslandPlan& p,
+                                                 std::vector<IslandReport>& reports) {
+  std::map<std::pair<std::vector<int>, std::vector<int>>, std::size_t> stepped;
+  for (std::size_t i = 0; i < reports.size(); ++i)
+    stepped[{p.islands[i].blocks, p.islands[i].structures}] = i;
+  std::swap(state_, before);
+  IslandPlan joined = planner_.plan(duration, wider_, met);
+  std::swap(state_, before);
+  std::vector<IslandReport> kept(joined.islands.size());
+  std::vector<std::size_t> due;
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    const Island& island = joined.islands[i];
+    if (const auto same = stepped.find({island.blocks, island.structures}); same != stepped.end()) {
+      kept[i] = std::move(reports[same->second]);
+      continue;
     }
-    s.predict(from, h);
-    s.correct(from, h, impulses);
-    for (const NodeImpulse& p : impulses) sums_.audit.impulse_on_structure += p.impulse;
+    due.push_back(i);
+    for (const int b : island.blocks) {
+      const auto k = static_cast<std::size_t>(b);
+      dda::set_block_state(state_.blocks, b, dda::block_state(begun, b));
+      if (!begun.slid.empty()) state_.blocks.slid[k] = begun.slid[k];
+      state_.contacts[k] = before.contacts[k];
+      state_.asleep[k] = 0;
+    }
   }
-  sums_.counters.structure_steps += steps;
-  for (const Load& load : loads) sums_.audit.impulse_on_blocks -= load.row->dt * load.row->force;
-  sums_.audit.work_on_structure += s.energy().contact_work - work_before;
+  p = std::move(joined);
+  reports = std::move(kept);
+  return due;
 }
 
 /// What is moved out of something that it was jammed in goes its way however short the stretch: its
@@ -494,22 +494,18 @@ std::vector<dda::State> CoupledSystem::again(const SystemState& from, std::span<
   SystemState now = std::exchange(state_, from);
   const RunSums sums = sums_;
   std::vector<StructureContact> rows = std::exchange(rows_, {});
-  std::vector<std::string> schemes = schemes_;
   Watch watch = std::exchange(watch_, nullptr);
   SystemState before = std::move(before_);
-  std::vector<IslandMotion> motion = std::exchange(motion_, {});
-  const Ledger works = works_before_;
+  RecordedMotion recorded = std::exchange(recorded_, {});
   const int islands = islands_;
   const double end = now.time;
   const auto put_back = [&] {
     state_ = std::move(now);
     sums_ = sums;
     rows_ = std::move(rows);
-    schemes_ = std::move(schemes);
     watch_ = std::move(watch);
     before_ = std::move(before);
-    motion_ = std::move(motion);
-    works_before_ = works;
+    recorded_ = std::move(recorded);
     islands_ = islands;
   };
   std::vector<dda::State> states;
@@ -524,7 +520,7 @@ std::vector<dda::State> CoupledSystem::again(const SystemState& from, std::span<
 
 /// One stretch, tried shorter until it stands.
 bool CoupledSystem::go_on(double end, const std::atomic<int>* stop, std::span<const double> rows) {
-  motion_.clear();
+  recorded_.clear();
   while (end - state_.time > contact::tolerances().time_round_off * std::max(1.0, std::abs(end))) {
     const double t = stretch_end(end), remaining = t - state_.time;
     const double longest = state_.stretch > 0 ? state_.stretch : longest_stretch();
@@ -561,56 +557,6 @@ bool CoupledSystem::go_on(double end, const std::atomic<int>* stop, std::span<co
   return true;
 }
 
-/// What rows are read off until the next stretch; the contact memory is that of its end.
-void CoupledSystem::keep_motion(std::span<IslandReport> reports, const Ledger& start) {
-  std::vector<char> moved(model_.blocks.size(), 0);
-  for (IslandReport& r : reports) {
-    if (r.motion.works.empty()) continue;
-    for (const int b : r.motion.blocks) moved[static_cast<std::size_t>(b)] = 1;
-    std::stable_sort(r.motion.segments.begin(), r.motion.segments.end(),
-                     [](const MotionSegment& a, const MotionSegment& b) { return a.block < b.block; });
-    motion_.push_back(std::move(r.motion));
-  }
-  works_before_ = start;
-  works_before_.contact = 0;
-  for (std::size_t b = 0; b < moved.size(); ++b)
-    if (moved[b] == 0)
-      for (const ContactMemory& m : state_.contacts[b])
-        works_before_.contact += m.normal_energy + m.shear_energy;
-}
-
-namespace {
-MotionSegment piece_of(int block) {
-  MotionSegment piece;
-  piece.block = block;
-  return piece;
-}
-double whole(const dda::BlockEnergy& e) {
-  return e.translational + e.rotational + e.straining + e.strain_energy + e.potential;
-}
-}  // namespace
-
-Moment CoupledSystem::at(double t) const {
-  Moment now{t, state_.blocks, state_.ledger};
-  now.works.contact = spring_energy();
-  if (t >= state_.time || motion_.empty()) return now;
-  now.works = works_before_;
-  for (const IslandMotion& island : motion_) {
-    double energy = 0;
-    for (const int b : island.blocks) {
-      const auto of_block =
-          std::equal_range(island.segments.begin(), island.segments.end(), piece_of(b),
-                           [](const MotionSegment& x, const MotionSegment& y) { return x.block < y.block; });
-      const auto step = std::partition_point(of_block.first, of_block.second,
-                                             [&](const MotionSegment& s) { return s.t1 < t; });
-      if (step != of_block.second) dda::set_block_state(now.blocks, b, evaluate(*step, t, model_));
-      energy += whole(dda::energy(model_, now.blocks, b));
-    }
-    const auto step = std::partition_point(island.works.begin(), island.works.end(),
-                                           [&](const WorkSegment& s) { return s.t1 < t; });
-    now.works += step == island.works.end() ? island.works.back().after : evaluate(*step, t, energy);
-  }
-  return now;
-}
+Moment CoupledSystem::at(double t) const { return recorded_.at(t, model_, state_); }
 
 }  // namespace talus::coupling

@@ -15,43 +15,11 @@
 #include <string>
 #include <vector>
 
-#include "core/disjoint_sets.hpp"
 #include "coupling/counters.hpp"
-#include "coupling/environment.hpp"
-#include "coupling/step/island.hpp"
-#include "dda/state.hpp"
+#include "coupling/islands/planner.hpp"
+#include "coupling/recorded_motion.hpp"
 
 namespace talus::coupling {
-
-/// Everything with a history, apart from the structures' own (Structure::save). A copy is a checkpoint.
-struct SystemState {
-  double time = 0;
-  long stretches = 0;
-  dda::State blocks;
-  ContactHistory contacts;             // per block
-  ContactHistory surface_contacts;     // between structures, per second structure of the pair
-  std::vector<char> asleep;            // per block
-  std::vector<double> step;            // suggested step of the island the block was last in [s]
-  std::vector<double> structure_step;  // the same per structure; 0: it was in none in the last stretch [s]
-  double stretch =
-      0;  // longest stretch that is tried next, after one had to be repeated; 0: the settings' [s]
-  Ledger ledger;
-};
-
-struct SystemSettings {
-  StepSettings step;
-  bool sleeping = true;
-  int threads = 1;
-  double longest_stretch =
-      0.05;  // [s]; with a fixed step, the whole number of steps nearest below, at least one
-};
-
-/// Blocks and works at one time.
-struct Moment {
-  double time = 0;
-  dda::State blocks;
-  Ledger works;  // `contact`: stored in springs then
-};
 
 /// Is told of every stretch that was made, with the state before it; the present state is the system's.
 using Watch = std::function<void(const SystemState& before)>;
@@ -84,19 +52,10 @@ class CoupledSystem {
   const Environment& environment() const { return env_; }
 
   const Counters& counters() const { return sums_.counters; }
-  const AuditSums& audit() const { return sums_.audit; }
   int islands() const { return islands_; }
-  int sleeping_blocks() const;
-  long asleep_skipped() const { return sums_.asleep_skipped; }
-  long structure_asleep() const { return sums_.structure_asleep; }
   /// What is summed from the start of the run; a restart goes on with them. No step depends on them.
   RunSums& sums() { return sums_; }
-  const std::vector<std::string>& structure_schemes() const { return schemes_; }
-  /// True if every block with DOFs sleeps or has left, and every structure is quiet.
-  bool at_rest() const;
-  /// Blocks that have left the model: below all that is held, terrain and structures among it, so that
-  /// nothing can stop their fall. None where there is no gravity, a plane, or nothing held.
-  std::vector<int> departed() const;
+  const RunSums& sums() const { return sums_; }
   /// Advances the structures of scheme "one-way" alone, from the state's time over `duration`, which becomes
   /// its time, under contact forces that were found elsewhere and are told with those of
   /// take_structure_contacts(). Blocks stay where they are.
@@ -109,56 +68,22 @@ class CoupledSystem {
   std::span<const StructureContact> structure_contacts() const { return rows_; }
   /// Contacts on structures since the last call.
   std::vector<StructureContact> take_structure_contacts();
-  /// Energy stored in contact springs now [J].
-  double spring_energy() const;
   /// Appends a block (a fragment); returns its index.
   int add_block(const dda::Model::Block& block, const Vec3& c, const Vec3& v, const Vec3& w);
   /// Marks what touches now as bonded, where a law or a rock bridge holds in tension. The bonds of `known`
   /// pairs are those in the state: none is made anew.
   void glue(const KnownPairs& known = {});
-  /// What of the pair overlaps now is where it starts: it touches, is not pushed apart, and no spring of it
-  /// is loaded.
-  void start_touching(const CandidatePair& pair, std::span<const Touch> touches);
-  /// Blocks from `first` on have just come off a structure: what they overlap is no contact that pushes.
-  void settle_newborn(int first);
 
  private:
-  using Pairs = std::vector<std::pair<int, int>>;  // of blocks
-  struct Plan {
-    std::vector<Island> islands;
-    std::vector<double> reach;            // per block [m]
-    std::vector<char> structure_used;     // per structure
-    std::vector<double> structure_reach;  // per structure [m]
-    std::vector<SurfacePair> surfaces;    // structures that may meet
-    Pairs beside;  // blocks of different islands that come near each other, but do not meet as they move now
-    long skipped = 0;
-  };
-  /// What may come farther than its speeds say, and how far [m]: a block or the skin of a structure.
-  struct Farther {
-    Partner::Kind kind = Partner::Kind::block;
-    int index = 0;
-    double way = 0;
-  };
-  void plan(double stretch, Plan& p, std::span<const Farther> farther = {}, const Pairs& met = {}) const;
-  void join_clusters(double stretch, const Pairs& pairs, const Pairs& met, DisjointSets& sets) const;
-  double touching(int block) const;
-  bool touched(int i, int j) const;
-  bool will_meet(int i, int j, double stretch) const;
-  bool may_meet(int i, int j, double stretch) const;
-  Pairs meetings(const Plan& p, std::span<const IslandReport> reports, const dda::State& begun,
-                 double stretch) const;
-  std::vector<std::size_t> join_met(const Pairs& met, double stretch, SystemState& before,
-                                    const dda::State& begun, Plan& p, std::vector<IslandReport>& reports);
-  bool meets_others(double stretch, const Plan& p, SystemState& before);
-  void pair_structures(double stretch, std::span<const Farther> farther, Plan& p) const;
-  void group(const Pairs& pairs, std::span<const CandidatePair> fixed, DisjointSets& sets, Plan& p) const;
+  std::vector<std::size_t> join_met(const BlockPairs& met, double stretch, SystemState& before,
+                                    const dda::State& begun, IslandPlan& p,
+                                    std::vector<IslandReport>& reports);
+  bool meets_others(double stretch, const IslandPlan& p, SystemState& before);
   bool go_on(double end, const std::atomic<int>* stop, std::span<const double> rows);
   double stretch_end(double end) const;
   bool stretch(double duration, const std::atomic<int>* stop, std::span<const double> rows,
                std::string& failure);
-  void keep_motion(std::span<IslandReport> reports, const Ledger& start);
   void widen();
-  void replay(StructurePart& part, double duration, std::span<const StructureContact> rows);
 
   std::vector<Farther> escapes_, wider_;  // what went farther than foreseen in the last try, and how far [m];
                                           // what the next tries foresee
@@ -166,16 +91,27 @@ class CoupledSystem {
   SystemState state_;
   Environment env_;
   SystemSettings settings_;
+  IslandPlanner planner_;
   RunSums sums_;
   std::vector<StructureContact> rows_;
-  std::vector<IslandMotion> motion_;  // of the last stretch
-  Ledger works_before_;  // as it began; `contact`: of the springs of blocks that were in none of its islands
-  Watch watch_;          // empty: none
-  SystemState before_;   // of the last stretch, if there is a watch
-  std::vector<std::string> schemes_;
+  RecordedMotion recorded_;
+  Watch watch_;         // empty: none
+  SystemState before_;  // of the last stretch, if there is a watch
   int islands_ = 0;
   struct Threads;  // whose number the loops of steps keep to: outside of them a loop takes all cores
   std::unique_ptr<Threads> threads_;
 };
+
+int sleeping_blocks(const CoupledSystem& system);
+/// True if every block with DOFs sleeps or has left, and every structure is quiet.
+bool at_rest(const CoupledSystem& system);
+/// Blocks that have left the model: below all that is held, terrain and structures among it, so that
+/// nothing can stop their fall. None where there is no gravity, a plane, or nothing held.
+std::vector<int> departed(const CoupledSystem& system);
+/// What of the pair overlaps now is where it starts: it touches, is not pushed apart, and no spring of it
+/// is loaded.
+void start_touching(CoupledSystem& system, const CandidatePair& pair, std::span<const Touch> touches);
+/// Blocks from `first` on have just come off a structure: what they overlap is no contact that pushes.
+void settle_newborn(CoupledSystem& system, int first);
 
 }  // namespace talus::coupling

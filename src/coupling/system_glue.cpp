@@ -16,8 +16,7 @@ void CoupledSystem::glue(const KnownPairs& known) {
       std::any_of(env_.joint_laws.begin(), env_.joint_laws.end(),
                   [](const std::optional<ContactLaw>& law) { return law && law->tension > 0; });
   if (!tension && env_.bonds.empty()) return;
-  Plan at_start;
-  plan(0, at_start);
+  const IslandPlan at_start = planner_.plan(0);
   std::vector<Touch> touches;
   for (const Island& island : at_start.islands)
     for (const CandidatePair& pair : island.pairs) {

@@ -78,8 +78,8 @@ void remember_inside(std::vector<ContactMemory>& list, std::uint64_t partner, do
 
 }  // namespace
 
-void CoupledSystem::start_touching(const CandidatePair& pair, std::span<const Touch> touches) {
-  auto& list = state_.contacts[static_cast<std::size_t>(pair.b)];
+void start_touching(CoupledSystem& system, const CandidatePair& pair, std::span<const Touch> touches) {
+  auto& list = system.state().contacts[static_cast<std::size_t>(pair.b)];
   double deepest = 0;
   for (const Touch& t : touches) {
     if (t.at.gap >= 0) continue;
@@ -97,12 +97,15 @@ void CoupledSystem::start_touching(const CandidatePair& pair, std::span<const To
   sort(list);
 }
 
-void CoupledSystem::settle_newborn(int first) {
-  const int n = static_cast<int>(model_.blocks.size());
+void settle_newborn(CoupledSystem& system, int first) {
+  const dda::Model& model = system.model();
+  const Environment& env = system.environment();
+  SystemState& state = system.state();
+  const int n = static_cast<int>(model.blocks.size());
   std::vector<Box3> boxes;
   for (int i = 0; i < n; ++i)
     boxes.push_back(
-        contact::bounds(*model_.blocks[static_cast<std::size_t>(i)].shape, dda::pose(state_.blocks, i), 0));
+        contact::bounds(*model.blocks[static_cast<std::size_t>(i)].shape, dda::pose(state.blocks, i), 0));
   std::vector<std::pair<int, int>> pairs;
   std::uint64_t serial = 0;
   contact::overlapping_pairs(boxes, pairs);
@@ -110,21 +113,21 @@ void CoupledSystem::settle_newborn(int first) {
   for (const auto& [i, j] : pairs)
     if (j >= first) candidates.push_back({{Partner::Kind::block, i}, j});
   for (int i = first; i < n; ++i) {
-    for (std::size_t q = 0; q < env_.planes.size(); ++q)
+    for (std::size_t q = 0; q < env.planes.size(); ++q)
       candidates.push_back({{Partner::Kind::plane, static_cast<int>(q)}, i});
-    if (env_.terrain) candidates.push_back({{Partner::Kind::terrain, 0}, i});
-    for (std::size_t q = 0; q < env_.structures.size(); ++q)
+    if (env.terrain) candidates.push_back({{Partner::Kind::terrain, 0}, i});
+    for (std::size_t q = 0; q < env.structures.size(); ++q)
       candidates.push_back({{Partner::Kind::structure, static_cast<int>(q)}, i});
   }
   std::vector<Touch> touches;
   for (const CandidatePair& pair : candidates) {
-    if (hand_over(env_, model_, state_, pair, first, serial)) continue;
+    if (hand_over(env, model, state, pair, first, serial)) continue;
     touches.clear();
-    find_touches(model_, state_.blocks, env_, pair, 0, state_.contacts, touches);
+    find_touches(model, state.blocks, env, pair, 0, state.contacts, touches);
     double deepest = 0;
     for (const Touch& t : touches) deepest = std::max(deepest, t.offset - t.at.gap);
     if (!(deepest > 0)) continue;
-    auto& list = state_.contacts[static_cast<std::size_t>(pair.b)];
+    auto& list = state.contacts[static_cast<std::size_t>(pair.b)];
     remember_inside(list, pair.a.id(), deepest);
     sort(list);
   }

@@ -314,8 +314,8 @@ std::optional<Member> Ensemble::run(long index, const std::atomic<int>* stop) {
   const auto& blocks = world.system->model().blocks;
   const auto moving = static_cast<std::size_t>(
       std::count_if(blocks.begin(), blocks.end(), [](const dda::Model::Block& b) { return b.ndof() > 0; }));
-  const bool left = !world.paper && moving > 0 && world.system->departed().size() == moving;
-  const bool rest = result.status == "at rest" || (!world.paper && !left && world.system->at_rest());
+  const bool left = !world.paper && moving > 0 && departed(*world.system).size() == moving;
+  const bool rest = result.status == "at rest" || (!world.paper && !left && at_rest(*world.system));
   if (result.status == "failed") {
     m.status = Status::failed;
   } else if (over) {

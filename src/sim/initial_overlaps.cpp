@@ -123,7 +123,7 @@ std::vector<Problem> initial_overlaps(World& world, const coupling::KnownPairs& 
     }
     if (!inside && deepest <= allowed) continue;
     if (!inside && moved_in) {
-      system.start_touching(c, touches);
+      start_touching(system, c, touches);
       MovedInto& m = moved_into[static_cast<std::size_t>(c.a.index)];
       if (m.blocks++ == 0) m.first = b.name;
       m.deepest = std::max(m.deepest, deepest);

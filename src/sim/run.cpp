@@ -144,14 +144,14 @@ bool all_left(const World& w) {
   const auto& blocks = w.system->model().blocks;
   const auto moving = static_cast<std::size_t>(
       std::count_if(blocks.begin(), blocks.end(), [](const dda::Model::Block& b) { return b.ndof() > 0; }));
-  return moving > 0 && w.system->departed().size() == moving;
+  return moving > 0 && departed(*w.system).size() == moving;
 }
 
 bool audited(const World& w) { return !w.system->environment().structures.empty(); }
 
 /// The interface's sums over the run (interface.md: audit).
 InterfaceAudit audit_of(const World& w) {
-  const coupling::AuditSums& a = w.system->audit();
+  const coupling::AuditSums& a = w.system->sums().audit;
   InterfaceAudit audit;
   audit.worst_force_imbalance = a.worst_force;
   audit.worst_moment_imbalance = a.worst_moment;
@@ -206,7 +206,7 @@ RunResult Simulation::run(Sink& sink, const std::atomic<int>* stop) {
       }
       tell.fragments();
       tell.warnings();
-      const bool rest = s.simulation.until_rest && !w.paper && w.system->at_rest();
+      const bool rest = s.simulation.until_rest && !w.paper && at_rest(*w.system);
       const bool last = w.time() >= duration || rest;
       if (rest && (rows.empty() || !std::binary_search(rows.begin(), rows.end(), w.time())))
         rows.insert(std::upper_bound(rows.begin(), rows.end(), w.time()), w.time());

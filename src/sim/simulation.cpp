@@ -44,7 +44,7 @@ double Simulation::time() const { return world_->time(); }
 std::vector<std::string> Simulation::departed() const {
   std::vector<std::string> names;
   if (!world_->paper)
-    for (const int b : world_->system->departed())
+    for (const int b : coupling::departed(*world_->system))
       names.push_back(world_->system->model().blocks[static_cast<std::size_t>(b)].name);
   return names;
 }

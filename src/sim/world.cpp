@@ -244,7 +244,7 @@ std::vector<RunHeader::BlockInfo> World::take_fragments() {
     }
     structures[q].index = coupling::moving_index(structures[q].structure->surface());
   }
-  if (!born.empty()) system->settle_newborn(static_cast<int>(header.blocks.size()));
+  if (!born.empty()) settle_newborn(*system, static_cast<int>(header.blocks.size()));
   header.blocks.insert(header.blocks.end(), born.begin(), born.end());
   return born;
 }
@@ -409,8 +409,8 @@ RunCounters World::counters() const {
   n.flight_closed_form = c.flights;
   n.structure_steps = c.structure_steps;
   n.condensed_steps = c.condensed_steps;
-  n.structure_asleep = system->structure_asleep();
-  n.asleep_skipped = system->asleep_skipped();
+  n.structure_asleep = system->sums().structure_asleep;
+  n.asleep_skipped = system->sums().asleep_skipped;
   n.worst_residual = c.worst_residual;
   n.worst_penetration = c.worst_penetration;
   n.crush_depth = c.crush_depth;
@@ -421,7 +421,7 @@ RunCounters World::counters() const {
   n.reduced = c.reduced;
   n.dt = c.last_step;
   n.islands = system->islands();
-  n.sleeping_blocks = system->sleeping_blocks();
+  n.sleeping_blocks = sleeping_blocks(*system);
   return n;
 }
 

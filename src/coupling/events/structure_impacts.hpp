@@ -13,9 +13,8 @@ class StructureImpacts {
   /// Those that the solution just applied has given.
   void note(const Step& step, double time);
   /// Impulses of no duration, each as the mean since it was: over the step that it began, unless that is a
-  /// sliver that ends at once, with the stretch or at the next impact. Then over no less than a tenth of what
-  /// is usual.
-  /// `usual_step`: the fixed step, or as long as the macro step, which began at `start` [s].
+  /// sliver that ends at once, with the macro step or at the next impact. Then over no less than a tenth of
+  /// what is usual. `usual_step`: the fixed step, or as long as the macro step, which began at `start` [s].
   void report(double t_end, double start, double duration, double usual_step,
               std::vector<StructureContact>& rows);
   const std::vector<StructureContact>& pending() const { return pending_; }

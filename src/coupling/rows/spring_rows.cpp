@@ -78,7 +78,7 @@ double normal_compliance(const IslandContext& in, const Step& step, const contac
   return sum;
 }
 
-void secant_row(const IslandContext& in, Step& step, Touch& t, contact::ProblemContact& c, double h,
+void secant_row(const IslandContext& in, const Step& step, Touch& t, contact::ProblemContact& c, double h,
                 bool first_pass) {
   t.theta = 1;
   if (first_pass && !conserving(in, step, t, c, h)) t.mode = Mode::spring_end;
@@ -120,7 +120,7 @@ bool follows_law(const IslandContext& in, const Step& step, const Touch& t, doub
          allowed * (c.impulse[0] + h * t.stiffness * contact::tolerances().follows_law * in.scale.length);
 }
 
-void shear_row(const IslandContext& in, Step& step, Touch& t, contact::ProblemContact& c, double h,
+void shear_row(const IslandContext& in, const Step& step, Touch& t, contact::ProblemContact& c, double h,
                const Vec3& moved, const Vec3& u_ref) {
   const Vec3 d = t.frame.transpose() * t.shear,
              way = t.frame.transpose() *

@@ -138,8 +138,8 @@ void SkinFocus::choose() {
   }
 }
 
-/// Structures alone go on with what the last stretch followed. (Blocks do not: what they may meet is planned
-/// between stretches by whole skins.)
+/// Structures alone go on with what the last macro step followed. (Blocks do not: what they may meet is
+/// planned between stretches by whole skins.)
 void SkinFocus::go_on() {
   if (!in_.island->blocks.empty()) return;
   followed_revisions_.clear();

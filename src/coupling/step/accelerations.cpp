@@ -77,7 +77,7 @@ bool looks_ahead(const IslandContext& in, const Step& step) {
                      [](const Touch& t) { return t.stiffness == 0 && !(t.bond() > 0); });
 }
 
-std::optional<std::vector<Vec6>> allowed_accelerations(const IslandContext& in, Step& step,
+std::optional<std::vector<Vec6>> allowed_accelerations(const IslandContext& in, const Step& step,
                                                        IslandReport& report, contact::ContactSolver& solver) {
   std::vector<Touch> closed;
   double slowest = std::numeric_limits<double>::infinity();  // v_o of the island

@@ -23,7 +23,7 @@ double error_by_ends(const IslandContext& in, const Step& step, double h, std::s
 
 /// The accelerations that the contacts of the present state allow, per body, less that by drag, whose share a
 /// step integrates exactly; none if they have no solution.
-std::optional<std::vector<Vec6>> allowed_accelerations(const IslandContext& in, Step& step,
+std::optional<std::vector<Vec6>> allowed_accelerations(const IslandContext& in, const Step& step,
                                                        IslandReport& report, contact::ContactSolver& solver);
 
 }  // namespace talus::coupling

@@ -64,7 +64,7 @@ void remember_row(const IslandContext& in, const Step& step, const Touch& t, dou
 }
 
 /// What a block was born inside is forgotten once the touches of the step found nothing inside any more.
-void shrink_births(const IslandContext& in, Step& step, int block) {
+void shrink_births(const IslandContext& in, const Step& step, int block) {
   std::vector<ContactMemory>& list = in.history[static_cast<std::size_t>(block)];
   for (ContactMemory& m : list) {
     if (m.feature != born_inside) continue;
@@ -119,7 +119,7 @@ double lost_with_faces(const IslandContext& in, const std::vector<ContactMemory>
 }
 
 /// The ways that friction remembers.
-void go_on_with_ways(const IslandContext& in, Step& step, double h) {
+void go_on_with_ways(const IslandContext& in, const Step& step, double h) {
   if (in.state.slid.empty()) return;
   const auto at_start = [&](int block, const Vec3& x) {  // velocity of a rigid block's point
     const int l = in.local[static_cast<std::size_t>(block)];
@@ -208,6 +208,21 @@ void remember_all(const IslandContext& in, Step& step, IslandReport& report, boo
     sort(in.surface_history[static_cast<std::size_t>(pair.b)]);
 }
 
+/// The greatest depth that springs have crushed.
+void report_crushing(const IslandContext& in, const Step& step, IslandReport& report) {
+  Counters& n = report.counters;
+  for (const Touch& t : step.touches) {
+    if (t.row < 0 || t.stiffness == 0 || t.law->kind != ContactLaw::Kind::crushing) continue;
+    const double depth = t.normal_law.crushed_after(t.indentation);
+    n.crush_depth = std::max(n.crush_depth, depth);
+    if (!(t.law->yield_thickness > 0) || depth / t.law->yield_thickness <= n.crush_share) continue;
+    n.crush_share = depth / t.law->yield_thickness;
+    n.crush_law = static_cast<int>(t.law - in.env.laws.law.data());
+    if (n.crush_law < 0 || n.crush_law >= static_cast<int>(in.env.laws.law.size()))
+      n.crush_law = -1;  // a joint's own
+  }
+}
+
 }  // namespace
 
 void collect_node_impulses(const IslandContext& in, Step& step) {
@@ -252,21 +267,8 @@ void collect_node_impulses(const IslandContext& in, Step& step) {
     }
 }
 
-void report_crushing(const IslandContext& in, Step& step, IslandReport& report) {
-  Counters& n = report.counters;
-  for (const Touch& t : step.touches) {
-    if (t.row < 0 || t.stiffness == 0 || t.law->kind != ContactLaw::Kind::crushing) continue;
-    const double depth = t.normal_law.crushed_after(t.indentation);
-    n.crush_depth = std::max(n.crush_depth, depth);
-    if (!(t.law->yield_thickness > 0) || depth / t.law->yield_thickness <= n.crush_share) continue;
-    n.crush_share = depth / t.law->yield_thickness;
-    n.crush_law = static_cast<int>(t.law - in.env.laws.law.data());
-    if (n.crush_law < 0 || n.crush_law >= static_cast<int>(in.env.laws.law.size()))
-      n.crush_law = -1;  // a joint's own
-  }
-}
-
-void commit(const IslandContext& in, Step& step, IslandReport& report, bool shed, double t_end, double h) {
+void commit_step(const IslandContext& in, Step& step, IslandReport& report, bool shed, double t_end,
+                 double h) {
   report.ledger += step.pending;
   report_crushing(in, step, report);
   go_on_with_ways(in, step, h);

@@ -7,11 +7,9 @@ namespace talus::coupling {
 /// What each node of the structures gets, J^T p over its contacts.
 void collect_node_impulses(const IslandContext& in, Step& step);
 
-/// The greatest depth that springs have crushed.
-void report_crushing(const IslandContext& in, Step& step, IslandReport& report);
-
 /// The step that ends at t_end is taken: works, rows of structures and audit sums to the report, memories
 /// anew.
-void commit(const IslandContext& in, Step& step, IslandReport& report, bool shed, double t_end, double h);
+void commit_step(const IslandContext& in, Step& step, IslandReport& report, bool shed, double t_end,
+                 double h);
 
 }  // namespace talus::coupling

@@ -123,7 +123,7 @@ bool StepControl::take(Trial& trial) {
                    fastest_growth = ahead ? 5.0 : 2.0;  // what an event made short grows again
       const double grow =
           error > 0 ? std::clamp(0.9 / std::cbrt(error), 0.3, fastest_growth) : fastest_growth;
-      // The rest of a stretch, shorter than the step would be, says nothing against the longer one.
+      // The rest of a macro step, shorter than the step would be, says nothing against the longer one.
       const bool clipped =
           trial.h >= trial.remaining * (1 - contact::tolerances().time_round_off) && grow >= 1;
       step_.suggested = clipped ? std::max(step_.suggested, trial.h * grow) : trial.h * grow;

@@ -12,10 +12,10 @@ namespace talus::coupling {
 /// A step while it is tried: what is asked of it, and what the tries so far have taught.
 struct Trial {
   double start = 0;      // [s]
-  double remaining = 0;  // of the stretch [s]
+  double remaining = 0;  // of the macro step [s]
   double h = 0;          // [s]
-  double usual = 0;  // length by what may move, where all stand still and the step is the rest of the stretch
-                     // [s]; else 0
+  double usual = 0;  // length by what may move, where all stand still and the step is the rest of the macro
+                     // step [s]; else 0
   bool lumped = false;    // onsets are rows, not events
   bool closed = false;    // something touches at its start
   bool adaptive = false;  // event driven, its length by error control

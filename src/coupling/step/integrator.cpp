@@ -172,7 +172,7 @@ bool IslandIntegrator::finish(const Trial& trial, double done, double taken) {
   correct_structures(trial.start, taken);
   const bool released = released_;  // at its start
   record_.begin_step(trial.start, start_ + (done + taken));
-  commit(in_, step_, report_, shed_, start_ + done + taken, taken);
+  commit_step(in_, step_, report_, shed_, start_ + done + taken, taken);
   impacts_on_structures_.report(start_ + done + taken, start_, duration_,
                                 in_.settings.fixed_step > 0 ? in_.settings.fixed_step : duration_,
                                 report_.rows);

@@ -1,5 +1,5 @@
 /// Advances one island of touching (or nearly touching) blocks, with the structures that it touches, over a
-/// stretch of time.
+/// macro step.
 ///
 /// A step of length h:
 ///   1. free flow of every block, exact without contact (dda/kinematics.hpp);
@@ -60,9 +60,9 @@ class IslandIntegrator {
   void limit_length(Trial& trial);
   /// Takes the step. False: the correction of its drift is none, and all is as at its start.
   bool finish(const Trial& trial, double done, double taken);
-  /// For the rest of the stretch: its steps are others, and so is what they reach. Time steps lose energy of
-  /// first order in their length: they are as short as the work that events have taken in vain would have
-  /// paid for over the stretch, so that neither costs more than the other.
+  /// For the rest of the macro step: its steps are others, and so is what they reach. Time steps lose energy
+  /// of first order in their length: they are as short as the work that events have taken in vain would have
+  /// paid for over the macro step, so that neither costs more than the other.
   void go_time_stepped();
   /// Length of the next step by what moves and what it stands at; the touches within its reach are found on
   /// the way.

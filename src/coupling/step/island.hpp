@@ -14,13 +14,13 @@ namespace talus::coupling {
 
 struct Island {
   std::vector<int> blocks;            // with DOFs, ascending
-  std::vector<CandidatePair> pairs;   // everything that may touch within the stretch, deterministic order
+  std::vector<CandidatePair> pairs;   // everything that may touch within the macro step, deterministic order
   std::vector<int> structures;        // indices into Environment::structures, deformable ones only
   std::vector<SurfacePair> surfaces;  // structures that may touch each other
   std::vector<char> watched;          // per block: it may come near blocks of other islands
 };
 
-/// A part of a block's way over a stretch.
+/// A part of a block's way over a macro step.
 struct Leg {
   double t0 = 0, t1 = 0;   // [s]
   contact::Motion motion;  // from t0 to t1
@@ -41,7 +41,7 @@ struct StepSettings {
 };
 
 struct IslandReport {
-  Ledger ledger;  // work of this stretch; `contact` unused
+  Ledger ledger;  // work of this macro step; `contact` unused
   Counters counters;
   std::vector<StructureContact> rows;  // contacts on structures, one per contact and step
   AuditSums audit;
@@ -49,11 +49,11 @@ struct IslandReport {
   std::vector<std::vector<Leg>> ways;  // of each watched block, leg by leg; of others empty
   std::vector<double> went;  // of each block, farthest that a point of it may have come from where it began,
                              // at the ends of steps [m]
-  double next_step = 0;      // suggested h for the next stretch [s]
+  double next_step = 0;      // suggested h for the next macro step [s]
   bool at_rest = false;      // a static certificate: v = 0 solves the last step exactly
   std::string failure;       // empty: done
-  bool stopped = false;  // from outside, before the end: the island is not at the end of the stretch, nor at
-                         // any of its steps
+  bool stopped = false;  // from outside, before the end: the island is not at the end of the macro step, nor
+                         // at any of its steps
 };
 
 }  // namespace talus::coupling

@@ -19,9 +19,9 @@ inline bool hard_alone(const std::vector<Touch>& touches) {
 /// Longest step by what moves; `lumped`: of a time-stepped island, else as far as onsets are located [s].
 double step_limit(const IslandContext& in, const Step& step, double remaining, bool lumped);
 
-/// Step at structures: equal parts of the stretch below the stable step, halved as the contacts ask. They are
-/// lengthened again by little at a time: a leapfrog whose step jumps near its stable one feeds its highest
-/// modes, jump by jump. Short parts of a short stretch bind no later one.
+/// Step at structures: equal parts of the macro step below the stable step, halved as the contacts ask. They
+/// are lengthened again by little at a time: a leapfrog whose step jumps near its stable one feeds its
+/// highest modes, jump by jump. Short parts of a short macro step bind no later one.
 double structure_step(const IslandContext& in, Step& step, double duration, double longest);
 
 /// Whether events would cost the island more than time stepping, over what is left of the macro step. `work`:

@@ -84,7 +84,7 @@ std::vector<NodeImpulse> shares_of(const Step& step, int structure) {
 bool may_condense(const IslandContext& in, Step& step, ContactSearch& search, double t, double duration) {
   if (!in.island->surfaces.empty()) return false;
   // What costs least is asked first: the structure's forces, which the next step needs in any case, before a
-  // search that reaches through the whole stretch.
+  // search that reaches through the whole macro step.
   const bool able = std::all_of(in.island->structures.begin(), in.island->structures.end(), [&](int s) {
     return in.env.structures[static_cast<std::size_t>(s)].structure->condensed_step(t, in.settings.accuracy) >
            0;
@@ -227,7 +227,7 @@ void update_skin_approaches(const IslandContext& in, Step& step) {
                                    partner_velocity(in.state, in.env, t));
 }
 
-bool correct_condensed(const IslandContext& in, Step& step, double t, double h) {
+bool correct_condensed(const IslandContext& in, const Step& step, double t, double h) {
   bool taken = std::none_of(step.touches.begin(), step.touches.end(),
                             [&](const Touch& touch) { return meets_fast(in, touch, h); });
   std::size_t done = taken ? 0 : in.island->structures.size();

@@ -41,7 +41,7 @@ double skin_speed(const IslandContext& in, const Step& step);
 
 /// Hands the impulses to the structures; if one may not take them all are as they were, and it is told that
 /// it was struck.
-bool correct_condensed(const IslandContext& in, Step& step, double t, double h);
+bool correct_condensed(const IslandContext& in, const Step& step, double t, double h);
 
 /// Impulses of the step on the nodes of a structure.
 std::vector<NodeImpulse> shares_of(const Step& step, int structure);

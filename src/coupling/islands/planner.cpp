@@ -1,4 +1,6 @@
 // Who may meet whom within a stretch, and the islands that follow from it.
+#include "coupling/islands/planner.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,7 +10,6 @@
 #include "contact/parallel.hpp"
 #include "contact/tolerances.hpp"
 #include "coupling/ground.hpp"
-#include "coupling/system.hpp"
 
 namespace talus::coupling {
 namespace {
@@ -47,8 +48,12 @@ Box3 skin_box(const StructurePart& part) {
 
 }  // namespace
 
+IslandPlanner::IslandPlanner(const dda::Model& model, const SystemState& state, const Environment& env,
+                             const SystemSettings& settings)
+    : model_(model), state_(state), env_(env), settings_(settings) {}
+
 /// How far each structure's skin may move, and which of them may meet.
-void CoupledSystem::pair_structures(double duration, std::span<const Farther> farther, Plan& p) const {
+void IslandPlanner::pair_structures(double duration, std::span<const Farther> farther, IslandPlan& p) const {
   p.structure_reach.assign(env_.structures.size(), 0.0);
   p.surfaces.clear();
   for (std::size_t q = 0; q < env_.structures.size(); ++q) {
@@ -82,12 +87,11 @@ void CoupledSystem::pair_structures(double duration, std::span<const Farther> fa
   }
 }
 
-void CoupledSystem::plan(double duration, Plan& p, std::span<const Farther> farther, const Pairs& met) const {
+IslandPlan IslandPlanner::plan(double duration, std::span<const Farther> farther,
+                               const BlockPairs& met) const {
+  IslandPlan p;
   const int n = static_cast<int>(model_.blocks.size());
   const dda::State& s = state_.blocks;
-  p.islands.clear();
-  p.beside.clear();
-  p.skipped = 0;
   p.reach.assign(static_cast<std::size_t>(n), 0.0);
   p.structure_used.assign(env_.structures.size(), 0);
   pair_structures(duration, farther, p);
@@ -145,35 +149,13 @@ void CoupledSystem::plan(double duration, Plan& p, std::span<const Farther> fart
   }
   join_clusters(duration, pairs, met, sets);
   group(pairs, fixed, sets, p);
-}
-
-/// True if what came farther than foreseen (escapes_) may have met a partner that is not in the plan of the
-/// stretch, which began at `before`.
-bool CoupledSystem::meets_others(double duration, const Plan& p, SystemState& before) {
-  using Pair = std::array<int, 3>;
-  const auto listed = [](const Plan& of) {
-    std::vector<Pair> pairs;
-    for (const Island& island : of.islands)
-      for (const CandidatePair& pair : island.pairs)
-        pairs.push_back({static_cast<int>(pair.a.kind), pair.a.index, pair.b});
-    for (const auto& [a, b] : of.beside) pairs.push_back({static_cast<int>(Partner::Kind::block), a, b});
-    std::sort(pairs.begin(), pairs.end());
-    return pairs;
-  };
-  std::vector<Farther> farther = wider_;
-  farther.insert(farther.end(), escapes_.begin(), escapes_.end());
-  Plan wide;
-  std::swap(state_, before);
-  plan(duration, wide, farther);
-  std::swap(state_, before);
-  const std::vector<Pair> known = listed(p), all = listed(wide);
-  return !std::includes(known.begin(), known.end(), all.begin(), all.end());
+  return p;
 }
 
 /// One island per set of blocks and structures (numbered after the blocks), in the order of their first
 /// blocks; islands asleep as a whole are skipped.
-void CoupledSystem::group(const Pairs& pairs, std::span<const CandidatePair> fixed, DisjointSets& sets,
-                          Plan& p) const {
+void IslandPlanner::group(const BlockPairs& pairs, std::span<const CandidatePair> fixed, DisjointSets& sets,
+                          IslandPlan& p) const {
   const int n = static_cast<int>(model_.blocks.size());
   const auto moves = [&](int i) { return model_.blocks[static_cast<std::size_t>(i)].ndof() > 0; };
   std::vector<int> island_of(static_cast<std::size_t>(n) + env_.structures.size(), -1);

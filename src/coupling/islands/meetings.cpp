@@ -1,6 +1,8 @@
 // Which blocks go by themselves: what does not touch and does not meet within a stretch may be stepped alone,
 // however near it is. A cluster is what touches or will meet on its present motion. What was stepped apart
 // and met on the ways that it took is stepped anew, together.
+#include "coupling/islands/planner.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -9,7 +11,6 @@
 #include "contact/apart.hpp"
 #include "contact/parallel.hpp"
 #include "contact/tolerances.hpp"
-#include "coupling/system.hpp"
 
 namespace talus::coupling {
 namespace {
@@ -63,13 +64,13 @@ class Way {
 }  // namespace
 
 /// Distance from which on a block is touched [m].
-double CoupledSystem::touching(int block) const {
+double IslandPlanner::touching(int block) const {
   return contact::tolerances().cluster_gap * model_.blocks[static_cast<std::size_t>(block)].shape->radius +
          env_.bond_stretch;
 }
 
 /// True if the two pressed on each other, or held together, when they were last stepped.
-bool CoupledSystem::touched(int i, int j) const {
+bool IslandPlanner::touched(int i, int j) const {
   const auto knows = [&](int b, int partner) {
     const auto& known = state_.contacts[static_cast<std::size_t>(b)];
     return std::ranges::any_of(known, [id = Partner{Partner::Kind::block, partner}.id()](
@@ -80,7 +81,7 @@ bool CoupledSystem::touched(int i, int j) const {
 
 /// True if two blocks touch, or will within the stretch if each goes on as it goes: what touches nothing
 /// falls, what is borne goes straight on.
-bool CoupledSystem::will_meet(int i, int j, double duration) const {
+bool IslandPlanner::will_meet(int i, int j, double duration) const {
   const dda::State& s = state_.blocks;
   const Polyhedron &A = *model_.blocks[static_cast<std::size_t>(i)].shape,
                    &B = *model_.blocks[static_cast<std::size_t>(j)].shape;
@@ -101,7 +102,7 @@ bool CoupledSystem::will_meet(int i, int j, double duration) const {
 
 /// True if two blocks may come to touch within the stretch by their motion against each other, wherever that
 /// turns: what goes along beside each other stays apart.
-bool CoupledSystem::may_meet(int i, int j, double duration) const {
+bool IslandPlanner::may_meet(int i, int j, double duration) const {
   const dda::State& s = state_.blocks;
   const auto a = static_cast<std::size_t>(i), b = static_cast<std::size_t>(j);
   const Polyhedron &A = *model_.blocks[a].shape, &B = *model_.blocks[b].shape;
@@ -114,7 +115,7 @@ bool CoupledSystem::may_meet(int i, int j, double duration) const {
 /// clusters that are too dear to locate their events. To locate one event at each of its k
 /// contacts costs a cluster k solutions of k contacts; time stepping costs it one solution in each of the n
 /// time steps of the stretch. It goes by itself, with its events located, up to k = `dearer` n.
-void CoupledSystem::join_clusters(double duration, const Pairs& pairs, const Pairs& met,
+void IslandPlanner::join_clusters(double duration, const BlockPairs& pairs, const BlockPairs& met,
                                   DisjointSets& sets) const {
   const int n = static_cast<int>(model_.blocks.size());
   const auto moves = [&](int i) { return model_.blocks[static_cast<std::size_t>(i)].ndof() > 0; };
@@ -178,9 +179,8 @@ void CoupledSystem::join_clusters(double duration, const Pairs& pairs, const Pai
   }
 }
 
-/// Blocks of different islands that met on the ways that they took.
-CoupledSystem::Pairs CoupledSystem::meetings(const Plan& p, std::span<const IslandReport> reports,
-                                             const dda::State& begun, double duration) const {
+BlockPairs IslandPlanner::meetings(const IslandPlan& p, std::span<const IslandReport> reports,
+                                   const dda::State& begun, double duration) const {
   constexpr int pairs_at_once = 64;
   std::vector<std::span<const Leg>> ways(model_.blocks.size());
   for (std::size_t i = 0; i < reports.size(); ++i)
@@ -204,44 +204,10 @@ CoupledSystem::Pairs CoupledSystem::meetings(const Plan& p, std::span<const Isla
     }
   };
   contact::in_ranges(static_cast<int>(p.beside.size()), pairs_at_once, look);
-  Pairs met;
+  BlockPairs met;
   for (std::size_t k = 0; k < came.size(); ++k)
     if (came[k] != 0) met.push_back(p.beside[k]);
   return met;
-}
-
-/// Plans the stretch anew with what met as one island. Islands that stay as they were keep their reports; the
-/// blocks of the others, which are due again, go back to where they began.
-std::vector<std::size_t> CoupledSystem::join_met(const Pairs& met, double duration, SystemState& before,
-                                                 const dda::State& begun, Plan& p,
-                                                 std::vector<IslandReport>& reports) {
-  std::map<std::pair<std::vector<int>, std::vector<int>>, std::size_t> stepped;
-  for (std::size_t i = 0; i < reports.size(); ++i)
-    stepped[{p.islands[i].blocks, p.islands[i].structures}] = i;
-  Plan joined;
-  std::swap(state_, before);
-  plan(duration, joined, wider_, met);
-  std::swap(state_, before);
-  std::vector<IslandReport> kept(joined.islands.size());
-  std::vector<std::size_t> due;
-  for (std::size_t i = 0; i < kept.size(); ++i) {
-    const Island& island = joined.islands[i];
-    if (const auto same = stepped.find({island.blocks, island.structures}); same != stepped.end()) {
-      kept[i] = std::move(reports[same->second]);
-      continue;
-    }
-    due.push_back(i);
-    for (const int b : island.blocks) {
-      const auto k = static_cast<std::size_t>(b);
-      dda::set_block_state(state_.blocks, b, dda::block_state(begun, b));
-      if (!begun.slid.empty()) state_.blocks.slid[k] = begun.slid[k];
-      state_.contacts[k] = before.contacts[k];
-      state_.asleep[k] = 0;
-    }
-  }
-  p = std::move(joined);
-  reports = std::move(kept);
-  return due;
 }
 
 }  // namespace talus::coupling
