@@ -195,7 +195,7 @@ void replay(StructurePart& part, double start, double duration, std::span<const 
 }  // namespace
 
 bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::span<const double> rows,
-                            std::string& failure) {
+                            Failure& failure) {
   const bool blocks_move = std::any_of(model_.blocks.begin(), model_.blocks.end(),
                                        [](const dda::Model::Block& b) { return b.ndof() > 0; });
   const bool searched =
@@ -267,8 +267,9 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
   bool stopped = false;
   for (std::size_t i = 0; i < reports.size(); ++i) {
     stopped = stopped || reports[i].stopped;
-    if (!reports[i].failure.empty() && failure.empty())
-      failure = fmt::format(
+    if (!reports[i].failure.empty() && (failure.text.empty() || (failure.shorter && !reports[i].shorter)))
+      failure.shorter = reports[i].shorter,
+      failure.text = fmt::format(
           "t = {:.6g} s, {}: {}", state_.time,
           p.islands[i].blocks.empty()
               ? std::string("structures that touch")
@@ -288,14 +289,14 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
       escapes_.push_back({Partner::Kind::structure, static_cast<int>(q), moved});
   }
   const bool escaped = !escapes_.empty() && meets_others(duration, p, before);
-  if (escaped || stopped || !failure.empty()) {
+  if (escaped || stopped || !failure.text.empty()) {
     state_ = before;
     for (std::size_t q = 0; q < env_.structures.size(); ++q)
       if (p.structure_used[q]) {
         restore_here(*env_.structures[q].structure, structures_before[q]);
         bring_up_to_date(env_.structures[q]);
       }
-    if (escaped || stopped) failure.clear();
+    if (escaped || stopped) failure = {};
     return false;
   }
 
@@ -394,6 +395,9 @@ bool CoupledSystem::meets_others(double duration, const IslandPlan& p, SystemSta
     for (const Island& island : of.islands)
       for (const CandidatePair& pair : island.pairs)
         pairs.push_back({static_cast<int>(pair.a.kind), pair.a.index, pair.b});
+    for (const Island& island : of.islands)
+      for (const SurfacePair& pair : island.surfaces)  // structures are numbered below the blocks
+        pairs.push_back({static_cast<int>(pair.a.kind), pair.a.index, -1 - pair.b});
     for (const auto& [a, b] : of.beside) pairs.push_back({static_cast<int>(Partner::Kind::block), a, b});
     std::sort(pairs.begin(), pairs.end());
     return pairs;
@@ -527,7 +531,7 @@ bool CoupledSystem::go_on(double end, const std::atomic<int>* stop, std::span<co
     double duration = std::min(remaining, longest);
     if (duration < remaining)
       duration = remaining / std::ceil(remaining / duration - contact::tolerances().same_instant);
-    std::string failure;
+    Failure failure;
     const double start = state_.time;
     if (agreed(stop) != 0) return false;
     // Several ranks stop between stretches: within one, each would see the signal at another step.
@@ -535,9 +539,10 @@ bool CoupledSystem::go_on(double end, const std::atomic<int>* stop, std::span<co
     escapes_.clear();
     const long sub_steps = sums_.counters.structure_steps;
     if (!stretch(duration, within, rows, failure)) {
-      if (!failure.empty()) throw NumericalFailure(failure);
+      const bool halves = 0.5 * duration >= settings_.step.min_step;
+      if (!failure.text.empty() && !(failure.shorter && halves)) throw NumericalFailure(failure.text);
       if (within != nullptr && within->load() != 0) return false;
-      if (0.5 * duration >= settings_.step.min_step)
+      if (halves)
         state_.stretch = 0.5 * duration;
       else
         widen();

@@ -81,8 +81,12 @@ class CoupledSystem {
   bool meets_others(double stretch, const IslandPlan& p, SystemState& before);
   bool go_on(double end, const std::atomic<int>* stop, std::span<const double> rows);
   double stretch_end(double end) const;
-  bool stretch(double duration, const std::atomic<int>* stop, std::span<const double> rows,
-               std::string& failure);
+  /// Why a stretch cannot be had; `shorter`: one that is shorter may do.
+  struct Failure {
+    std::string text;
+    bool shorter = false;
+  };
+  bool stretch(double duration, const std::atomic<int>* stop, std::span<const double> rows, Failure& failure);
   void widen();
 
   std::vector<Farther> escapes_, wider_;  // what went farther than foreseen in the last try, and how far [m];

@@ -102,7 +102,7 @@ double farthest_way(const IslandContext& in, const Body& body, const Pose& from,
 
 }  // namespace
 
-bool DriftGuard::beyond_motion(double h) const {
+bool DriftGuard::beyond_motion(double h) {
   const double fall = h * h * in_.model.gravity.norm();
   std::vector<double> way(step_.bodies.size()), allowed(step_.bodies.size());
   bool corrected = false;
@@ -134,12 +134,15 @@ bool DriftGuard::beyond_motion(double h) const {
     allowed[i] = std::max(allowed[i], way[i] + way[j]);
     allowed[j] = std::max(allowed[j], way[i] + way[j]);
   }
-  for (std::size_t i = 0; i < step_.bodies.size(); ++i)
-    if (farthest_way(in_, step_.bodies[i], before_.poses[i], dda::pose(in_.state, step_.bodies[i].block)) >
-        lever(in_.model.blocks[static_cast<std::size_t>(step_.bodies[i].block)]) *
-            (allowed[i] + before_.overlaps))
-      return true;
-  return false;
+  worst_ = {};
+  for (std::size_t i = 0; i < step_.bodies.size(); ++i) {
+    const int block = step_.bodies[i].block;
+    const double went = farthest_way(in_, step_.bodies[i], before_.poses[i], dda::pose(in_.state, block)),
+                 explained = lever(in_.model.blocks[static_cast<std::size_t>(block)]) *
+                             (allowed[i] + before_.overlaps);
+    if (went - explained > worst_.way - worst_.explained) worst_ = {block, went, explained};
+  }
+  return worst_.way > worst_.explained;
 }
 
 void DriftGuard::account_gains() {

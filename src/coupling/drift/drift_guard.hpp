@@ -17,7 +17,13 @@ class DriftGuard {
   /// All is as at the start of the step.
   void revert();
   /// Whether the correction went farther than the motion in the step explains.
-  bool beyond_motion(double h) const;
+  bool beyond_motion(double h);
+  /// The block that then went farthest beyond it, its way, and what is explained of it [m].
+  struct Worst {
+    int block = 0;
+    double way = 0, explained = 0;
+  };
+  const Worst& worst() const { return worst_; }
   /// Energy that the step just taken made, and dissipation that it undid, its correction of positions
   /// included.
   void account_gains();
@@ -39,6 +45,7 @@ class DriftGuard {
   IslandReport& report_;
   StructureImpacts& impacts_;
   Before before_;
+  Worst worst_;
 };
 
 }  // namespace talus::coupling

@@ -14,11 +14,12 @@ void fail_at_smallest_step(const IslandContext& in, const Step& step, IslandRepo
       step.solution.residual, step.problem.contacts.size(), name_contacts(in.model, step.touches));
 }
 
-void fail_at_drift(const IslandContext& in, const Step& step, IslandReport& report) {
+void fail_at_drift(const IslandContext& in, IslandReport& report, const DriftGuard::Worst& worst) {
   report.failure = fmt::format(
-      "the correction of overlaps would move a block farther than its motion in the step explains, down to "
-      "the smallest step ({} contacts: {})",
-      step.touches.size(), name_contacts(in.model, step.touches));
+      "the correction of overlaps would move block {} by {:.2g} m, where its motion in the step explains "
+      "{:.2g} "
+      "m, down to the smallest step",
+      in.model.blocks[static_cast<std::size_t>(worst.block)].name, worst.way, worst.explained);
 }
 
 }  // namespace talus::coupling

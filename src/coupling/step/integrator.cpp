@@ -98,7 +98,10 @@ void IslandIntegrator::run() {
       continue;
     }
     p.longest = 0.5 * taken;
-    if (with_structure() || p.longest < in_.settings.min_step) return fail_at_drift(in_, step_, report_);
+    // A structure has gone its step: it goes back to the start of the macro step alone.
+    report_.shorter = with_structure();
+    if (with_structure() || p.longest < in_.settings.min_step)
+      return fail_at_drift(in_, report_, guard_.worst());
   }
   report_.next_step = step_.suggested;
 }

@@ -52,6 +52,7 @@ struct IslandReport {
   double next_step = 0;      // suggested h for the next macro step [s]
   bool at_rest = false;      // a static certificate: v = 0 solves the last step exactly
   std::string failure;       // empty: done
+  bool shorter = false;      // of a failure: a shorter macro step may do, from its start
   bool stopped = false;  // from outside, before the end: the island is not at the end of the macro step, nor
                          // at any of its steps
 };
