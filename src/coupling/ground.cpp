@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "contact/node_surface.hpp"
 #include "contact/surface_near.hpp"
@@ -38,25 +39,6 @@ bool founded(const Environment& env, const Ground& ground, const Vec3& built, co
   contact::ContactPoint before;
   return nearest(env, ground, built, -at.normal, 2 * margin + (built - at.point_b).norm(), before) &&
          before.gap < -contact::tolerances().overlap_none * margin;
-}
-
-/// Of a box only what may be within `reach` of a plane.
-Box3 beside(const Plane& plane, double reach, Box3 box) {
-  const double level = plane.normal.dot(plane.point) + reach;
-  const Vec3 lowest(plane.normal.x() > 0 ? box.min().x() : box.max().x(),
-                    plane.normal.y() > 0 ? box.min().y() : box.max().y(),
-                    plane.normal.z() > 0 ? box.min().z() : box.max().z());
-  const double least = plane.normal.dot(lowest);
-  for (int c = 0; c < 3; ++c) {
-    const double n = plane.normal[c];
-    if (std::abs(n) < 1e-12) continue;
-    const double end = lowest[c] + (level - least) / n;  // where the plane cuts the edge along c
-    if (n > 0)
-      box.max()[c] = std::min(box.max()[c], end);
-    else
-      box.min()[c] = std::max(box.min()[c], end);
-  }
-  return box;
 }
 
 }  // namespace
@@ -101,7 +83,8 @@ void nodes_near(const Environment& env, const Ground& ground, const contact::Sur
   if (ground.faces) return contact::nodes_near(nodes, *ground.faces, reach, vertices);
   const TriangleSurface& skin = nodes.surface();
   const Plane& plane = plane_of(env, ground);
-  contact::near_vertices(nodes, beside(plane, reach, nodes.bounds()), vertices);
+  constexpr double far = std::numeric_limits<double>::infinity();
+  contact::near_vertices(nodes, Box3(Vec3::Constant(-far), Vec3::Constant(far)), vertices);
   std::erase_if(vertices, [&](int v) {
     return skin.nodes[static_cast<std::size_t>(v)].count != 1 ||
            plane.normal.dot(skin.vertices[static_cast<std::size_t>(v)] - plane.point) > reach;

@@ -302,7 +302,8 @@ const Entry* match(const std::vector<Entry>& entries, const std::string& a, cons
 struct Needs {
   std::set<std::pair<int, int>> pairs;      // lower index first
   std::set<std::pair<int, int>> fragments;  // only pieces of a structure can make these
-  std::set<std::pair<int, int>> optional;   // two structures touch each other only where an entry says so
+  std::set<std::pair<int, int>> optional;   // structures touch each other and the ground only where an entry
+                                            // says so
 };
 
 Needs needed_pairs(const Scene& scene) {
@@ -346,6 +347,10 @@ Needs needed_pairs(const Scene& scene) {
   for (std::size_t i = 0; i < scene.structures.size(); ++i)
     for (std::size_t j = i + 1; j < scene.structures.size(); ++j)
       needs.optional.insert(pair(scene.structures[i].material, scene.structures[j].material));
+  if (scene.coupling.scheme == Coupling::Scheme::two_way)
+    for (const StructureSpec& s : scene.structures)
+      for (const Body& b : bodies)
+        if (!b.moves && !b.structure) needs.optional.insert(pair(s.material, b.material));
   if (scene.coupling.fragments && scene.coupling.scheme == Coupling::Scheme::two_way)
     for (const StructureSpec& s : scene.structures)
       if (s.damage != "none")
