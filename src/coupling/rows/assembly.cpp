@@ -96,7 +96,7 @@ void RowAssembly::clear() {
 
 Vec3 RowAssembly::add_structure_terms(int row, int structure, const SurfaceWeights& w, const Mat3& frame,
                                       double sign, Vec3& u_ref, std::span<const Vec3> tilt) {
-  if (in_.condensed) return add_skin_terms(row, structure, w, frame, sign, u_ref);
+  if (in_.condensed) return add_condensed_terms(row, structure, w, frame, sign, u_ref);
   const Structure& s = *in_.env.structures[static_cast<std::size_t>(structure)].structure;
   Vec3 velocity = Vec3::Zero();
   for (int i = 0; i < w.count; ++i) {
@@ -177,7 +177,7 @@ void RowAssembly::place_row(Touch& t) {
   t.row = static_cast<int>(step_.problem.contacts.size());
   contact::ProblemContact& c = step_.problem.contacts.emplace_back();
   c.first_term = static_cast<int>(step_.problem.terms.size());
-  if (in_.moving_skin(t.a)) return;
+  if (in_.moving_surface(t.a)) return;
   for (const int block : {t.a.kind == Partner::Kind::block ? t.a.index : -1, t.b}) {
     const int body = block < 0 ? -1 : in_.local[static_cast<std::size_t>(block)];
     if (body < 0) continue;
@@ -433,7 +433,7 @@ void RowAssembly::fill_row(Touch& t, double h, bool first_pass) {
   step_.problem.contacts[static_cast<std::size_t>(t.row)] = c;
 }
 
-void RowAssembly::assemble(double h, bool lumped, bool first_pass) {
+void RowAssembly::assemble(double h, bool time_stepped, bool first_pass) {
   begin();
   std::size_t pair = 0;  // touches follow the order of the pairs
   for (Touch& t : step_.touches) {
@@ -451,22 +451,22 @@ void RowAssembly::assemble(double h, bool lumped, bool first_pass) {
           t.mode = Mode::end;
       } else if (t.at.gap <= in_.scale.touch_gap() ||
                  (t.at.gap <= in_.scale.near_gap() &&
-                  std::abs(t.approach) <= (lumped ? slow_speed(in_, t) : impact_speed(in_, t)))) {
+                  std::abs(t.approach) <= (time_stepped ? slow_speed(in_, t) : impact_speed(in_, t)))) {
         const double resting =
-            lumped && t.at.gap <= in_.scale.touch_gap()
+            time_stepped && t.at.gap <= in_.scale.touch_gap()
                 ? 1e-3 * in_.model.gravity.norm() * h + contact::tolerances().still * in_.scale.speed
                 : std::max(slow_speed(in_, t), (t.persistent ? contact::tolerances().pressed_still
                                                              : contact::tolerances().still) *
                                                    in_.scale.speed);
         if (t.approach > resting)
-          t.mode = lumped ? Mode::end : Mode::idle;
-        else if ((t.approach < -resting && lumped) || (step_.settling && t.approach > 0))
+          t.mode = time_stepped ? Mode::end : Mode::idle;
+        else if ((t.approach < -resting && time_stepped) || (step_.settling && t.approach > 0))
           t.mode = Mode::end;
         else
           t.mode = Mode::closed;
       } else if (pair < step_.meets_to_rebound.size() && step_.meets_to_rebound[pair] != 0) {
         continue;  // the step ends before it closes
-      } else if (lumped &&
+      } else if (time_stepped &&
                  (t.met || (pair < step_.ahead.size() && step_.ahead[pair] > 0) ||
                   t.at.gap + h * t.approach - h * h * in_.model.gravity.norm() < in_.scale.row_reach())) {
         t.mode = Mode::end;  // others cannot close within the step, are met by its solution, or are caught by
@@ -551,7 +551,7 @@ void RowAssembly::finish_bodies() {
     for (int i = 0; i < 3; ++i) step_.problem.v_hat.push_back(n.v_hat[i]);
     step_.problem.bodies.push_back(p);
   }
-  for (const Skin& s : step_.skins) {
+  for (const CondensedSurface& s : step_.condensed_surfaces) {
     contact::ProblemBody p;
     p.ndof = static_cast<int>(s.inverse.rows());
     p.offset = offset;
@@ -569,28 +569,29 @@ void RowAssembly::finish_bodies() {
   }
 }
 
-Vec3 RowAssembly::add_skin_terms(int row, int structure, const SurfaceWeights& w, const Mat3& frame,
-                                 double sign, Vec3& u_ref) {
-  const auto skin = std::find_if(step_.skins.begin(), step_.skins.end(),
-                                 [&](const Skin& s) { return s.structure == structure; });
+Vec3 RowAssembly::add_condensed_terms(int row, int structure, const SurfaceWeights& w, const Mat3& frame,
+                                      double sign, Vec3& u_ref) {
+  const auto skin = std::find_if(step_.condensed_surfaces.begin(), step_.condensed_surfaces.end(),
+                                 [&](const CondensedSurface& s) { return s.structure == structure; });
   Vec3 mean = Vec3::Zero(), end = Vec3::Zero();
   std::size_t at = 0;
   const int offset = static_cast<int>(step_.problem.jacobians.size());
-  if (skin != step_.skins.end()) {
+  if (skin != step_.condensed_surfaces.end()) {
     at = step_.problem.jacobians.size();
     step_.problem.jacobians.resize(at + 9 * skin->node.size(), 0.0);
     step_.problem.terms.push_back(
-        {static_cast<int>(step_.bodies.size() + static_cast<std::size_t>(skin - step_.skins.begin())),
+        {static_cast<int>(step_.bodies.size() +
+                          static_cast<std::size_t>(skin - step_.condensed_surfaces.begin())),
          offset});
   }
   for (int i = 0; i < w.count; ++i) {
     const int node = w.node[static_cast<std::size_t>(i)];
     const double weight = w.weight[static_cast<std::size_t>(i)];
     if (weight == 0) continue;
-    const auto found = skin == step_.skins.end()
+    const auto found = skin == step_.condensed_surfaces.end()
                            ? std::vector<int>::const_iterator{}
                            : std::lower_bound(skin->node.cbegin(), skin->node.cend(), node);
-    if (skin == step_.skins.end() || found == skin->node.cend() || *found != node) {
+    if (skin == step_.condensed_surfaces.end() || found == skin->node.cend() || *found != node) {
       step_.held.push_back({structure, node, row, sign * weight});
       continue;
     }
