@@ -101,19 +101,19 @@ double DriftCorrection::correct(double h) {
                                                                 in_.settings.accuracy * 0.5 * thinnest)
                                       : tolerance;
   if (deepest <= shows && drifted <= shows) return deepest;
-  const double left = in_.leapfrog()        ? std::max(tolerance, 0.1 * shows)
-                      : in_.in_large_heap() ? std::max(tolerance, 1e-8 * thinnest)
-                                            : tolerance;
+  const double left = in_.leapfrog() ? std::max(tolerance, 0.1 * shows)
+                      : in_.large()  ? std::max(tolerance, 1e-8 * thinnest)
+                                     : tolerance;
   // What is led back by d turns rows by d / L: they are no closer than that to the blocks' own gaps. Of a
-  // heap a pass that comes as close saves one, and its search of rows; and only what is as near as a column
-  // of blocks could move becomes a row.
+  // time-stepped island a pass that comes as close saves one, and its search of rows; and only what is as
+  // near as a column of blocks could move becomes a row.
   const auto closeness = [&] {
     return std::clamp(std::max(0.2 * tolerance / std::max(deepest, drifted),
-                               in_.in_heap() ? 0.3 * deepest / in_.scale.length : 0.0),
-                      in_.in_heap() ? 1e-5 : 1e-3, 0.2);
+                               in_.time_stepped() ? 0.3 * deepest / in_.scale.length : 0.0),
+                      in_.time_stepped() ? 1e-5 : 1e-3, 0.2);
   };
   const auto near = [&] {
-    return 4 * deepest + (in_.in_heap()
+    return 4 * deepest + (in_.time_stepped()
                               ? std::min(contact::tolerances().drift_near * in_.scale.length, 100 * deepest)
                               : contact::tolerances().drift_near * in_.scale.length);
   };

@@ -119,7 +119,7 @@ bool DriftGuard::beyond_motion(double h) {
   const double skins =
       in_.island->structures.empty()
           ? 0
-          : 2 * h * in_.fastest_skin();  // twice, since the start of the step may have been faster
+          : 2 * h * in_.fastest_surface();  // twice, since the start of the step may have been faster
   for (const CandidatePair& pair : in_.island->pairs) {
     if (pair.a.kind == Partner::Kind::structure) {
       if (const int b = in_.local[static_cast<std::size_t>(pair.b)]; b >= 0)

@@ -97,7 +97,7 @@ Crossing CrossingSearch::find() {
     }
     // A skin moves along with what comes off it, which this motion knows nothing of: features within reach
     // are known, one that closes unforeseen starts unloaded where it is.
-    k.listed = k.listed || (k.any && in_.moving_skin(pair.a));
+    k.listed = k.listed || (k.any && in_.moving_surface(pair.a));
   };
   std::vector<std::pair<double, double>> met(pairs);
   Crossing out;
@@ -106,7 +106,7 @@ Crossing CrossingSearch::find() {
     know(i);
     met[i] = meeting(i, known[i]);
     const bool may = met[i].first > 1 && known[i].listed && met[i].second > in_.scale.unseen() &&
-                     !in_.moving_skin(in_.island->pairs[i].a);
+                     !in_.moving_surface(in_.island->pairs[i].a);
     if (may)
       out.features[i] = unforeseen(i, std::span(step_.touches).subspan(known[i].first, known[i].count));
   });
@@ -119,7 +119,8 @@ Crossing CrossingSearch::find() {
       if ((1 - s) * way > in_.scale.touch_gap()) out.first = std::min(out.first, s);
       continue;
     }
-    if (step_.ahead[i] == 0 && (known[i].open || !known[i].any) && !in_.moving_skin(in_.island->pairs[i].a)) {
+    if (step_.ahead[i] == 0 && (known[i].open || !known[i].any) &&
+        !in_.moving_surface(in_.island->pairs[i].a)) {
       step_.ahead[i] = way;
       out.listed = true;
     } else {

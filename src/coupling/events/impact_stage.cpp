@@ -70,7 +70,7 @@ ImpactStage::Restitution ImpactStage::impact_rows(const Restitution& part) {
   return asked;
 }
 
-ImpactStage::Impact ImpactStage::strike(const Restitution& part, bool frozen_strain) {
+ImpactStage::Impact ImpactStage::apply_impulse(const Restitution& part, bool frozen_strain) {
   begin_step(in_, step_, 0, frozen_strain);
   // A rigid impulse meets the mean motion of a straining block, whose spin has all of its angular momentum,
   // J^-1 L: the energies of that motion and of the strain rates add up, and what the contact gives and takes
@@ -96,8 +96,8 @@ ImpactStage::Impact ImpactStage::strike(const Restitution& part, bool frozen_str
              : Impact::done;
 }
 
-ImpactStage::Impact ImpactStage::most_of(const Restitution& none, const Restitution& all,
-                                         bool frozen_strain) {
+ImpactStage::Impact ImpactStage::largest_restitution(const Restitution& none, const Restitution& all,
+                                                     bool frozen_strain) {
   constexpr int halvings = 12;
   double least = 0, most = 1;
   const auto part = [&](double k) {
@@ -108,13 +108,13 @@ ImpactStage::Impact ImpactStage::most_of(const Restitution& none, const Restitut
   for (int i = 0; i < halvings; ++i) {
     const double middle = 0.5 * (least + most);
     restore_bodies(in_, step_);
-    impact = strike(part(middle), frozen_strain);
+    impact = apply_impulse(part(middle), frozen_strain);
     if (impact == Impact::unsolved) return impact;
     (impact == Impact::gains ? most : least) = middle;
   }
   if (impact == Impact::done) return impact;
   restore_bodies(in_, step_);
-  return strike(part(least), frozen_strain);
+  return apply_impulse(part(least), frozen_strain);
 }
 
 bool ImpactStage::resolve(double time) {
@@ -139,17 +139,17 @@ bool ImpactStage::resolve(double time) {
   // changes by 1/2 (u0 + u1) . W^-1 (u1 - u0), of either sign where W couples the two. Restitution along the
   // face is reduced first, to the most that makes none; that along the normals, which makes some with
   // friction at several contacts alone, after it.
-  Impact impact = strike({1, 1}, given);
+  Impact impact = apply_impulse({1, 1}, given);
   if (impact == Impact::gains && along) {
     restore_bodies(in_, step_);
-    impact = strike({1, 0}, given);
-    if (impact == Impact::done) impact = most_of({1, 0}, {1, 1}, given);
+    impact = apply_impulse({1, 0}, given);
+    if (impact == Impact::done) impact = largest_restitution({1, 0}, {1, 1}, given);
     ++report_.counters.reduced;
   }
   if (impact == Impact::gains) {
     restore_bodies(in_, step_);
-    impact = strike({0, 0}, given);
-    if (impact == Impact::done) impact = most_of({0, 0}, {1, 0}, given);
+    impact = apply_impulse({0, 0}, given);
+    if (impact == Impact::done) impact = largest_restitution({0, 0}, {1, 0}, given);
     ++report_.counters.reduced;
   }
   if (impact == Impact::unsolved) return false;

@@ -29,10 +29,10 @@ class ImpactStage {
   Restitution impact_rows(const Restitution& part);
   /// The impulse of no duration from the state kept. Where it is unsolved all is as it was; `frozen_strain`
   /// is of begin_step().
-  Impact strike(const Restitution& part, bool frozen_strain);
+  Impact apply_impulse(const Restitution& part, bool frozen_strain);
   /// The impulse with the largest part of the restitution between `none`, which makes no energy, and `all`,
   /// which does, that makes none.
-  Impact most_of(const Restitution& none, const Restitution& all, bool frozen_strain);
+  Impact largest_restitution(const Restitution& none, const Restitution& all, bool frozen_strain);
 
   const IslandContext& in_;
   Step& step_;

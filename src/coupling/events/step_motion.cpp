@@ -12,7 +12,7 @@
 
 namespace talus::coupling {
 
-contact::Motion motion_of(const IslandContext& in, const Step& step, int block, bool lumped) {
+contact::Motion motion_of(const IslandContext& in, const Step& step, int block, bool time_stepped) {
   contact::Motion m;
   m.start = dda::pose(in.state, block);
   const int l = in.local[static_cast<std::size_t>(block)];
@@ -20,7 +20,7 @@ contact::Motion motion_of(const IslandContext& in, const Step& step, int block, 
   const Body& b = step.bodies[static_cast<std::size_t>(l)];
   m.start = b.start;
   m.displacement = in.state.c[static_cast<std::size_t>(block)] - b.start.c;
-  if (!lumped || b.impulse.isZero(0))
+  if (!time_stepped || b.impulse.isZero(0))
     m.half_gravity_step =
         m.displacement - step.length * b.v0.head<3>();  // leaves with the velocity that it has
   const Quat turn = in.state.q[static_cast<std::size_t>(block)] * b.q0.conjugate();
@@ -30,8 +30,8 @@ contact::Motion motion_of(const IslandContext& in, const Step& step, int block, 
   return m;
 }
 
-StepMotion::StepMotion(const IslandContext& in, const Step& step, bool lumped)
-    : in_(in), step_(step), lumped_(lumped) {}
+StepMotion::StepMotion(const IslandContext& in, const Step& step, bool time_stepped)
+    : in_(in), step_(step), lumped_(time_stepped) {}
 
 StepMotion::StepMotion(const IslandContext& in, const Step& step, std::vector<contact::Motion> of_bodies)
     : in_(in), step_(step), motions_(std::move(of_bodies)) {}

@@ -6,14 +6,14 @@
 
 namespace talus::coupling {
 
-/// From the start of the step to the state just computed: rotation vector, and a parabola; where `lumped`, of
-/// blocks that are pushed the chord.
-contact::Motion motion_of(const IslandContext& in, const Step& step, int block, bool lumped);
+/// From the start of the step to the state just computed: rotation vector, and a parabola; where
+/// `time_stepped`, of blocks that are pushed the chord.
+contact::Motion motion_of(const IslandContext& in, const Step& step, int block, bool time_stepped);
 
 class StepMotion {
  public:
-  /// Of the step just computed; `lumped`: time-stepped (motion_of()).
-  StepMotion(const IslandContext& in, const Step& step, bool lumped);
+  /// Of the step just computed; `time_stepped`: time-stepped (motion_of()).
+  StepMotion(const IslandContext& in, const Step& step, bool time_stepped);
   /// These of the bodies, in their order; what is no body rests.
   StepMotion(const IslandContext& in, const Step& step, std::vector<contact::Motion> of_bodies);
   contact::Motion of(int block) const;

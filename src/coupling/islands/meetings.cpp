@@ -27,8 +27,8 @@ contact::Motion part(const contact::Motion& m, double s0, double s1) {
 
 /// True if two bodies come within `level` of each other on these motions; the bound on their relative way
 /// spares most the search.
-bool meet(const Polyhedron& A, const contact::Motion& a, const Polyhedron& B, const contact::Motion& b,
-          double level) {
+bool come_within(const Polyhedron& A, const contact::Motion& a, const Polyhedron& B, const contact::Motion& b,
+                 double level) {
   const double way = (b.displacement - a.displacement).norm() +
                      0.25 * (b.half_gravity_step - a.half_gravity_step).norm() +
                      A.radius * a.rotation.norm() + B.radius * b.rotation.norm();
@@ -97,7 +97,7 @@ bool IslandPlanner::will_meet(int i, int j, double duration) const {
     m.rotation = duration * s.w[k];
     return m;
   };
-  return meet(A, foreseen(i), B, foreseen(j), level);
+  return come_within(A, foreseen(i), B, foreseen(j), level);
 }
 
 /// True if two blocks may come to touch within the stretch by their motion against each other, wherever that
@@ -198,7 +198,7 @@ BlockPairs IslandPlanner::meetings(const IslandPlan& p, std::span<const IslandRe
           b(ways[static_cast<std::size_t>(j)], dda::pose(begun, j));
       for (double t = from; came[k] == 0 && t < to;) {
         const double end = std::min(a.next(t, to), b.next(t, to));
-        came[k] = meet(A, a.between(t, end), B, b.between(t, end), level);
+        came[k] = come_within(A, a.between(t, end), B, b.between(t, end), level);
         t = end;
       }
     }

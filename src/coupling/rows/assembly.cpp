@@ -38,6 +38,138 @@ bool onsets_by_trapezoid(const Step& step, const Body* a, const Body& b) {
   return step.sprung && !(b.end_rule && (a == nullptr || a->end_rule));
 }
 
+/// Where a contact is at mid-step and at the end, carried by the bodies that own its normal and its points.
+struct ContactPath {
+  const Body* a = nullptr;  // null: fixed, or a structure
+  const Body* b = nullptr;
+  bool structure = false;   // A is one whose surface moves
+  bool from_start = false;  // the impulse is one of the start
+  Vec3 n_mid, n_end;        // normal
+  Vec3 p_mid, p_end;        // where the impulse acts
+  Vec3 a_end, b_end;        // points of both sides
+  Mat3 turned, turned_on;   // of the frame: from the start to mid-step, from there to the end
+};
+
+ContactPath path_of(const IslandContext& in, const Step& step, const Touch& t) {
+  ContactPath path;
+  const Body& body_b = step.bodies[static_cast<std::size_t>(in.local[static_cast<std::size_t>(t.b)])];
+  const Body* body_a = nullptr;
+  if (t.a.kind == Partner::Kind::block) {
+    const int l = in.local[static_cast<std::size_t>(t.a.index)];
+    if (l >= 0) body_a = &step.bodies[static_cast<std::size_t>(l)];
+  }
+  path.a = body_a, path.b = &body_b;
+  path.structure = in.moving_surface(t.a);
+  // Normal and point at mid-step and at the end, carried by the bodies that own them.
+  Pose fixed_pose;
+  if (t.a.kind == Partner::Kind::block && body_a == nullptr) fixed_pose = dda::pose(in.state, t.a.index);
+  const NormalOwner owner =
+      normal_owner(t, in.model, in.env, body_a != nullptr ? &body_a->start : &fixed_pose);
+  const Body* carrier = owner == NormalOwner::a ? body_a : owner == NormalOwner::b ? &body_b : nullptr;
+  path.from_start = in.leapfrog() && t.stiffness > 0;
+  Vec3 &n_mid = path.n_mid, &n_end = path.n_end, &p_mid = path.p_mid, &p_end = path.p_end;
+  n_mid = n_end = t.at.normal;
+  if (carrier != nullptr) {
+    if (!path.from_start) n_mid = carrier->half_turn * t.at.normal;
+    n_end = carrier->full_turn * t.at.normal;
+  }
+  const auto mid_of = [&](const Body* b, const Vec3& x) {
+    return b != nullptr && !path.from_start ? b->at_mid(x) : x;
+  };
+  const auto end_of = [](const Body* b, const Vec3& x) { return b != nullptr ? b->at_end(x) : x; };
+  const Vec3 b_mid = mid_of(&body_b, t.at.point_b), b_end = end_of(&body_b, t.at.point_b);
+  const Vec3 a_mid = mid_of(body_a, t.at.point_a), a_end_body = end_of(body_a, t.at.point_a);
+  path.a_end = a_end_body, path.b_end = b_end;
+  p_mid = acts_between(owner, a_mid, b_mid);
+  p_end = owner == NormalOwner::a ? b_end : owner == NormalOwner::b ? a_end_body : 0.5 * (a_end_body + b_end);
+  path.turned = carrier != nullptr ? carrier->half_turn : Mat3::Identity();
+  path.turned_on = path.turned;
+  if (owner == NormalOwner::edges && in.island->structures.empty()) {
+    if (const auto edges = crossed_edges(t, in.model, in.env, body_a != nullptr ? body_a->start : fixed_pose,
+                                         body_b.start)) {
+      const auto at_mid = [](const Body* b, const Vec3& d) {
+        return b != nullptr ? Vec3(b->half_turn * d) : d;
+      };
+      const auto at_end = [](const Body* b, const Vec3& d) { return b != nullptr ? Vec3(b->carry * d) : d; };
+      const EdgeMeeting mid =
+          meet(a_mid, at_mid(body_a, edges->a), b_mid, at_mid(&body_b, edges->b), t.at.normal);
+      const EdgeMeeting end =
+          meet(a_end_body, at_end(body_a, edges->a), b_end, at_end(&body_b, edges->b), t.at.normal);
+      n_mid = mid.normal, p_mid = mid.between();
+      n_end = end.normal, p_end = end.between();
+      path.turned = Quat::FromTwoVectors(t.at.normal, n_mid).toRotationMatrix();
+      path.turned_on = Quat::FromTwoVectors(n_mid, n_end).toRotationMatrix();
+    }
+  }
+  return path;
+}
+
+/// What the row bears: friction at mid-step, cohesion, tension, and the ground in the way.
+void set_strength(const IslandContext& in, Touch& t, contact::ProblemContact& c, double h, const Vec3& u_ref,
+                  bool at_structure) {
+  const ContactLaw& law = *t.law;
+  c.friction = friction_now(in.state, t, 0.5 * h * u_ref.tail<2>().norm());  // at mid-step
+  const bool apart = at_structure && !t.glued &&
+                     t.at.gap > in.scale.near_gap();  // rows at a structure reach ahead of what touches
+  if (!t.broken && t.at.area > 0 && !apart) {
+    c.cohesion = (law.cohesion + (t.glued ? t.bond_cohesion : 0.0)) * t.at.area *
+                 h;  // a bridge once lost is lost for good
+    if (t.glued) c.tension = (law.tension + t.bond_tension) * t.at.area * h;
+  }
+  t.ploughing = 0;
+  if (t.width > 0) {
+    t.ploughing = h * ploughing(t, u_ref.tail<2>().norm());
+    c.cohesion += t.ploughing;
+  }
+}
+
+/// A gap that may close within the step: g + h u_n >= 0 at its end.
+void onset_row(const IslandContext& in, const Step& step, Touch& t, contact::ProblemContact& c,
+               const ContactPath& path, double h, bool first_pass, const Vec3& u_ref) {
+  c.bias[0] = (t.gap_ref - (!path.structure ? 0.0
+                            : t.glued       ? t.at.gap
+                                            : left_inside(in, step, t.at.gap, h))) /
+                  h -
+              u_ref[0];  // what is bonded stays where it is
+  if (!first_pass) c.bias.tail<2>().setZero();
+  if (path.structure) return;
+  // The step ends at x + h v^+ (apply): what the linearisation's own displacement has beyond h v_ref is
+  // taken off. A crossing is projected, never pushed.
+  const auto beyond = [&](const Body& b) { return Vec3(b.ref.c - b.start.c - h * b.v_ref.head<3>()); };
+  Vec3 ahead = beyond(*path.b);
+  if (path.a != nullptr) ahead -= beyond(*path.a);
+  c.bias[0] = std::max(0.0, c.bias[0] - path.n_end.dot(ahead) / h);
+  if (t.law->restitution && t.at.gap <= in.scale.touch_gap() &&
+      t.approach < -contact::tolerances().slips * in.scale.speed)
+    c.bias[0] = t.law->restitution_at(t.approach) * t.approach;
+}
+
+/// A spring by its law about the end of the last pass, at the mean of the step or at its end.
+void spring_row(const IslandContext& in, Touch& t, contact::ProblemContact& c, const ContactPath& path,
+                double h, bool first_pass, const Vec3& u_ref) {
+  // The law about the indentation reached by the last pass: force + slope (x - x_last), x = -gap_ref -
+  // theta h (u - u_ref).
+  const bool mean = t.mode == Mode::spring_mean;
+  t.theta = mean ? 0.5 : 1;
+  // At a condensed step the indentation follows the velocity at the end, whatever the rule of the
+  // positions.
+  const bool by_rate = path.structure && in.condensed && !mean;
+  if (by_rate) t.gap_ref = t.at.gap + h * u_ref[0];
+  if (first_pass) t.indentation = -t.gap_ref;
+  double slope = t.normal_law.slope(t.indentation);
+  const bool balanced =
+      !mean && !first_pass && !path.structure && (path.b->follows || (path.a != nullptr && path.a->follows));
+  const double force = mean       ? mean_force(t, slope)
+                       : balanced ? t.balanced_force
+                                  : t.normal_law.force(t.indentation);
+  slope = std::max(
+      slope, contact::tolerances().level_law * t.stiffness);  // a level stretch of the law still needs a row
+  const double spring = t.theta * h * h * slope, dashpot = t.theta * h * t.dashpot;
+  c.compliance[0] = 1 / (spring + dashpot);
+  c.bias[0] = c.compliance[0] * (h * slope * (t.gap_ref + t.indentation) - h * force - spring * u_ref[0] +
+                                 (mean ? dashpot * t.approach : 0.0));
+}
+
 }  // namespace
 
 void write_jacobian(double* to, const Mat3& frame, const Vec3& arm, const Mat3& strain_map,
@@ -96,7 +228,7 @@ void RowAssembly::clear() {
 
 Vec3 RowAssembly::add_structure_terms(int row, int structure, const SurfaceWeights& w, const Mat3& frame,
                                       double sign, Vec3& u_ref, std::span<const Vec3> tilt) {
-  if (in_.condensed) return add_skin_terms(row, structure, w, frame, sign, u_ref);
+  if (in_.condensed) return add_condensed_terms(row, structure, w, frame, sign, u_ref);
   const Structure& s = *in_.env.structures[static_cast<std::size_t>(structure)].structure;
   Vec3 velocity = Vec3::Zero();
   for (int i = 0; i < w.count; ++i) {
@@ -180,7 +312,7 @@ void RowAssembly::place_row(Touch& t) {
   t.row = static_cast<int>(step_.problem.contacts.size());
   contact::ProblemContact& c = step_.problem.contacts.emplace_back();
   c.first_term = static_cast<int>(step_.problem.terms.size());
-  if (in_.moving_skin(t.a)) return;
+  if (in_.moving_surface(t.a)) return;
   for (const int block : {t.a.kind == Partner::Kind::block ? t.a.index : -1, t.b}) {
     const int body = block < 0 ? -1 : in_.local[static_cast<std::size_t>(block)];
     if (body < 0) continue;
@@ -214,59 +346,14 @@ void RowAssembly::fill_rows(double h, bool first_pass) {
 }
 
 void RowAssembly::fill_row(Touch& t, double h, bool first_pass) {
-  Body& body_b = step_.bodies[static_cast<std::size_t>(in_.local[static_cast<std::size_t>(t.b)])];
-  Body* body_a = nullptr;
-  if (t.a.kind == Partner::Kind::block) {
-    const int l = in_.local[static_cast<std::size_t>(t.a.index)];
-    if (l >= 0) body_a = &step_.bodies[static_cast<std::size_t>(l)];
-  }
-  const bool with_structure = t.a.kind == Partner::Kind::structure &&
-                              !in_.env.structures[static_cast<std::size_t>(t.a.index)].fixed_surface;
-
-  // Normal and point at mid-step and at the end, carried by the bodies that own them.
-  Pose fixed_pose;
-  if (t.a.kind == Partner::Kind::block && body_a == nullptr) fixed_pose = dda::pose(in_.state, t.a.index);
-  const NormalOwner owner =
-      normal_owner(t, in_.model, in_.env, body_a != nullptr ? &body_a->start : &fixed_pose);
-  const Body* carrier = owner == NormalOwner::a ? body_a : owner == NormalOwner::b ? &body_b : nullptr;
-  const bool kick = in_.leapfrog() && t.stiffness > 0;  // an impulse of the start
-  Vec3 n_mid = t.at.normal, n_end = t.at.normal;
-  if (carrier != nullptr) {
-    if (!kick) n_mid = carrier->half_turn * t.at.normal;
-    n_end = carrier->full_turn * t.at.normal;
-  }
-  const auto mid_of = [&](const Body* b, const Vec3& x) { return b != nullptr && !kick ? b->at_mid(x) : x; };
-  const auto end_of = [](const Body* b, const Vec3& x) { return b != nullptr ? b->at_end(x) : x; };
-  const Vec3 b_mid = mid_of(&body_b, t.at.point_b), b_end = end_of(&body_b, t.at.point_b);
-  const Vec3 a_mid = mid_of(body_a, t.at.point_a), a_end_body = end_of(body_a, t.at.point_a);
-  Vec3 p_mid = acts_between(owner, a_mid, b_mid);
-  Vec3 p_end = owner == NormalOwner::a   ? b_end
-               : owner == NormalOwner::b ? a_end_body
-                                         : 0.5 * (a_end_body + b_end);
-  Mat3 turned = carrier != nullptr ? carrier->half_turn : Mat3::Identity(),
-       turned_on = turned;  // of the frame: from the start to mid-step, from there to the end
-  if (owner == NormalOwner::edges && in_.island->structures.empty()) {
-    if (const auto edges = crossed_edges(t, in_.model, in_.env,
-                                         body_a != nullptr ? body_a->start : fixed_pose, body_b.start)) {
-      const auto at_mid = [](const Body* b, const Vec3& d) {
-        return b != nullptr ? Vec3(b->half_turn * d) : d;
-      };
-      const auto at_end = [](const Body* b, const Vec3& d) { return b != nullptr ? Vec3(b->carry * d) : d; };
-      const EdgeMeeting mid =
-          meet(a_mid, at_mid(body_a, edges->a), b_mid, at_mid(&body_b, edges->b), t.at.normal);
-      const EdgeMeeting end =
-          meet(a_end_body, at_end(body_a, edges->a), b_end, at_end(&body_b, edges->b), t.at.normal);
-      n_mid = mid.normal, p_mid = mid.between();
-      n_end = end.normal, p_end = end.between();
-      turned = Quat::FromTwoVectors(t.at.normal, n_mid).toRotationMatrix();
-      turned_on = Quat::FromTwoVectors(n_mid, n_end).toRotationMatrix();
-    }
-  }
+  const ContactPath path = path_of(in_, step_, t);
+  const Body& body_b = *path.b;
+  const Body* const body_a = path.a;
   // Both sides act at one point, so that friction over a gap makes no moment.
-  Vec3 p_mid_a = p_mid, p_mid_b = p_mid;
+  Vec3 p_mid_a = path.p_mid, p_mid_b = path.p_mid;
   // Structure: both sides at the same point of its face, so that traction times gap makes no moment.
   SurfaceWeights face;
-  if (with_structure) {
+  if (path.structure) {
     const TriangleSurface& skin = in_.env.structures[static_cast<std::size_t>(t.a.index)].index->surface();
     face = skin_weights(t, skin, in_.condensed ? p_mid_b : t.at.point_a);
     t.acts_at = t.at.point_a;
@@ -275,15 +362,15 @@ void RowAssembly::fill_row(Touch& t, double h, bool first_pass) {
     p_mid_a = p_mid_b = t.acts_at;
   }
 
-  t.normal = n_mid;
-  t.frame = contact_frame(n_mid);
+  t.normal = path.n_mid;
+  t.frame = contact_frame(path.n_mid);
   contact::ProblemContact c = step_.problem.contacts[static_cast<std::size_t>(t.row)];
   Vec3 u_ref = Vec3::Zero(),
        u_before = Vec3::Zero();  // J v_ref, and by the velocities that work is told of at the start
   // Positions at the end by theta: about the point that keeps the angular momentum, c_n + (1 - theta) (c_np -
   // c_n).
   const bool from_start = in_.leapfrog();
-  const bool stretches = t.shear_stiffness > 0 && t.mode == Mode::spring_mean && !with_structure;
+  const bool stretches = t.shear_stiffness > 0 && t.mode == Mode::spring_mean && !path.structure;
   const bool by_mean = in_.condensed && t.stiffness == 0;  // its impulse works by the mean of both velocities
   int next = c.first_term;
   const auto add_body = [&](const Body& b, const Vec3& p, double sign) {
@@ -298,9 +385,9 @@ void RowAssembly::fill_row(Touch& t, double h, bool first_pass) {
     before.segment<3>(3) = b.free.spin;
     u_before += rows * before.head(b.ndof);
   };
-  Vec3 a_end = a_end_body, u_skin = Vec3::Zero();
+  Vec3 a_end = path.a_end, u_skin = Vec3::Zero();
   if (body_a != nullptr) add_body(*body_a, p_mid_a, -1);
-  if (with_structure) {
+  if (path.structure) {
     const Vec3 before = u_ref, mean = add_structure_terms(t.row, t.a.index, face, t.frame, -1, u_ref);
     a_end += h * mean;
     u_skin = u_ref - before;
@@ -326,34 +413,21 @@ void RowAssembly::fill_row(Touch& t, double h, bool first_pass) {
   }
 
   // Velocity at the end of the linearisation, at the true end configuration and in the carried frame.
-  const double gap_ref = n_end.dot(b_end - a_end + aside) + t.offset;
+  const double gap_ref = path.n_end.dot(path.b_end - a_end + aside) + t.offset;
   Vec3 u_end = u_ref;
   const bool by_trapezoid =
       t.mode == Mode::end && (in_.condensed || onsets_by_trapezoid(step_, body_a, body_b));
   if (t.mode == Mode::closed || by_trapezoid) {
-    Vec3 relative = body_b.velocity_at_end(p_end);
-    if (body_a != nullptr) relative -= body_a->velocity_at_end(p_end);
-    u_end = (turned_on * t.frame).transpose() * relative + u_skin;
+    Vec3 relative = body_b.velocity_at_end(path.p_end);
+    if (body_a != nullptr) relative -= body_a->velocity_at_end(path.p_end);
+    u_end = (path.turned_on * t.frame).transpose() * relative + u_skin;
   }
 
   // So that (u + slip)/2, u by the row, is the velocity whose product with the impulse is its work.
   if (by_mean) t.slip = t.frame * (u_before - (u_end - u_ref));
   t.gap_ref = gap_ref;
   t.u_ref = u_ref[0];
-  const ContactLaw& law = *t.law;
-  c.friction = friction_now(in_.state, t, 0.5 * h * u_ref.tail<2>().norm());  // at mid-step
-  const bool apart = with_structure && !t.glued &&
-                     t.at.gap > in_.scale.near_gap();  // rows at a structure reach ahead of what touches
-  if (!t.broken && t.at.area > 0 && !apart) {
-    c.cohesion = (law.cohesion + (t.glued ? t.bond_cohesion : 0.0)) * t.at.area *
-                 h;  // a bridge once lost is lost for good
-    if (t.glued) c.tension = (law.tension + t.bond_tension) * t.at.area * h;
-  }
-  t.ploughing = 0;
-  if (t.width > 0) {
-    t.ploughing = h * ploughing(t, u_ref.tail<2>().norm());
-    c.cohesion += t.ploughing;
-  }
+  set_strength(in_, t, c, h, u_ref, path.structure);
   switch (t.mode) {
     case Mode::closed:
       t.theta = in_.leapfrog() ? 1 : 0.5;
@@ -369,47 +443,12 @@ void RowAssembly::fill_row(Touch& t, double h, bool first_pass) {
         if (!t.glued) c.bias[0] += approach_left(in_, step_, t, h);
         break;
       }
-      c.bias[0] = (gap_ref - (!with_structure ? 0.0
-                              : t.glued       ? t.at.gap
-                                              : left_inside(in_, step_, t.at.gap, h))) /
-                      h -
-                  u_ref[0];  // what is bonded stays where it is
-      if (!first_pass) c.bias.tail<2>().setZero();
-      if (with_structure) break;
-      // The step ends at x + h v^+ (apply): what the linearisation's own displacement has beyond h v_ref is
-      // taken off. A crossing is projected, never pushed.
-      const auto beyond = [&](const Body& b) { return Vec3(b.ref.c - b.start.c - h * b.v_ref.head<3>()); };
-      Vec3 ahead = beyond(body_b);
-      if (body_a != nullptr) ahead -= beyond(*body_a);
-      c.bias[0] = std::max(0.0, c.bias[0] - n_end.dot(ahead) / h);
-      if (law.restitution && t.at.gap <= in_.scale.touch_gap() &&
-          t.approach < -contact::tolerances().slips * in_.scale.speed)
-        c.bias[0] = law.restitution_at(t.approach) * t.approach;
+      onset_row(in_, step_, t, c, path, h, first_pass, u_ref);
       break;
     }
     case Mode::spring_mean:
     case Mode::spring_end: {
-      // The law about the indentation reached by the last pass: force + slope (x - x_last), x = -gap_ref -
-      // theta h (u - u_ref).
-      const bool mean = t.mode == Mode::spring_mean;
-      t.theta = mean ? 0.5 : 1;
-      // At a condensed step the indentation follows the velocity at the end, whatever the rule of the
-      // positions.
-      const bool by_rate = with_structure && in_.condensed && !mean;
-      if (by_rate) t.gap_ref = t.at.gap + h * u_ref[0];
-      if (first_pass) t.indentation = -t.gap_ref;
-      double slope = t.normal_law.slope(t.indentation);
-      const bool balanced = !mean && !first_pass && !with_structure &&
-                            (body_b.follows || (body_a != nullptr && body_a->follows));
-      const double force = mean       ? mean_force(t, slope)
-                           : balanced ? t.balanced_force
-                                      : t.normal_law.force(t.indentation);
-      slope = std::max(slope, contact::tolerances().level_law *
-                                  t.stiffness);  // a level stretch of the law still needs a row
-      const double spring = t.theta * h * h * slope, dashpot = t.theta * h * t.dashpot;
-      c.compliance[0] = 1 / (spring + dashpot);
-      c.bias[0] = c.compliance[0] * (h * slope * (t.gap_ref + t.indentation) - h * force - spring * u_ref[0] +
-                                     (mean ? dashpot * t.approach : 0.0));
+      spring_row(in_, t, c, path, h, first_pass, u_ref);
       break;
     }
     case Mode::spring_secant:
@@ -423,20 +462,20 @@ void RowAssembly::fill_row(Touch& t, double h, bool first_pass) {
       (t.mode == Mode::spring_mean || t.mode == Mode::spring_end || t.mode == Mode::spring_secant)) {
     // A shear spring is stretched by the way of the point that its force acts at, by the velocities that tell
     // the force's work: a depth inside the other side, what turns moves another way.
-    const bool by_rates = kick || !with_structure || (in_.condensed && t.mode == Mode::spring_end);
+    const bool by_rates = path.from_start || !path.structure || (in_.condensed && t.mode == Mode::spring_end);
     const Vec3 way = stretches ? Vec3(0.5 * (u_before + u_ref)) : u_ref;
     shear_row(in_, step_, t, c, h,
               by_rates ? Vec3(h * way)
-                       : Vec3(t.frame.transpose() * ((b_end - t.at.point_b) - (a_end - t.at.point_a))),
+                       : Vec3(t.frame.transpose() * ((path.b_end - t.at.point_b) - (a_end - t.at.point_a))),
               u_ref);
   }
-  t.slip_row = t.frame.rightCols<2>().transpose() * (by_mean ? t.slip : Vec3(turned * t.slip));
+  t.slip_row = t.frame.rightCols<2>().transpose() * (by_mean ? t.slip : Vec3(path.turned * t.slip));
   if (t.swings) c.bias.tail<2>() += t.slip_row;
   c.impulse = first_pass ? Vec3(h * (t.frame.transpose() * t.warm)) : t.impulse;
   step_.problem.contacts[static_cast<std::size_t>(t.row)] = c;
 }
 
-void RowAssembly::assemble(double h, bool lumped, bool first_pass) {
+void RowAssembly::assemble(double h, bool time_stepped, bool first_pass) {
   begin();
   std::size_t pair = 0;  // touches follow the order of the pairs
   for (Touch& t : step_.touches) {
@@ -454,22 +493,22 @@ void RowAssembly::assemble(double h, bool lumped, bool first_pass) {
           t.mode = Mode::end;
       } else if (t.at.gap <= in_.scale.touch_gap() ||
                  (t.at.gap <= in_.scale.near_gap() &&
-                  std::abs(t.approach) <= (lumped ? slow_speed(in_, t) : impact_speed(in_, t)))) {
+                  std::abs(t.approach) <= (time_stepped ? slow_speed(in_, t) : impact_speed(in_, t)))) {
         const double resting =
-            lumped && t.at.gap <= in_.scale.touch_gap()
+            time_stepped && t.at.gap <= in_.scale.touch_gap()
                 ? 1e-3 * in_.model.gravity.norm() * h + contact::tolerances().still * in_.scale.speed
                 : std::max(slow_speed(in_, t), (t.persistent ? contact::tolerances().pressed_still
                                                              : contact::tolerances().still) *
                                                    in_.scale.speed);
         if (t.approach > resting)
-          t.mode = lumped ? Mode::end : Mode::idle;
-        else if ((t.approach < -resting && lumped) || (step_.settling && t.approach > 0))
+          t.mode = time_stepped ? Mode::end : Mode::idle;
+        else if ((t.approach < -resting && time_stepped) || (step_.settling && t.approach > 0))
           t.mode = Mode::end;
         else
           t.mode = Mode::closed;
       } else if (pair < step_.meets_to_rebound.size() && step_.meets_to_rebound[pair] != 0) {
         continue;  // the step ends before it closes
-      } else if (lumped &&
+      } else if (time_stepped &&
                  (t.met || (pair < step_.ahead.size() && step_.ahead[pair] > 0) ||
                   t.at.gap + h * t.approach - h * h * in_.model.gravity.norm() < in_.scale.row_reach())) {
         t.mode = Mode::end;  // others cannot close within the step, are met by its solution, or are caught by
@@ -554,7 +593,7 @@ void RowAssembly::finish_bodies() {
     for (int i = 0; i < 3; ++i) step_.problem.v_hat.push_back(n.v_hat[i]);
     step_.problem.bodies.push_back(p);
   }
-  for (const Skin& s : step_.skins) {
+  for (const CondensedSurface& s : step_.condensed_surfaces) {
     contact::ProblemBody p;
     p.ndof = static_cast<int>(s.inverse.rows());
     p.offset = offset;
@@ -572,28 +611,29 @@ void RowAssembly::finish_bodies() {
   }
 }
 
-Vec3 RowAssembly::add_skin_terms(int row, int structure, const SurfaceWeights& w, const Mat3& frame,
-                                 double sign, Vec3& u_ref) {
-  const auto skin = std::find_if(step_.skins.begin(), step_.skins.end(),
-                                 [&](const Skin& s) { return s.structure == structure; });
+Vec3 RowAssembly::add_condensed_terms(int row, int structure, const SurfaceWeights& w, const Mat3& frame,
+                                      double sign, Vec3& u_ref) {
+  const auto skin = std::find_if(step_.condensed_surfaces.begin(), step_.condensed_surfaces.end(),
+                                 [&](const CondensedSurface& s) { return s.structure == structure; });
   Vec3 mean = Vec3::Zero(), end = Vec3::Zero();
   std::size_t at = 0;
   const int offset = static_cast<int>(step_.problem.jacobians.size());
-  if (skin != step_.skins.end()) {
+  if (skin != step_.condensed_surfaces.end()) {
     at = step_.problem.jacobians.size();
     step_.problem.jacobians.resize(at + 9 * skin->node.size(), 0.0);
     step_.problem.terms.push_back(
-        {static_cast<int>(step_.bodies.size() + static_cast<std::size_t>(skin - step_.skins.begin())),
+        {static_cast<int>(step_.bodies.size() +
+                          static_cast<std::size_t>(skin - step_.condensed_surfaces.begin())),
          offset});
   }
   for (int i = 0; i < w.count; ++i) {
     const int node = w.node[static_cast<std::size_t>(i)];
     const double weight = w.weight[static_cast<std::size_t>(i)];
     if (weight == 0) continue;
-    const auto found = skin == step_.skins.end()
+    const auto found = skin == step_.condensed_surfaces.end()
                            ? std::vector<int>::const_iterator{}
                            : std::lower_bound(skin->node.cbegin(), skin->node.cend(), node);
-    if (skin == step_.skins.end() || found == skin->node.cend() || *found != node) {
+    if (skin == step_.condensed_surfaces.end() || found == skin->node.cend() || *found != node) {
       step_.held.push_back({structure, node, row, sign * weight});
       continue;
     }

@@ -13,7 +13,7 @@ class RowAssembly {
  public:
   RowAssembly(const IslandContext& in, Step& step);
   /// All rows of a step of length h, and its bodies.
-  void assemble(double h, bool lumped, bool first_pass);
+  void assemble(double h, bool time_stepped, bool first_pass);
 
   // Piece by piece, of impulses of no duration and corrections of positions:
   void clear();
@@ -41,8 +41,8 @@ class RowAssembly {
                            Vec3& u_ref, std::span<const Vec3> tilt = {});
   /// The terms of a point of a structure's skin, as add_structure_terms(); returns the point's mean velocity
   /// over the step, which is its displacement over h.
-  Vec3 add_skin_terms(int row, int structure, const SurfaceWeights& w, const Mat3& frame, double sign,
-                      Vec3& u_ref);
+  Vec3 add_condensed_terms(int row, int structure, const SurfaceWeights& w, const Mat3& frame, double sign,
+                           Vec3& u_ref);
 
   const IslandContext& in_;
   Step& step_;

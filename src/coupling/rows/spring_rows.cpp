@@ -67,7 +67,8 @@ double normal_compliance(const IslandContext& in, const Step& step, const contac
       for (int i = 0; i < b.ndof; ++i) row[i] = j[3 * i];
       sum += row.head(b.ndof).dot(b.free.inverse.topLeftCorner(b.ndof, b.ndof) * row.head(b.ndof));
     } else if (in.condensed) {
-      const Skin& s = step.skins[static_cast<std::size_t>(term.body) - step.bodies.size()];
+      const CondensedSurface& s =
+          step.condensed_surfaces[static_cast<std::size_t>(term.body) - step.bodies.size()];
       const Eigen::Map<const VecX, 0, Eigen::InnerStride<3>> row(j, s.inverse.rows());
       sum += row.dot(s.inverse * row);
     } else {

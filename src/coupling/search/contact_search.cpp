@@ -9,7 +9,7 @@
 
 #include "contact/tolerances.hpp"
 #include "coupling/events/step_motion.hpp"
-#include "coupling/search/skin_focus.hpp"
+#include "coupling/search/surface_focus.hpp"
 #include "coupling/skin_carry.hpp"
 #include "coupling/springs/spring_limits.hpp"
 #include "coupling/step/step.hpp"
@@ -67,8 +67,9 @@ void keep_nearest(std::vector<Touch>& touches) {
   if (nearest != touches.end()) touches = {*nearest};
 }
 
-/// Blocks of a heap move along with each other: as far as the two can approach on their present motions, and
-/// what rows are made for ahead. What impulses change in the step is met by its solution (crossing()).
+/// Blocks of a time-stepped island move along with each other: as far as the two can approach on their
+/// present motions, and what rows are made for ahead. What impulses change in the step is met by its solution
+/// (crossing()).
 double approach_reach(const IslandContext& in, const CandidatePair& pair, double h) {
   const auto a = static_cast<std::size_t>(pair.a.index), b = static_cast<std::size_t>(pair.b);
   const double turning = in.model.blocks[a].shape->radius * in.state.w[a].norm() +
@@ -85,7 +86,7 @@ double reach_of(const IslandContext& in, int block, double h) {
   return h * in.speed_of(block) + h * h * in.model.gravity.norm();
 }
 
-ContactSearch::ContactSearch(const IslandContext& in, Step& step, const SkinFocus& focus)
+ContactSearch::ContactSearch(const IslandContext& in, Step& step, const SurfaceFocus& focus)
     : in_(in), step_(step), focus_(focus) {}
 
 void ContactSearch::begin() {
@@ -93,9 +94,9 @@ void ContactSearch::begin() {
   step_.found_for = -1;
 }
 
-void ContactSearch::forget_skins() {
+void ContactSearch::forget_surfaces() {
   for (std::size_t i = 0; i < in_.island->pairs.size(); ++i)
-    if (in_.moving_skin(in_.island->pairs[i].a)) watches_[i].forget();
+    if (in_.moving_surface(in_.island->pairs[i].a)) watches_[i].forget();
 }
 
 bool ContactSearch::was_met(std::size_t pair, contact::FeatureKey key) const {
@@ -123,7 +124,7 @@ void ContactSearch::find(double h, bool at_start) {
   touches_of_.resize(pairs);
   margins_.resize(pairs);
   left_out_.resize(pairs);
-  each_pair([this](std::size_t i) { look(i); });
+  each_pair([this](std::size_t i) { search_pair(i); });
   touches_at_surfaces_.clear();
   for (const SurfacePair& pair : in_.island->surfaces)
     find_surface_touches(in_.env, pair, in_.scale.surface_reach(), in_.surface_history, touches_at_surfaces_);
@@ -148,17 +149,17 @@ void ContactSearch::find_moved(const std::vector<Pose>& last, std::vector<double
     const int l = in_.local[static_cast<std::size_t>(block)];
     return l >= 0 ? ways[static_cast<std::size_t>(l)] : Way{};
   };
-  const double carries = (in_.in_vast_heap() ? 3e-4 : in_.in_large_heap() ? 1e-4 : 1e-5) * in_.scale.length;
+  const double carries = (in_.very_large() ? 3e-4 : in_.large() ? 1e-4 : 1e-5) * in_.scale.length;
   std::atomic<bool> searched = false;
   each_pair([&](std::size_t i) {
     const CandidatePair& pair = in_.island->pairs[i];
-    if (in_.moving_skin(pair.a)) return;
+    if (in_.moving_surface(pair.a)) return;
     const Way b = way_of(pair.b), a = pair.a.kind == Partner::Kind::block ? way_of(pair.a.index) : Way{};
     const double moved = (b.shift - a.shift).norm() + b.turn + a.turn;
     if (moved == 0 && b.shift.isZero(0)) return;
     carried[i] += moved;
     if (carried[i] > carries) {
-      look(i);
+      search_pair(i);
       carried[i] = 0;
       searched.store(true, std::memory_order_relaxed);
     } else {
@@ -211,7 +212,7 @@ void ContactSearch::carry_at_structures(const std::vector<Pose>& before) {
   bool any = false;
   for (std::size_t i = 0; i < in_.island->pairs.size(); ++i) {
     const CandidatePair& pair = in_.island->pairs[i];
-    if (!in_.moving_skin(pair.a) || touches_of_[i].empty()) continue;
+    if (!in_.moving_surface(pair.a) || touches_of_[i].empty()) continue;
     const Pose& from = before[static_cast<std::size_t>(in_.local[static_cast<std::size_t>(pair.b)])];
     const Pose to = dda::pose(in_.state, pair.b);
     if (to.c == from.c && to.F == from.F) continue;
@@ -224,7 +225,7 @@ void ContactSearch::carry_at_structures(const std::vector<Pose>& before) {
       t.at.gap += t.at.normal.dot(way);
       farthest = std::max(farthest, way.norm());
     }
-    if (farthest > 1e-4 * in_.scale.length) look(i);
+    if (farthest > 1e-4 * in_.scale.length) search_pair(i);
   }
   if (any) gather();
 }
@@ -253,7 +254,7 @@ void ContactSearch::keep_late_overlaps() {
     std::sort(list.begin(), list.end(), [](const ContactMemory& a, const ContactMemory& b) {
       return std::pair(a.partner, a.feature) < std::pair(b.partner, b.feature);
     });
-    look(i);
+    search_pair(i);
     any = true;
   }
   if (any) gather();
@@ -270,12 +271,13 @@ void ContactSearch::each_pair(const std::function<void(std::size_t)>& use) const
 }
 
 /// All that pair i may touch within the reach.
-void ContactSearch::look(std::size_t i) {
+void ContactSearch::search_pair(std::size_t i) {
   const CandidatePair& pair = in_.island->pairs[i];
   const bool blocks = pair.a.kind == Partner::Kind::block;
-  double margin = blocks && in_.in_heap() ? approach_reach(in_, pair, step_.found_for)
-                                          : reach_of(in_, pair.b, step_.found_for) + 1e-6 * in_.scale.length +
-                                                (blocks ? reach_of(in_, pair.a.index, step_.found_for) : 0.0);
+  double margin = blocks && in_.time_stepped()
+                      ? approach_reach(in_, pair, step_.found_for)
+                      : reach_of(in_, pair.b, step_.found_for) + 1e-6 * in_.scale.length +
+                            (blocks ? reach_of(in_, pair.a.index, step_.found_for) : 0.0);
   if (pair.a.kind == Partner::Kind::structure) margin += 1e-3 * in_.scale.length;
   margin += in_.env.bond_stretch;
   margins_[i] = margin;
@@ -299,7 +301,7 @@ void ContactSearch::look(std::size_t i) {
         keep_nearest(touches_of_[i]);
       }
     }
-    if (in_.in_heap()) leave_out(i);
+    if (in_.time_stepped()) drop_distant(i);
     return;
   }
   thread_local std::vector<FoundPoint> points;
@@ -307,13 +309,13 @@ void ContactSearch::look(std::size_t i) {
   const double ahead =
       reach_of(in_, pair.b, step_.found_for) +
       (pair.a.kind == Partner::Kind::block ? reach_of(in_, pair.a.index, step_.found_for) : 0.0);
-  watches_[i].look(in_.model, in_.state, in_.env, pair, margin, ahead, focus_.skin_travel(), points);
+  watches_[i].look(in_.model, in_.state, in_.env, pair, margin, ahead, focus_.surface_travel(), points);
   make_touches(in_.model, in_.state, in_.env, pair, points, in_.history, touches_of_[i]);
 }
 
-/// Most touches of a heap can neither close within the reach nor come near enough to be rows: of those the
-/// least gap alone is kept.
-void ContactSearch::leave_out(std::size_t i) {
+/// Most touches of a time-stepped island can neither close within the reach nor come near enough to be rows:
+/// of those the least gap alone is kept.
+void ContactSearch::drop_distant(std::size_t i) {
   const double h = step_.found_for, fall = h * h * in_.model.gravity.norm();
   std::erase_if(touches_of_[i], [&](const Touch& t) {
     if (t.stiffness > 0 || t.persistent || t.glued ||
@@ -324,7 +326,8 @@ void ContactSearch::leave_out(std::size_t i) {
   });
 }
 
-/// Springs, and in a heap the forces that the solver starts from, go on from what the pairs remember.
+/// Springs, and in time-stepped islands the forces that the solver starts from, go on from what the pairs
+/// remember.
 void ContactSearch::carry() {
   std::vector<std::vector<LooseSpring>> loose(in_.island->pairs.size());
   each_pair([&](std::size_t i) {
@@ -332,12 +335,12 @@ void ContactSearch::carry() {
     const std::vector<ContactMemory>& memory = in_.history[static_cast<std::size_t>(pair.b)];
     const std::span touches =
         std::span(step_.touches).subspan(first_of_pair_[i], first_of_pair_[i + 1] - first_of_pair_[i]);
-    if (in_.leapfrog() && in_.moving_skin(pair.a) && !presses_on_bed(in_.model, in_.env, pair))
+    if (in_.leapfrog() && in_.moving_surface(pair.a) && !presses_on_bed(in_.model, in_.env, pair))
       leave_to_others(pair.a.id(), touches, memory,
                       [this](const Touch& t) { return step_.length_before(t, step_.found_for); });
-    if (in_.moving_skin(pair.a) || (touches.empty() && memory.empty())) return;
+    if (in_.moving_surface(pair.a) || (touches.empty() && memory.empty())) return;
     carry_springs(pair, touches, memory, in_.leapfrog(), loose[i]);
-    if (in_.in_heap() && !touches.empty()) hand_over(touches, memory, 1e-4 * in_.scale.length);
+    if (in_.time_stepped() && !touches.empty()) hand_over(touches, memory, 1e-4 * in_.scale.length);
   });
   loose_.clear();
   for (const std::vector<LooseSpring>& of : loose) loose_.insert(loose_.end(), of.begin(), of.end());
@@ -362,7 +365,7 @@ void ContactSearch::carry_out_of_reach() {
       const auto index = static_cast<std::size_t>(a.index);
       const bool here =
           a.kind != Partner::Kind::block || in_.local[index] >= 0 || in_.model.blocks[index].ndof() == 0;
-      if (here && !in_.moving_skin(a)) loose_.push_back({a, b.block, m.place, m.normal, m.normal_energy});
+      if (here && !in_.moving_surface(a)) loose_.push_back({a, b.block, m.place, m.normal, m.normal_energy});
     }
 }
 

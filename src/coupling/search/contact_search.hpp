@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "coupling/pair_watch.hpp"
-#include "coupling/search/skin_focus.hpp"
+#include "coupling/search/surface_focus.hpp"
 #include "coupling/spring_carry.hpp"
 
 namespace talus::coupling {
@@ -16,7 +16,7 @@ double reach_of(const IslandContext& in, int block, double h);
 
 class ContactSearch {
  public:
-  ContactSearch(const IslandContext& in, Step& step, const SkinFocus& focus);
+  ContactSearch(const IslandContext& in, Step& step, const SurfaceFocus& focus);
   /// Of a macro step.
   void begin();
   /// The touches of the present state within the reach of h, with what their springs go on from.
@@ -39,7 +39,7 @@ class ContactSearch {
   /// the last solution.
   void add_rows(const std::vector<std::vector<Touch>>& features);
   /// Other parts of the skins are followed: what is known of their pairs is void.
-  void forget_skins();
+  void forget_surfaces();
 
   /// Calls use(pair) for every pair, in any order, on several threads where it pays.
   void each_pair(const std::function<void(std::size_t)>& use) const;
@@ -61,8 +61,8 @@ class ContactSearch {
 
  private:
   void find(double h, bool at_start);
-  void look(std::size_t pair);
-  void leave_out(std::size_t pair);
+  void search_pair(std::size_t pair);
+  void drop_distant(std::size_t pair);
   void gather();
   void carry();
   void carry_out_of_reach();
@@ -71,7 +71,7 @@ class ContactSearch {
 
   const IslandContext& in_;
   Step& step_;
-  const SkinFocus& focus_;
+  const SurfaceFocus& focus_;
   std::vector<std::vector<Touch>> touches_of_;  // per pair, before internal edges were dropped
   std::vector<std::size_t> first_of_pair_;      // of touches_of_ one after the other, while they are gathered
   std::vector<Touch> touches_at_surfaces_;

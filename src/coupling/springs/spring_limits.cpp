@@ -27,7 +27,7 @@ double inverse_mass(const Structure& structure, const SurfaceWeights& w) {
 
 /// Springs between structures: a node of one skin on its spring, whose own oscillation a longer step would
 /// take the energy of, as long as they hold or meet with more than rattles [s].
-double skin_spring_limit(const IslandContext& in, const Step& step, double ahead) {
+double surface_spring_limit(const IslandContext& in, const Step& step, double ahead) {
   constexpr double resolved_phase = 0.7;
   double fastest_sq = 0, brought = 0, rattles = 0;  // twice the energies
   for (const Touch& t : step.touches) {
@@ -38,7 +38,7 @@ double skin_spring_limit(const IslandContext& in, const Step& step, double ahead
         1 / in.env.structures[static_cast<std::size_t>(t.b_structure)].structure->node_mass(t.b_node);
     if (t.a.kind == Partner::Kind::structure)
       inverse += inverse_mass(*in.env.structures[static_cast<std::size_t>(t.a.index)].structure,
-                              skin_weights(t, in.skin(t.a.index), t.at.point_a));
+                              skin_weights(t, in.surface(t.a.index), t.at.point_a));
     if (!(inverse > 0)) continue;
     fastest_sq = std::max(fastest_sq, t.stiffness * inverse);
     brought += t.approach * t.approach / inverse + 2 * t.stored;
@@ -64,7 +64,7 @@ bool part_resolved(const IslandContext& in, const Step& step, const Touch& t) {
 
 double rise_limit(const IslandContext& in, const Step& step, double ahead) {
   double limit = in.island->surfaces.empty() ? std::numeric_limits<double>::infinity()
-                                             : skin_spring_limit(in, step, ahead);
+                                             : surface_spring_limit(in, step, ahead);
   if (step.bodies.empty()) return limit;   // structures alone
   constexpr double resolved_phase = 0.95;  // conserving() asks for 1
   constexpr double fewest = 2;             // a step that still resolves the contact's own oscillation
@@ -124,7 +124,7 @@ double rise_limit(const IslandContext& in, const Step& step, double ahead) {
   return limit;
 }
 
-double spring_limit(const IslandContext& in, const Step& step, double h, bool lumped) {
+double spring_limit(const IslandContext& in, const Step& step, double h, bool time_stepped) {
   double limit = h;
   for (const Touch& t : step.touches) {
     if (t.stiffness == 0 || !t.energetic || (in.leapfrog() && in.deformable_structure(t)))
@@ -139,7 +139,7 @@ double spring_limit(const IslandContext& in, const Step& step, double h, bool lu
     if (t.at.gap < -contact::tolerances().overlap_none * in.scale.length || t.pulls() ||
         (t.at.gap <= in.scale.touch_gap() && t.approach < 0)) {
       limit = std::min(limit, resolved);
-    } else if (lumped && t.approach < 0) {
+    } else if (time_stepped && t.approach < 0) {
       limit = std::min(limit, std::max(resolved, t.at.gap / -t.approach));
     }
   }

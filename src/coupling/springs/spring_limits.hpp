@@ -21,7 +21,7 @@ double rise_limit(const IslandContext& in, const Step& step, double ahead);
 
 /// Longest step of at most h by the oscillations on springs that the accuracy asks to be resolved; those at
 /// structures in explicit steps follow rise_limit() [s].
-double spring_limit(const IslandContext& in, const Step& step, double h, bool lumped);
+double spring_limit(const IslandContext& in, const Step& step, double h, bool time_stepped);
 
 /// Shortens the step just computed to where a spring lets go, so that it gives back what it stored; false:
 /// none does within it.

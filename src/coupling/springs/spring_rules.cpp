@@ -213,10 +213,10 @@ void estimate_spring_frequencies(const IslandContext& in, Step& step) {
   }
 }
 
-void choose_spring_rules(const IslandContext& in, Step& step, double h, bool lumped) {
+void choose_spring_rules(const IslandContext& in, Step& step, double h, bool time_stepped) {
   for (Body& b : step.bodies)
     b.end_rule = b.follows = b.strains_at_end = false, b.strain_lag.setZero(), b.leapfrog = in.leapfrog(),
-    b.guarded = lumped && !in.leapfrog();
+    b.guarded = time_stepped && !in.leapfrog();
   const auto body_of = [&](int block) -> Body* {
     const int l = in.local[static_cast<std::size_t>(block)];
     return l < 0 ? nullptr : &step.bodies[static_cast<std::size_t>(l)];
@@ -235,8 +235,9 @@ void choose_spring_rules(const IslandContext& in, Step& step, double h, bool lum
     // In event driven islands an onset fast enough to matter ends the step; the others are rows from the
     // start. It may gain its speed on the way.
     const double onset_sq = t.approach * t.approach + 2 * in.model.gravity.norm() * std::max(0.0, t.at.gap);
-    const bool meets = t.at.gap + h * t.approach - fall < 0 && (lumped || t.at.gap <= in.scale.touch_gap() ||
-                                                                onset_sq < t.quiet_speed * t.quiet_speed);
+    const bool meets =
+        t.at.gap + h * t.approach - fall < 0 &&
+        (time_stepped || t.at.gap <= in.scale.touch_gap() || onset_sq < t.quiet_speed * t.quiet_speed);
     if (t.at.gap > 0 && !meets && !t.pulls()) continue;
     t.spring = h * std::sqrt(t.rate_sq) <= resolved_phase ? Mode::spring_mean : Mode::spring_end;
     if (t.spring == Mode::spring_mean || in.deformable_structure(t))
@@ -255,7 +256,7 @@ void choose_spring_rules(const IslandContext& in, Step& step, double h, bool lum
   if (!any_end) return;
   // Those that touch share it: held by its velocity at the end to one that goes half as far, one would part
   // from the other by the other half.
-  for (bool changed = lumped; changed;) {
+  for (bool changed = time_stepped; changed;) {
     changed = false;
     for (const Touch& t : step.touches)
       if (t.spring == Mode::idle && !in.deformable_structure(t))

@@ -13,6 +13,6 @@ constexpr double resolved_phase = 1.0;
 void estimate_spring_frequencies(const IslandContext& in, Step& step);
 
 /// The rule of each spring in a step of length h, and of each body the rule of its positions.
-void choose_spring_rules(const IslandContext& in, Step& step, double h, bool lumped);
+void choose_spring_rules(const IslandContext& in, Step& step, double h, bool time_stepped);
 
 }  // namespace talus::coupling

@@ -9,13 +9,13 @@
 namespace talus::coupling {
 
 /// Speed below which a block counts as at rest, in a step of length h [m/s].
-inline double still_speed(const dda::Model& model, double h) {
+inline double rest_speed(const dda::Model& model, double h) {
   return contact::tolerances().rest_fall * model.gravity.norm() * h;
 }
 
 /// True if no point of the blocks moves faster than `still` [m/s].
-inline bool stand(const dda::Model& model, const dda::State& state, std::span<const int> blocks,
-                  double still) {
+inline bool all_slow(const dda::Model& model, const dda::State& state, std::span<const int> blocks,
+                     double still) {
   return std::all_of(blocks.begin(), blocks.end(), [&](int b) {
     const auto k = static_cast<std::size_t>(b);
     return state.v[k].norm() +

@@ -45,8 +45,8 @@ void remember_row(const IslandContext& in, const Step& step, const Touch& t, dou
     // the contact to open, or to rest.
     const bool own = in.deformable_structure(t);
     const double led_out =
-        std::clamp(t.offset, -in.scale.lead_out(h),
-                   own || t.energetic ? 0.0 : std::min(in.scale.lead_out(h), led_in_quietly(t)));
+        std::clamp(t.offset, -in.scale.offset_correction(h),
+                   own || t.energetic ? 0.0 : std::min(in.scale.offset_correction(h), led_in_quietly(t)));
     memory.indentation = std::max(0.0, t.indentation + (t.indentation > 0 ? led_out : 0.0));
     memory.offset = t.offset - led_out;
     memory.stiffness = own ? t.stiffness : t.normal_law.stiffness;
@@ -154,7 +154,7 @@ void go_on_with_ways(const IslandContext& in, const Step& step, double h) {
 
 /// The memory of every body and skin anew, from the rows of the step.
 void remember_all(const IslandContext& in, Step& step, IslandReport& report, bool shed, double h) {
-  std::vector<const Touch*> craters;  // few have any, and a heap has a hundred thousand touches
+  std::vector<const Touch*> craters;  // few have any, and a large island has a hundred thousand touches
   std::vector<std::size_t> first(step.bodies.size() + 2, 0);  // into `rows`, per body
   std::vector<const Touch*> rows;
   for (const Touch& t : step.touches) {
@@ -235,7 +235,7 @@ void collect_node_impulses(const IslandContext& in, Step& step) {
          in.env.structures[static_cast<std::size_t>(n.structure)].structure->node_position(n.node)});
   }
   std::vector<std::size_t> first;  // of each skin's nodes
-  for (const Skin& s : step.skins) {
+  for (const CondensedSurface& s : step.condensed_surfaces) {
     first.push_back(step.node_impulses.size());
     for (const int node : s.node)
       step.node_impulses.push_back(
@@ -249,7 +249,8 @@ void collect_node_impulses(const IslandContext& in, Step& step) {
       if (part < 0 || c.impulse.isZero(0)) continue;
       const std::size_t at =
           in.condensed ? first[static_cast<std::size_t>(part)] : static_cast<std::size_t>(part);
-      const std::size_t count = in.condensed ? step.skins[static_cast<std::size_t>(part)].node.size() : 1;
+      const std::size_t count =
+          in.condensed ? step.condensed_surfaces[static_cast<std::size_t>(part)].node.size() : 1;
       for (std::size_t i = 0; i < count; ++i)
         step.node_impulses[at + i].impulse +=
             Eigen::Map<const Mat3>(step.problem.jacobians.data() + static_cast<std::size_t>(term.jacobian) +

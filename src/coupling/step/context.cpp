@@ -11,7 +11,7 @@ void IslandContext::begin(const Island& of) {
   for (const int b : placed) local[static_cast<std::size_t>(b)] = -1;
   placed = of.blocks;
   island = &of;
-  crowded = condensed = false;  // or the search would depend on the island before
+  time_stepping = condensed = false;  // or the search would depend on the island before
   unsolved = 0;
   local.resize(model.blocks.size(), -1);
   double& length = scale.length;
@@ -28,16 +28,16 @@ void IslandContext::begin(const Island& of) {
   }
   if (of.blocks.empty())
     for (const int s : of.structures) {
-      length = std::min(length, face_edge(skin(s)));
-      for (const Vec3& v : skin(s).velocities) speed = std::max(speed, v.norm());
+      length = std::min(length, face_edge(surface(s)));
+      for (const Vec3& v : surface(s).velocities) speed = std::max(speed, v.norm());
     }
   if (!(speed > 0)) speed = 1;
 }
 
-double IslandContext::fastest_skin() const {
+double IslandContext::fastest_surface() const {
   double fastest = 0;
   for (const int s : island->structures)
-    for (const Vec3& v : skin(s).velocities) fastest = std::max(fastest, v.squaredNorm());
+    for (const Vec3& v : surface(s).velocities) fastest = std::max(fastest, v.squaredNorm());
   return std::sqrt(fastest);
 }
 

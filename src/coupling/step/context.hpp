@@ -28,40 +28,40 @@ struct IslandContext {
   std::vector<int> placed{};  // the island's blocks, as they stand in `local`
   Scales scale{};
   // regime
-  bool crowded = false;    // events took more work than they are worth: for the rest of the macro step the
-                           // island goes as a large one
-  bool condensed = false;  // the structures take condensed steps
-  int unsolved = 0;        // problems of the macro step that had no solution
+  bool time_stepping = false;  // for the rest of the macro step: to locate its events would cost more
+  bool condensed = false;      // the structures take condensed steps
+  int unsolved = 0;            // problems of the macro step that had no solution
   const std::atomic<int>* stop = nullptr;  // non-zero: end soon, the macro step is void
 
   /// The island with its bodies, and its length and speed, at the start of a macro step.
   void begin(const Island& of);
 
   /// A structure's boundary surface as it is now.
-  const TriangleSurface& skin(int structure) const {
+  const TriangleSurface& surface(int structure) const {
     return env.structures[static_cast<std::size_t>(structure)].structure->surface();
   }
-  double fastest_skin() const;  // of the vertices of the structures [m/s]
-  bool moving_skin(const Partner& a) const {
+  double fastest_surface() const;  // of the vertices of the structures [m/s]
+  bool moving_surface(const Partner& a) const {
     return a.kind == Partner::Kind::structure &&
            !env.structures[static_cast<std::size_t>(a.index)].fixed_surface;
   }
   /// At a structure that is stepped, on either side.
-  bool deformable_structure(const Touch& t) const { return t.b < 0 || moving_skin(t.a); }
+  bool deformable_structure(const Touch& t) const { return t.b < 0 || moving_surface(t.a); }
 
   /// All contacts act at the start of the step, springs by the secant rule.
   bool leapfrog() const { return !condensed && !island->structures.empty(); }
-  bool event_driven() const { return !crowded && island->structures.empty(); }
-  bool in_heap() const { return island->structures.empty() && crowded; }
+  bool event_driven() const { return !time_stepping && island->structures.empty(); }
+  /// Blocks alone, and events are not located.
+  bool time_stepped() const { return island->structures.empty() && time_stepping; }
   /// Whose positions are known to 1e-8 of a block: of so many contacts one always lies a little beyond a
   /// closer tolerance.
-  bool in_large_heap() const { return in_heap() && island->blocks.size() >= 96; }
-  /// A path that starts where it nearly rests ends nowhere nearer; walls and towers of fewer come to rest by
-  /// it.
-  bool in_vast_heap() const { return in_heap() && island->blocks.size() >= 256; }
-  /// For the rest of the macro step: the island goes as a large one, and no row asks for motion.
+  bool large() const { return time_stepped() && island->blocks.size() >= 96; }
+  /// Near rest the interior-point method does not improve a warm start; walls and towers of fewer blocks come
+  /// to rest by it.
+  bool very_large() const { return time_stepped() && island->blocks.size() >= 256; }
+  /// For the rest of the macro step: the island is time-stepped, and no row asks for motion.
   static constexpr int most_unsolved = 2;
-  bool jammed() const { return unsolved >= (island->structures.empty() ? most_unsolved : 1); }
+  bool over_constrained() const { return unsolved >= (island->structures.empty() ? most_unsolved : 1); }
 
   /// No point of a rigid block is faster [m/s].
   double speed_of(int block) const {

@@ -74,12 +74,12 @@ StepControl::StepControl(IslandContext& in, Step& step, IslandReport& report, Co
 
 bool StepControl::take(Trial& trial) {
   trial.closed = any_contact(in_, step_);
-  trial.passes = trial.lumped || !trial.closed ? 1 : 3;
-  trial.adaptive = !trial.lumped && in_.settings.fixed_step <= 0;
+  trial.passes = trial.time_stepped || !trial.closed ? 1 : 3;
+  trial.adaptive = !trial.time_stepped && in_.settings.fixed_step <= 0;
   trial.asked = trial.h;
   save_bodies(in_, step_);
   step_.settling = false;
-  step_.solution.stalled = false;
+  step_.solution.stagnated = false;
   step_.ahead.assign(in_.island->pairs.size(), 0.0);
   const bool ahead = trial.adaptive && trial.closed && looks_ahead(in_, step_);
   if (ahead && !allowed_) allowed_ = allowed_accelerations(in_, step_, report_, solver_.solver());
@@ -93,15 +93,15 @@ bool StepControl::take(Trial& trial) {
                     : structure.predict(trial.start, trial.h);
     }
     if (in_.condensed) {
-      gather_skins(in_, step_);
-      update_skin_approaches(in_, step_);
+      gather_condensed_surfaces(in_, step_);
+      update_surface_approaches(in_, step_);
     }
     // Halving brings the solution nearer to the last one's; where that does not help, what can be solved is
     // taken.
     const int halvings =
         !in_.island->structures.empty() && !in_.condensed ? 2 : 8;  // sub-steps are as near already
     const SmoothStep::Outcome o =
-        smooth_.solve(trial.h, trial.lumped, trial.passes,
+        smooth_.solve(trial.h, trial.time_stepped, trial.passes,
                       trial.halved >= halvings || 0.5 * trial.h < in_.settings.min_step);
     if (refused(trial, o)) {
       if (trial.h >= in_.settings.min_step) continue;
@@ -138,7 +138,7 @@ bool StepControl::take(Trial& trial) {
 bool StepControl::refused(Trial& trial, const SmoothStep::Outcome& o) {
   if (trial.usual > 0 &&
       !(o.ok && step_.solution.certified &&
-        stand(in_.model, in_.state, in_.island->blocks, still_speed(in_.model, trial.usual)))) {
+        all_slow(in_.model, in_.state, in_.island->blocks, rest_speed(in_.model, trial.usual)))) {
     reject_step(in_, step_, report_);  // it does not go on standing: a step like any other
     trial.h = std::exchange(trial.usual, 0.0);
     return true;
@@ -148,8 +148,8 @@ bool StepControl::refused(Trial& trial, const SmoothStep::Outcome& o) {
   reject_step(in_, step_, report_);
   if (!o.ok) {
     ++report_.counters.tier_d, ++trial.halved, ++in_.unsolved;
-    if (!trial.lumped && in_.jammed()) {  // goes on as large islands do
-      trial.lumped = true;
+    if (!trial.time_stepped && in_.over_constrained()) {  // goes on as large islands do
+      trial.time_stepped = true;
       trial.adaptive = false;
       trial.passes = 1;
       trial.h = std::min(trial.h, step_limit(in_, step_, trial.remaining, true));
@@ -167,7 +167,7 @@ bool StepControl::shortened(Trial& trial) {
     trial.h *= 0.5;
     return true;
   }
-  if (trial.lumped && may_shorten(trial) && ++trial.cuts <= 30 && met_others(trial)) return true;
+  if (trial.time_stepped && may_shorten(trial) && ++trial.cuts <= 30 && resolve_crossings(trial)) return true;
   if (in_.island->structures.empty() && in_.settings.fixed_step <= 0 && may_shorten(trial) &&
       cut_at_break(trial))
     return true;
@@ -190,7 +190,7 @@ bool StepControl::shortened(Trial& trial) {
   return cut_at_stop(trial);
 }
 
-bool StepControl::met_others(Trial& trial) {
+bool StepControl::resolve_crossings(Trial& trial) {
   const Crossing met = CrossingSearch(in_, step_, search_).find();
   if (met.first >= 1 && !met.listed) return false;
   reject_step(in_, step_, report_);
@@ -211,7 +211,7 @@ bool StepControl::cut_at_break(Trial& trial) {
   (broken ? trial.breaks : trial.holds) = trial.h;
   const double sharp = std::max(
       10 * in_.settings.min_step,
-      (trial.lumped ? 1 : 1e-3) * in_.settings.accuracy * in_.scale.length / in_.scale.speed);  // [s]
+      (trial.time_stepped ? 1 : 1e-3) * in_.settings.accuracy * in_.scale.length / in_.scale.speed);  // [s]
   const bool found = trial.breaks - trial.holds <= sharp;
   if (found && broken) return false;
   restore_bodies(in_, step_);

@@ -16,9 +16,9 @@ struct Trial {
   double h = 0;          // [s]
   double usual = 0;  // length by what may move, where all stand still and the step is the rest of the macro
                      // step [s]; else 0
-  bool lumped = false;    // onsets are rows, not events
-  bool closed = false;    // something touches at its start
-  bool adaptive = false;  // event driven, its length by error control
+  bool time_stepped = false;  // onsets are rows, not events
+  bool closed = false;        // something touches at its start
+  bool adaptive = false;      // event driven, its length by error control
   int passes = 1;
   int releases = 0, cuts = 0, halved = 0, refined = 0;
   int stopping = -1;  // touch whose sliding stops within the step
@@ -43,9 +43,9 @@ class StepControl {
   bool refused(Trial& trial, const SmoothStep::Outcome& o);
   /// True if the step just solved was taken back for a shorter one, or for one with more rows.
   bool shortened(Trial& trial);
-  /// What a lumped step met without a row: solved again with rows for it; else it ends short, and a row is
-  /// there in the next one.
-  bool met_others(Trial& trial);
+  /// What a time-stepped step met without a row: solved again with rows for it; else it ends short, and a row
+  /// is there in the next one.
+  bool resolve_crossings(Trial& trial);
   /// True if the step just computed was taken back for one that ends where a block comes to another drag.
   /// Beside a structure in explicit steps none is: they are short, and do not change their length.
   bool cut_at_layer(Trial& trial);

@@ -77,7 +77,7 @@ void IslandIntegrator::run() {
     if (!p.small && !with_structure())
       step_.suggested = trial.usual > 0 ? trial.h : 0;  // as far is searched next time
     double taken = trial.h;
-    if (!trial.lumped && !locator_.locate(taken, trial.passes)) {
+    if (!trial.time_stepped && !locator_.locate(taken, trial.passes)) {
       reject_step(in_, step_, report_);
       ++in_.unsolved;
       p.longest = 0.5 * trial.h;
@@ -110,7 +110,7 @@ IslandIntegrator::Progress IslandIntegrator::begin_steps() {
   if (in_.event_driven()) {
     search_.find(equal_part(duration_, step_limit(in_, step_, duration_, false)));
     if (hard_alone(step_.touches) && too_much_happens(in_, step_, solver_.work(), duration_))
-      go_time_stepped();
+      start_time_stepping();
   }
   Progress p;
   p.small = in_.event_driven();
@@ -126,13 +126,13 @@ Trial IslandIntegrator::next_trial(const Progress& p) {
   trial.start = start_ + p.done;
   trial.remaining = duration_ - p.done;
   if (in_.event_driven() && hard_alone(step_.touches) &&
-      (in_.jammed() || too_much_happens(in_, step_, solver_.work(), duration_)))
-    go_time_stepped();
-  trial.lumped = !in_.event_driven() || p.grazes > most_grazes || in_.jammed();
+      (in_.over_constrained() || too_much_happens(in_, step_, solver_.work(), duration_)))
+    start_time_stepping();
+  trial.time_stepped = !in_.event_driven() || p.grazes > most_grazes || in_.over_constrained();
   trial.h = next_length(trial, p.longest);
   if (!p.restless && trial.h < trial.remaining * (1 - contact::tolerances().same_instant) &&
       any_contact(in_, step_) && hard_alone(step_.touches) &&
-      stand(in_.model, in_.state, in_.island->blocks, still_speed(in_.model, trial.h)))
+      all_slow(in_.model, in_.state, in_.island->blocks, rest_speed(in_.model, trial.h)))
     trial.usual = std::exchange(trial.h, trial.remaining);
   return trial;
 }
@@ -142,13 +142,14 @@ void IslandIntegrator::resolve_onsets(Trial& trial) {
   const int impacts_before = impacts_.count();
   release(trial.h);
   if (with_structure() && !in_.condensed) strikes_structure(in_, step_, trial.start, trial.h);
-  if (!trial.lumped && !impacts_.resolve(trial.start)) {  // what no impulse of no duration solves is jammed
+  if (!trial.time_stepped &&
+      !impacts_.resolve(trial.start)) {  // what no impulse of no duration solves is jammed
     in_.unsolved = IslandContext::most_unsolved;
-    trial.lumped = true;
+    trial.time_stepped = true;
     trial.h = std::min(trial.h, step_limit(in_, step_, trial.remaining, true));
   }
   step_.meets_to_rebound.clear();
-  if (trial.lumped && !with_structure() && in_.settings.fixed_step <= 0 &&
+  if (trial.time_stepped && !with_structure() && in_.settings.fixed_step <= 0 &&
       std::ranges::any_of(step_.touches, [&](const Touch& t) { return rebounds(in_, t); }) &&
       !costs_too_much(in_, step_, solver_.work(), duration_, true)) {
     if (rebound_waits(in_, step_))
@@ -162,7 +163,7 @@ void IslandIntegrator::resolve_onsets(Trial& trial) {
 void IslandIntegrator::limit_length(Trial& trial) {
   estimate_spring_frequencies(in_, step_);
   if (in_.settings.fixed_step <= 0 && !in_.condensed)
-    trial.h = std::min(trial.h, spring_limit(in_, step_, trial.h, trial.lumped));
+    trial.h = std::min(trial.h, spring_limit(in_, step_, trial.h, trial.time_stepped));
   // Where no error is judged at both ends (springs, strains, fixed points) motion within a step stays a small
   // part of the block size.
   if (in_.settings.fixed_step <= 0 && in_.event_driven() && any_contact(in_, step_) &&
@@ -187,7 +188,8 @@ bool IslandIntegrator::finish(const Trial& trial, double done, double taken) {
   std::vector<contact::Motion> made(
       step_.bodies.size());  // of watched blocks: the correction of drift has starts of its own
   for (std::size_t i = 0; i < step_.bodies.size(); ++i)
-    if (in_.island->watched[i] != 0) made[i] = motion_of(in_, step_, step_.bodies[i].block, trial.lumped);
+    if (in_.island->watched[i] != 0)
+      made[i] = motion_of(in_, step_, step_.bodies[i].block, trial.time_stepped);
   if (!step_.problem.contacts.empty() || trial.closed) {
     rest_check(taken);
     // At structures as far as the next step reaches, which then need not search again.
@@ -218,8 +220,8 @@ void IslandIntegrator::release(double h) {
   search_.find(h);
 }
 
-void IslandIntegrator::go_time_stepped() {
-  in_.crowded = true;
+void IslandIntegrator::start_time_stepping() {
+  in_.time_stepping = true;
   const auto closed = static_cast<double>(
       std::ranges::count_if(step_.touches, [&](const Touch& t) { return t.at.gap <= in_.scale.near_gap(); }));
   step_.suggested = solver_.work() > 0 ? duration_ * factorisations * closed / solver_.work() : 0;
@@ -232,12 +234,12 @@ double IslandIntegrator::next_length(const Trial& trial, double longest) {
   const double expected =
       step_.suggested > 0
           ? std::min(remaining, (with_structure() && !in_.condensed ? lengthening : 1.0) * step_.suggested)
-          : equal_part(remaining, step_limit(in_, step_, remaining, trial.lumped));
+          : equal_part(remaining, step_limit(in_, step_, remaining, trial.time_stepped));
   if (with_structure() && !in_.condensed && (step_.suggested > 0 || in_.island->blocks.empty()))
-    if (focus_.follow(expected)) search_.forget_skins();
+    if (focus_.follow(expected)) search_.forget_surfaces();
   search_.find(expected);
-  double h = step_limit(in_, step_, remaining, trial.lumped);
-  if (in_.crowded && step_.suggested > 0) h = std::min(h, step_.suggested);
+  double h = step_limit(in_, step_, remaining, trial.time_stepped);
+  if (in_.time_stepping && step_.suggested > 0) h = std::min(h, step_.suggested);
   if (in_.condensed) {
     const double length = condensed_length(in_, step_, search_, trial.start, duration_, remaining, h);
     in_.condensed = length > 0;
@@ -246,7 +248,7 @@ double IslandIntegrator::next_length(const Trial& trial, double longest) {
     else
       step_.found_for = -1;  // a bed then stands on other points
   }
-  if (!in_.condensed) step_.skins.clear();
+  if (!in_.condensed) step_.condensed_surfaces.clear();
   if (with_structure() && !in_.condensed) h = structure_step(in_, step_, duration_, h);
   h = std::min({h, remaining, longest});
   return in_.condensed ? h : equal_part(remaining, h);
@@ -264,11 +266,11 @@ void IslandIntegrator::correct_structures(double t, double h) {
 }
 
 void IslandIntegrator::rest_check(double h) {
-  double still = still_speed(in_.model, h);
+  double still = rest_speed(in_.model, h);
   bool rest = still > 0 && step_.solution.certified;
   for (int s : in_.island->structures)
     rest = rest && in_.condensed && in_.env.structures[static_cast<std::size_t>(s)].structure->quiet();
-  if (in_.condensed) still += 2 * skin_speed(in_, step_);
+  if (in_.condensed) still += 2 * surface_speed(in_, step_);
   for (const Body& b : step_.bodies) {
     const auto k = static_cast<std::size_t>(b.block);
     const double radius = in_.model.blocks[k].shape->radius;

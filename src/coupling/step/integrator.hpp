@@ -63,7 +63,7 @@ class IslandIntegrator {
   /// For the rest of the macro step: its steps are others, and so is what they reach. Time steps lose energy
   /// of first order in their length: they are as short as the work that events have taken in vain would have
   /// paid for over the macro step, so that neither costs more than the other.
-  void go_time_stepped();
+  void start_time_stepping();
   /// Length of the next step by what moves and what it stands at; the touches within its reach are found on
   /// the way.
   double next_length(const Trial& trial, double longest);
@@ -76,7 +76,7 @@ class IslandIntegrator {
   IslandContext in_;
   Step step_;
   IslandReport report_;
-  SkinFocus focus_;
+  SurfaceFocus focus_;
   ContactSearch search_;
   RowAssembly assembly_;
   ProblemSolver solver_;

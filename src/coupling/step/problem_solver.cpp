@@ -19,15 +19,15 @@ namespace talus::coupling {
 namespace {
 
 constexpr double may_sink =
-    1e-5;  // of a block: all of a large heap, in a step whose solution is taken where its search stalls
+    1e-5;  // of a block: all of a large island, in a step whose solution is taken where its search stalls
 constexpr double may_creep = 2e-6;  // the same of one that moves by less than 1e-3 of its speed
 constexpr double far_off =
-    100;  // times the work allowed, from which on sweeps do not bring a large heap near to it either
-constexpr double hopeless = 4;  // times the work allowed, from which on a large heap is left as its sweeps
+    100;  // times the work allowed, from which on sweeps do not bring a large island near to it either
+constexpr double hopeless = 4;  // times the work allowed, from which on a large island is left as its sweeps
                                 // leave it: Newton's method got there in a tenth of all tries
 
 /// Sweeps from what solved a problem while they take a twentieth of the work unearned at a time, down to
-/// `most` [J], the residual within `limit` [m/s]. What is left of it in a heap at rest lies on thousands of
+/// `most` [J], the residual within `limit` [m/s]. What is left of it in a pile at rest lies on thousands of
 /// contacts, whose regions a factorisation would have to know. The work left.
 double sweep_while_it_pays(contact::ContactSolver& solver, contact::ContactProblem& problem, double limit,
                            double most, double work, contact::SolveReport& r) {
@@ -52,7 +52,7 @@ double sweep_while_it_pays(contact::ContactSolver& solver, contact::ContactProbl
 }
 
 /// On from what solved a problem, until its contacts give no more than `most` work unearned to what moves [J]
-/// or it gets no farther: by sweeps, by Newton's method, where it is far more and no `large` heap by the
+/// or it gets no farther: by sweeps, by Newton's method, where it is far more and no `large` island by the
 /// whole search: a path from where a large one nearly rests ends nowhere nearer, Newton's method with a
 /// strong proximal term does. `scale`: a velocity beside which the residual is so small that Newton's method
 /// goes first [m/s].
@@ -88,7 +88,7 @@ contact::SolveReport solve_closer(contact::ContactSolver& solver, contact::Conta
 
 /// What is taken where its search stalls leaves residuals of one sign, which add up along a tower: sinking by
 /// them and lifted again, it would move by itself. Of more than `bearable` unearned work [J; `most` is what a
-/// step may have] the whole search of smaller heaps solves the problem.
+/// step may have] the whole search of smaller islands solves the problem.
 contact::SolveReport solve_soundly(contact::ContactSolver& solver, contact::ContactProblem& problem,
                                    const contact::SolveSettings& settings, double most, double bearable) {
   if (!(settings.stalled > 0)) return solver.solve(problem, settings);
@@ -115,7 +115,7 @@ bool ProblemSolver::solve(double h, Effort effort) {
     step_.problem.v = step_.problem.v_hat;
     return true;
   }
-  const bool small = step_.problem.contacts.size() <= many_contacts && !in_.crowded,
+  const bool small = step_.problem.contacts.size() <= many_contacts && !in_.time_stepping,
              still = step_.fastest <
                      1e-6 * in_.scale.speed;  // a certificate of rest is only as good as its residual
   // What is left unsolved of a bond is a motion that the next step stops, by more than the bond may bear.
@@ -127,8 +127,8 @@ bool ProblemSolver::solve(double h, Effort effort) {
                    .small = small,
                    .still = still,
                    .provisional = effort == Effort::provisional,
-                   .heap = in_.in_heap(),
-                   .large = in_.in_vast_heap() && !bonded,
+                   .heap = in_.time_stepped(),
+                   .large = in_.very_large() && !bonded,
                    // Explicit sub-steps at structures lie far below what the accuracy asks, and nothing is
                    // located within them: no round-off either.
                    .sub_step = h > 0 && !in_.condensed && !in_.island->structures.empty(),
@@ -136,7 +136,7 @@ bool ProblemSolver::solve(double h, Effort effort) {
                    .sprung = step_.sprung,
                    .speed = in_.scale.speed,
                    .fastest = fastest_among(in_, step_),
-                   .at_rest = still_speed(in_.model, h),
+                   .at_rest = rest_speed(in_.model, h),
                    .length = in_.scale.length,
                    .gravity = in_.model.gravity.norm(),
                    .accuracy = in_.settings.accuracy};
@@ -149,7 +149,7 @@ bool ProblemSolver::solve(double h, Effort effort) {
     step.largest_bias = std::max(step.largest_bias, c.bias.cwiseAbs().maxCoeff());
   contact::SolveSettings settings = how_closely(step);
   Counters& n = report_.counters;
-  const bool moves = h > 0 && in_.in_heap() && !small && !still;
+  const bool moves = h > 0 && in_.time_stepped() && !small && !still;
   double weight = 0;  // [N]
   for (const Body& b : step_.bodies)
     weight += in_.model.blocks[static_cast<std::size_t>(b.block)].mass * in_.model.gravity.norm();
@@ -178,7 +178,7 @@ bool ProblemSolver::solve(double h, Effort effort) {
                  last_resort || (effort == Effort::repeated && r.residual > 0.5 * step_.solution.residual);
   step_.solution.residual = r.residual;
   step_.solution.unsolved_speed = r.residual * settings.velocity_scale;
-  step_.solution.stalled = r.stalled;
+  step_.solution.stagnated = r.stalled;
   step_.solution.certified = judge(step, settings, {.no_better = no_better, .last_resort = last_resort}, r);
   if (!r.converged && last_resort && h > 0) {  // impulses of no duration are left to the step
     // The convex problem alone: it has a solution always, which takes energy as it must but lifts what

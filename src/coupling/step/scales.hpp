@@ -19,7 +19,7 @@ struct Scales {
   double near_gap() const {
     return std::max(touch_gap(), contact::tolerances().near_gap * accuracy * length);
   }
-  /// Touches that cannot close within a step of a heap are rows all the same so near [m].
+  /// Touches that cannot close within a step of a time-stepped island are rows all the same so near [m].
   double row_reach() const { return contact::tolerances().row_reach * length; }
   /// Overlap by features that were no rows, left to the projection [m].
   double unseen() const { return std::min(row_reach(), 5 * accuracy * length); }
@@ -41,7 +41,7 @@ struct Scales {
   bool left_open(const Touch& t) const { return t.at.gap > contact::tolerances().located_gap * length; }
   double closing_speed() const { return part_of_none() * speed; }
   /// Most that a step of length h corrects of a spring's place at a structure [m].
-  double lead_out(double h) const { return 1e-3 * speed * h; }
+  double offset_correction(double h) const { return 1e-3 * speed * h; }
 };
 
 }  // namespace talus::coupling

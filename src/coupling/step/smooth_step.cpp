@@ -90,9 +90,9 @@ SmoothStep::SmoothStep(IslandContext& in, Step& step, RowAssembly& assembly, Pro
                        BodyUpdate& update)
     : in_(in), step_(step), assembly_(assembly), solver_(solver), update_(update) {}
 
-SmoothStep::Outcome SmoothStep::solve(double h, bool lumped, int passes, bool last_resort) {
+SmoothStep::Outcome SmoothStep::solve(double h, bool time_stepped, int passes, bool last_resort) {
   Outcome out;
-  choose_spring_rules(in_, step_, h, lumped);
+  choose_spring_rules(in_, step_, h, time_stepped);
   find_pressed(in_, step_);
   to_half_steps(in_, step_, h);
   begin_step(in_, step_, h, false);
@@ -104,14 +104,15 @@ SmoothStep::Outcome SmoothStep::solve(double h, bool lumped, int passes, bool la
   constexpr int most_passes = 12;  // while a spring's law is not met at the indentation reached
   bool solved = true, followed = true;
   for (int pass = 0; pass < most_passes; ++pass) {
-    assembly_.assemble(h, lumped, pass == 0);
-    if (lumped && in_.jammed() && !in_.in_large_heap()) ask_for_no_motion(step_.touches, step_.problem, h);
+    assembly_.assemble(h, time_stepped, pass == 0);
+    if (time_stepped && in_.over_constrained() && !in_.large())
+      ask_for_no_motion(step_.touches, step_.problem, h);
     const Effort effort = last_resort         ? Effort::last_resort
                           : pass + 1 < passes ? Effort::provisional
                           : solved            ? Effort::full
                                               : Effort::repeated;
     solved = solver_.solve_rolling(h, effort);
-    if (!solved && lumped && (in_.leapfrog() || last_resort) &&
+    if (!solved && time_stepped && (in_.leapfrog() || last_resort) &&
         ask_for_no_motion(step_.touches, step_.problem, h)) {
       ++in_.unsolved;
       solved = solver_.solve_rolling(h, effort);
@@ -124,7 +125,7 @@ SmoothStep::Outcome SmoothStep::solve(double h, bool lumped, int passes, bool la
              step_.problem.contacts[static_cast<std::size_t>(t.row)].bias[0] < 0;
     };
     for (const Touch& t : step_.touches)
-      if (lumped && t.row >= 0 && t.stiffness == 0) hard.push_back(t.row);
+      if (time_stepped && t.row >= 0 && t.stiffness == 0) hard.push_back(t.row);
     for (const double left : {0.5, 0.0}) {
       if (!solved || !give_energy(step_.problem, hard)) break;
       bool any = false;
@@ -134,7 +135,7 @@ SmoothStep::Outcome SmoothStep::solve(double h, bool lumped, int passes, bool la
       if (!any) break;
       solved = solver_.solve_rolling(h, effort);
     }
-    if (!solved && (lumped || pass + 1 >= most_passes || step_.solution.residual > 1e-7)) return out;
+    if (!solved && (time_stepped || pass + 1 >= most_passes || step_.solution.residual > 1e-7)) return out;
     update_.apply(h);
     if (!finite_bodies(in_, step_)) return out;
     balance_springs(in_, step_, h);
@@ -147,7 +148,7 @@ SmoothStep::Outcome SmoothStep::solve(double h, bool lumped, int passes, bool la
     }
     if (step_.problem.contacts.empty()) break;
     // Of time-stepped islands where the turning of the slip adds more to the error than a step may have.
-    const bool turns = in_.condensed || !lumped || pass > 0 ||
+    const bool turns = in_.condensed || !time_stepped || pass > 0 ||
                        friction_direction_error(in_, step_, h) > in_.scale.error_limit();
     const bool swung = !turns || turn_friction(in_, step_, pass == 0);
     followed = laws_met(in_, step_, h);

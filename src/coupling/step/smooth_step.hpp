@@ -15,7 +15,7 @@ class SmoothStep {
   SmoothStep(IslandContext& in, Step& step, RowAssembly& assembly, ProblemSolver& solver, BodyUpdate& update);
   /// From the present state over h, in at least so many passes; works are accounted for. Where it is not ok
   /// the state is of no use.
-  Outcome solve(double h, bool lumped, int passes, bool last_resort = false);
+  Outcome solve(double h, bool time_stepped, int passes, bool last_resort = false);
 
  private:
   IslandContext& in_;

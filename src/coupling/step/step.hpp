@@ -82,7 +82,7 @@ struct NodeBody {
 };
 
 /// The touched nodes of a structure in a condensed step, ascending, with their inverse mass W: one body.
-struct Skin {
+struct CondensedSurface {
   int structure;
   std::vector<int> node;
   MatX inverse;
@@ -105,7 +105,7 @@ struct NodeShare {
 /// What the last contact problem's solution is good for.
 struct Solution {
   bool certified = true;      // as close as a proof of rest asks
-  bool stalled = false;       // the search for it got no farther than what is taken
+  bool stagnated = false;     // the search for it got no farther than what is taken
   double unsolved_speed = 0;  // what it leaves [m/s]
   double residual = 0;        // relative to the problem's velocity scale
 };
@@ -122,7 +122,8 @@ struct Step {
   // The contact problem: bodies, then nodes or skins of structures.
   contact::ContactProblem problem;
   std::vector<NodeBody> nodes;
-  std::vector<Skin> skins;  // of the condensed regime, one body each in place of nodes
+  std::vector<CondensedSurface>
+      condensed_surfaces;  // of the condensed regime, one body each in place of nodes
   std::vector<HeldShare> held;
   std::size_t rocking_rows = 0;  // last of the problem's contacts (add_rocking_rows)
   Solution solution;

@@ -57,9 +57,9 @@ double apart_for(const IslandContext& in, const Body& body) {
 
 }  // namespace
 
-double step_limit(const IslandContext& in, const Step& step, double remaining, bool lumped) {
+double step_limit(const IslandContext& in, const Step& step, double remaining, bool time_stepped) {
   if (in.settings.fixed_step > 0) return in.settings.fixed_step;
-  if (!lumped) {
+  if (!time_stepped) {
     double h = any_contact(in, step) && step.suggested > 0 ? step.suggested : remaining;
     // In flight the onset search follows chords: half a radian at most, of what may meet anything within the
     // step however it turns.

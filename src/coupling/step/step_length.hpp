@@ -16,8 +16,9 @@ inline bool hard_alone(const std::vector<Touch>& touches) {
   return std::all_of(touches.begin(), touches.end(), [](const Touch& t) { return t.stiffness == 0; });
 }
 
-/// Longest step by what moves; `lumped`: of a time-stepped island, else as far as onsets are located [s].
-double step_limit(const IslandContext& in, const Step& step, double remaining, bool lumped);
+/// Longest step by what moves; `time_stepped`: of a time-stepped island, else as far as onsets are located
+/// [s].
+double step_limit(const IslandContext& in, const Step& step, double remaining, bool time_stepped);
 
 /// Step at structures: equal parts of the macro step below the stable step, halved as the contacts ask. They
 /// are lengthened again by little at a time: a leapfrog whose step jumps near its stable one feeds its

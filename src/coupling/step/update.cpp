@@ -11,7 +11,7 @@
 namespace talus::coupling {
 namespace {
 
-void confine(const IslandContext& in, Step& step, const Touch& t, const contact::ProblemContact& c) {
+void hold_direction(const IslandContext& in, Step& step, const Touch& t, const contact::ProblemContact& c) {
   // Takes from the free directions of both blocks what this spring or hard joint holds: its normal, and all
   // where a shear spring sticks.
   const bool slides = at_coulomb_bound(c, t.impulse);
@@ -199,7 +199,7 @@ void BodyUpdate::apply(double h) {
     for (const Touch& t : step_.touches)
       if (t.row >= 0 && (t.mode == Mode::spring_end || (step_.sprung && t.stiffness == 0)) && t.b >= 0 &&
           t.impulse[0] > 0)
-        confine(in_, step_, t, step_.problem.contacts[static_cast<std::size_t>(t.row)]);
+        hold_direction(in_, step_, t, step_.problem.contacts[static_cast<std::size_t>(t.row)]);
   step_.each_body([&](Body& b) { move_body(in_, b, h); });
 }
 

@@ -140,7 +140,7 @@ WorkAccount::Slip WorkAccount::slip(const contact::ProblemContact& c) const {
       const std::size_t part = static_cast<std::size_t>(term.body) - step.bodies.size();
       s.last += j * end;
       if (in.condensed)
-        s.structure += j * (0.5 * (step.skins[part].v_before + end));
+        s.structure += j * (0.5 * (step.condensed_surfaces[part].v_before + end));
       else
         s.structure += j * (0.5 * (step.nodes[part].v_before + end));
     }

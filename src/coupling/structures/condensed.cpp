@@ -114,7 +114,7 @@ double condensed_length(const IslandContext& in, Step& step, ContactSearch& sear
     // least of all.
     const double omega = std::sqrt(12 * in.settings.accuracy) / limit;
     double fastest = 0;
-    for (const Vec3& v : in.skin(s).velocities) fastest = std::max(fastest, v.norm());
+    for (const Vec3& v : in.surface(s).velocities) fastest = std::max(fastest, v.norm());
     if (fastest <= 0.1 * in.settings.accuracy * in.scale.length * omega)
       limit = std::max({limit, 0.8 / omega, 4 * least_gain * structure.critical_step()});
     explicit_step = std::min(explicit_step, structure.critical_step());
@@ -149,11 +149,11 @@ double condensed_length(const IslandContext& in, Step& step, ContactSearch& sear
   return begun(std::min(h, remaining));
 }
 
-void gather_skins(const IslandContext& in, Step& step) {
-  step.skins.clear();
+void gather_condensed_surfaces(const IslandContext& in, Step& step) {
+  step.condensed_surfaces.clear();
   for (int s : in.island->structures) {
     StructurePart& part = in.env.structures[static_cast<std::size_t>(s)];
-    Skin skin;
+    CondensedSurface skin;
     skin.structure = s;
     for (const Touch& t : step.touches) {
       if (t.b < 0 || t.a.kind != Partner::Kind::structure || t.a.index != s) continue;
@@ -177,7 +177,7 @@ void gather_skins(const IslandContext& in, Step& step) {
       skin.v_hat.segment<3>(3 * i) = part.structure->predicted_velocity(node);
       skin.v_before.segment<3>(3 * i) = part.structure->node_velocity(node);
     }
-    step.skins.push_back(std::move(skin));
+    step.condensed_surfaces.push_back(std::move(skin));
   }
 }
 
@@ -220,7 +220,7 @@ double condensed_error(const IslandContext& in, const Step& step, double h) {
   return h / 12 * largest / in.scale.length;
 }
 
-void update_skin_approaches(const IslandContext& in, Step& step) {
+void update_surface_approaches(const IslandContext& in, Step& step) {
   for (Touch& t : step.touches)
     if (t.b >= 0 && in.deformable_structure(t))
       t.approach = t.at.normal.dot(point_velocity(in.state, t.b, t.at.point_b) -
@@ -246,9 +246,9 @@ bool correct_condensed(const IslandContext& in, const Step& step, double t, doub
   return taken;
 }
 
-double skin_speed(const IslandContext& in, const Step& step) {
+double surface_speed(const IslandContext& in, const Step& step) {
   double fastest = 0;
-  for (const Skin& skin : step.skins)
+  for (const CondensedSurface& skin : step.condensed_surfaces)
     for (const int node : skin.node)
       fastest = std::max(
           fastest,

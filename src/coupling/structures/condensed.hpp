@@ -17,7 +17,7 @@ namespace talus::coupling {
 bool strikes_structure(const IslandContext& in, const Step& step, double t, double h);
 
 /// Nodes that the touches at hand may press on, and their compliance.
-void gather_skins(const IslandContext& in, Step& step);
+void gather_condensed_surfaces(const IslandContext& in, Step& step);
 
 /// Speed at which a hard contact may still approach at the end of a condensed step [m/s]; negative: it has to
 /// leave. Positions follow the mean velocity: it may bring the gap to zero and no further, and what lies
@@ -34,10 +34,10 @@ double condensed_error(const IslandContext& in, const Step& step, double h);
 
 /// Normal speeds at the skins as the condensed step at hand begins: what it does not resolve of their
 /// velocities is gone.
-void update_skin_approaches(const IslandContext& in, Step& step);
+void update_surface_approaches(const IslandContext& in, Step& step);
 
 /// A block at rest on a structure at rest moves as the skin below it does.
-double skin_speed(const IslandContext& in, const Step& step);
+double surface_speed(const IslandContext& in, const Step& step);
 
 /// Hands the impulses to the structures; if one may not take them all are as they were, and it is told that
 /// it was struck.

@@ -54,7 +54,7 @@ StepToSolve standing() {
   step.still = step.heap = step.blocks = true;
   step.length = 1;
   step.speed = 4.4;  // sqrt(2 g L)
-  step.at_rest = still_speed(on_earth(), h);
+  step.at_rest = rest_speed(on_earth(), h);
   step.gravity = 9.81;
   step.accuracy = 1e-3;
   return step;

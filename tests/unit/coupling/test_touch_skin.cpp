@@ -89,7 +89,7 @@ TriangleSurface sheet(int n, double height, bool up) {
 
 /// Of two skins whose indices follow only what lies near the other, nodes and faces are found as if they
 /// followed all, also after both have moved.
-TEST(SkinFocus, FindsWhatTheWholeSkinFinds) {
+TEST(SurfaceFocus, FindsWhatTheWholeSkinFinds) {
   constexpr double reach = 0.4, followed = 0.8;
   TriangleSurface below = sheet(12, 0, true), above = sheet(3, 0.3, false);
   for (Vec3& x : above.vertices) x += Vec3(6.3, 5.2, 0);

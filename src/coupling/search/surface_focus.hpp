@@ -8,9 +8,9 @@
 
 namespace talus::coupling {
 
-class SkinFocus {
+class SurfaceFocus {
  public:
-  SkinFocus(const IslandContext& in, const Step& step);
+  SurfaceFocus(const IslandContext& in, const Step& step);
   /// Of a macro step: everywhere, or where structures alone go on with what the last one followed.
   void begin();
   /// Before a search with the reach of h: chooses anew what is followed once blocks and skins may have moved
@@ -19,7 +19,7 @@ class SkinFocus {
   void end();
   bool active() const { return followed_ >= 0; }
   /// Bound on how far the skins have moved since the macro step began [m].
-  double skin_travel() const { return skin_travel_; }
+  double surface_travel() const { return surface_travel_; }
 
  private:
   struct Need {
@@ -42,8 +42,8 @@ class SkinFocus {
       -1;  // how far from those blocks skins are followed, 0 without blocks [m]; negative: everywhere
   double followed_skins_ = 0;                      // how far from each other's faces [m]
   std::vector<std::uint64_t> followed_revisions_;  // of the island's skins as they were chosen
-  double skin_path_ = 0;                           // bound on how far the skins have moved since then [m]
-  double skin_travel_ = 0;                         // and since the macro step began [m]
+  double surface_path_ = 0;                        // bound on how far the skins have moved since then [m]
+  double surface_travel_ = 0;                      // and since the macro step began [m]
 };
 
 }  // namespace talus::coupling

@@ -1,6 +1,6 @@
 // Explicit sub-steps follow only the part of a skin that the blocks can come near before it is chosen anew:
 // of a viaduct under one boulder a few faces in a hundred.
-#include "coupling/search/skin_focus.hpp"
+#include "coupling/search/surface_focus.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -59,21 +59,21 @@ std::vector<std::uint64_t> met_by(const IslandContext& in, int structure) {
 
 }  // namespace
 
-SkinFocus::SkinFocus(const IslandContext& in, const Step& step) : in_(in), step_(step) {}
+SurfaceFocus::SurfaceFocus(const IslandContext& in, const Step& step) : in_(in), step_(step) {}
 
-void SkinFocus::begin() {
+void SurfaceFocus::begin() {
   followed_ = -1;
-  skin_path_ = skin_travel_ = 0;
+  surface_path_ = surface_travel_ = 0;
   seen_.clear();
   go_on();
 }
 
-bool SkinFocus::follow(double h) {
-  const double fastest = in_.fastest_skin();
+bool SurfaceFocus::follow(double h) {
+  const double fastest = in_.fastest_surface();
   const double path =
       2 * step_.length * fastest;  // of the step just made: twice, since its start may have been faster
-  skin_path_ += path;
-  skin_travel_ += path;
+  surface_path_ += path;
+  surface_travel_ += path;
   const Need need = needed(h, fastest);
   if (serves(need)) return false;
   followed_ = in_.island->blocks.empty() ? 0 : steps_ahead * need.blocks;
@@ -84,14 +84,14 @@ bool SkinFocus::follow(double h) {
 
 /// How far skins are to be followed from blocks, twice the reach about the end of the step as well, and by
 /// how much farther than in_.scale.surface_reach() from each other [m].
-SkinFocus::Need SkinFocus::needed(double h, double fastest) const {
+SurfaceFocus::Need SurfaceFocus::needed(double h, double fastest) const {
   double need = 0;
   for (const CandidatePair& pair : in_.island->pairs)
-    if (in_.moving_skin(pair.a)) need = std::max(need, reach_of(in_, pair.b, h));
+    if (in_.moving_surface(pair.a)) need = std::max(need, reach_of(in_, pair.b, h));
   return {4 * (need + h * fastest) + 4e-3 * in_.scale.length, 8 * h * fastest};
 }
 
-bool SkinFocus::serves(const Need& need) const {
+bool SurfaceFocus::serves(const Need& need) const {
   if (followed_ < 0) return false;
   double moved = 0;
   for (const Seen& b : seen_) {
@@ -101,16 +101,16 @@ bool SkinFocus::serves(const Need& need) const {
                                                             (in_.state.q[k] * b.q.conjugate()).vec().norm());
   }
   if (!in_.island->blocks.empty() &&
-      (moved + skin_path_ + need.blocks > followed_ || followed_ > 4 * steps_ahead * need.blocks))
+      (moved + surface_path_ + need.blocks > followed_ || followed_ > 4 * steps_ahead * need.blocks))
     return false;
   if (in_.island->surfaces.empty()) return true;
   for (std::size_t i = 0; i < in_.island->structures.size(); ++i)  // new faces lie where none was chosen
-    if (in_.skin(in_.island->structures[i]).revision != followed_revisions_[i]) return false;
-  return in_.scale.surface_reach() + need.skins + 2 * skin_path_ <= followed_skins_;
+    if (in_.surface(in_.island->structures[i]).revision != followed_revisions_[i]) return false;
+  return in_.scale.surface_reach() + need.skins + 2 * surface_path_ <= followed_skins_;
 }
 
-void SkinFocus::choose() {
-  skin_path_ = 0;
+void SurfaceFocus::choose() {
+  surface_path_ = 0;
   seen_.clear();
   followed_revisions_.clear();
   for (const int s : in_.island->structures) {
@@ -122,32 +122,32 @@ void SkinFocus::choose() {
       boxes.push_back(contact::bounds(*in_.model.blocks[k].shape, dda::pose(in_.state, pair.b), followed_));
       seen_.push_back({pair.b, in_.state.c[k], in_.state.q[k]});
     }
-    const Box3 box = box_of(in_.skin(s));
+    const Box3 box = box_of(in_.surface(s));
     for (const SurfacePair& pair : in_.island->surfaces) {
       const bool of_a = pair.a == Partner{Partner::Kind::structure, s};
       if (pair.b != s && !of_a) continue;
       if (of_a)
-        boxes_near(in_.skin(pair.b), box, followed_skins_, boxes);
+        boxes_near(in_.surface(pair.b), box, followed_skins_, boxes);
       else if (pair.a.kind == Partner::Kind::structure)
-        boxes_near(in_.skin(pair.a.index), box, followed_skins_, boxes);
+        boxes_near(in_.surface(pair.a.index), box, followed_skins_, boxes);
       else
-        boxes_near(in_.skin(s), in_.env, ground_of(in_.env, pair.a), followed_skins_, boxes);
+        boxes_near(in_.surface(s), in_.env, ground_of(in_.env, pair.a), followed_skins_, boxes);
     }
-    part.index->focus(in_.skin(s), std::move(boxes));
-    followed_revisions_.push_back(in_.skin(s).revision);
+    part.index->focus(in_.surface(s), std::move(boxes));
+    followed_revisions_.push_back(in_.surface(s).revision);
   }
 }
 
 /// Structures alone go on with what the last macro step followed. (Blocks do not: what they may meet is
 /// planned between stretches by whole skins.)
-void SkinFocus::go_on() {
+void SurfaceFocus::go_on() {
   if (!in_.island->blocks.empty()) return;
   followed_revisions_.clear();
   double between = std::numeric_limits<double>::infinity(), path = 0;
   for (const int s : in_.island->structures) {
     const StructurePart::Followed& last = in_.env.structures[static_cast<std::size_t>(s)].followed;
     const std::vector<std::uint64_t> partners = met_by(in_, s);
-    if (last.between < 0 || last.revision != in_.skin(s).revision ||
+    if (last.between < 0 || last.revision != in_.surface(s).revision ||
         !std::includes(last.partners.begin(), last.partners.end(), partners.begin(), partners.end()))
       return;
     between = std::min(between, last.between);
@@ -156,19 +156,19 @@ void SkinFocus::go_on() {
   }
   followed_ = 0;
   followed_skins_ = between;
-  skin_path_ = path;
+  surface_path_ = path;
 }
 
-void SkinFocus::end() {
+void SurfaceFocus::end() {
   if (followed_ < 0) return;
-  const double path = skin_path_ + 2 * step_.length * in_.fastest_skin();
+  const double path = surface_path_ + 2 * step_.length * in_.fastest_surface();
   for (std::size_t i = 0; i < in_.island->structures.size(); ++i) {
     const int s = in_.island->structures[i];
     StructurePart& part = in_.env.structures[static_cast<std::size_t>(s)];
     if (in_.island->blocks.empty())
       part.followed = {followed_skins_, path, followed_revisions_[i], met_by(in_, s)};
     else
-      part.index->unfocus(in_.skin(s));
+      part.index->unfocus(in_.surface(s));
   }
   followed_ = -1;
 }
