@@ -26,6 +26,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <optional>
 
 #include "contact/tolerances.hpp"
@@ -254,6 +255,21 @@ double error_by_ends(const IslandContext& in, const Step& step, double h, std::s
     worst = std::max(worst, std::max(fall_time(in, b.block), h) * speed / step_error(in, b.block));
   }
   return worst;
+}
+
+double error_by_end_rule(const IslandContext& in, const Step& step, double h) {
+  double fastest = 0;
+  for (const Body& b : step.bodies) {
+    if (!b.end_rule && !b.strains_at_end) continue;
+    const double radius = in.model.blocks[static_cast<std::size_t>(b.block)].shape->radius;
+    const auto swings = [&](const Vec12& v) {
+      const Vec3 moves = v.head<3>();
+      return (b.end_rule ? (moves - b.along * moves).norm() : 0.0) +
+             (b.ndof == 12 ? radius * v.tail<6>().norm() : 0.0);
+    };
+    fastest = std::max({fastest, swings(b.v0), swings(b.v_solved)});
+  }
+  return 0.5 * std::numbers::pi * h * fastest / (in.settings.accuracy * in.scale.length);
 }
 
 }  // namespace talus::coupling

@@ -112,6 +112,7 @@ bool StepControl::take(Trial& trial) {
     double by_ends = 0;  // error by the accelerations at both ends, over what it may be
     if (ahead && allowed_ && (allowed_at_end = allowed_accelerations(in_, step_, report_, solver_.solver())))
       by_ends = error_by_ends(in_, step_, trial.h, *allowed_, *allowed_at_end);
+    if (trial.adaptive) by_ends = std::max(by_ends, error_by_end_rule(in_, step_, trial.h));
     if (by_ends > 1 && may_shorten(trial)) {
       reject_step(in_, step_, report_);
       trial.h *= std::clamp(0.9 / std::sqrt(by_ends), 0.1, 0.7);
