@@ -183,6 +183,8 @@ void convert(const std::string& in, const std::string& out) {
   const std::string path = part.value_or("/history/blocks");
   const std::string from = std::filesystem::path(file).extension().string(),
                     to = std::filesystem::path(out).extension().string();
+  if (std::error_code ignored; !std::filesystem::exists(file, ignored))
+    throw bad_file(file, {}, "there is no such file", "name the file that is to be converted");
   if (from != ".h5" && from != ".hdf5")
     throw bad_file(in, {}, "cannot be converted into that",
                    "convert results.h5#/path to .csv, results.h5#/history/blocks to .geojson, "
