@@ -395,9 +395,6 @@ bool CoupledSystem::meets_others(double duration, const IslandPlan& p, SystemSta
     for (const Island& island : of.islands)
       for (const CandidatePair& pair : island.pairs)
         pairs.push_back({static_cast<int>(pair.a.kind), pair.a.index, pair.b});
-    for (const Island& island : of.islands)
-      for (const SurfacePair& pair : island.surfaces)  // structures are numbered below the blocks
-        pairs.push_back({static_cast<int>(pair.a.kind), pair.a.index, -1 - pair.b});
     for (const auto& [a, b] : of.beside) pairs.push_back({static_cast<int>(Partner::Kind::block), a, b});
     std::sort(pairs.begin(), pairs.end());
     return pairs;

@@ -430,8 +430,8 @@ std::vector<std::string> Simulation::plan() const {
       std::any_of(s.structures.begin(), s.structures.end(),
                   [](const StructureSpec& q) { return q.damage != "none" || q.kind == "viaduct"; }))
     lines.push_back(
-        "Fragments: off; parts that lose their support stay in the mesh, and sink through the ground from "
-        "then on (the run warns of it).");
+        "Fragments: off; parts that lose their support stay in the mesh and fall as parts of it from then on "
+        "(the run warns of it).");
   for (std::size_t i = 0; i < s.structures.size(); ++i)
     if (std::string line = fineness_line(s.structures[i]); !line.empty()) lines.push_back(std::move(line));
   bool springs = false, restitution = false, cohesion = false;

@@ -282,11 +282,12 @@ std::vector<std::string> World::take_warnings() {
     const Vec3& x = lost.centroid;
     list.push_back(
         fmt::format("{}: {:.3g} t of it ({:.0f} %, about [{:.4g}, {:.4g}, {:.4g}]) have lost their support "
-                    "by t = {:.4g} s and stay in the mesh ({}): nothing holds them, they sink "
-                    "through the ground, slowed by the structure's damping. Their motion from here on is "
-                    "void; {} lets them fall as blocks",
+                    "by t = {:.4g} s and stay in the mesh ({}): {}, slowed by the structure's damping. Their "
+                    "motion from here on is void; {} lets them fall as blocks",
                     scene.structures[q].name, lost.mass / 1e3, 100 * lost.share, x.x(), x.y(), x.z(), time(),
                     one_way ? "coupling.scheme = \"one-way\"" : "coupling.fragments = false",
+                    structures[q].grounds.empty() ? "nothing holds them, they sink through the ground"
+                                                  : "they fall as parts of it",
                     one_way ? "coupling.scheme = \"two-way\"" : "coupling.fragments = true"));
   }
   return list;
