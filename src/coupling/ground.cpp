@@ -17,14 +17,13 @@ const Plane& plane_of(const Environment& env, const Ground& ground) {
   return env.planes[static_cast<std::size_t>(ground.partner.index)];
 }
 
-/// The nearest point of the ground, on either side.
+/// The nearest point of the ground, outside within `margin`; inside a plane however deep.
 bool nearest(const Environment& env, const Ground& ground, const Vec3& x, const Vec3& outward, double margin,
              contact::ContactPoint& out) {
   if (ground.faces) return contact::node_surface(*ground.faces, x, outward, margin, out);
   const Plane& plane = plane_of(env, ground);
   const double gap = plane.normal.dot(x - plane.point);
-  if (std::abs(gap) > margin || (!outward.isZero(0) && plane.normal.dot(outward) > contact::node_faces))
-    return false;
+  if (gap > margin || (!outward.isZero(0) && plane.normal.dot(outward) > contact::node_faces)) return false;
   out.gap = gap;
   out.normal = plane.normal;
   out.point_b = x;
@@ -100,20 +99,21 @@ bool node_ground(const Environment& env, const Ground& ground, const Structure& 
 bool may_come_to(const Environment& env, const Ground& ground, const Structure& structure, double reach) {
   const TriangleSurface& skin = structure.surface();
   if (skin.triangles.empty()) return false;
-  reach += contact::tolerances().structure_near * face_edge(skin, 0);  // what rests there stays
+  const double edge = face_edge(skin, 0), margin = std::max(reach, 0.5 * edge);  // what has sunk in stays
+  reach += contact::tolerances().structure_near * edge;                          // and what rests there
   Box3 box;
   for (const Vec3& x : skin.vertices) box.extend(x);
-  box.min().array() -= reach;
-  box.max().array() += reach;
+  box.min().array() -= margin;
+  box.max().array() += margin;
   if (!reaches(env, ground, box)) return false;
   for (std::size_t v = 0; v < skin.vertices.size(); ++v) {
     if (skin.nodes[v].count != 1) continue;
     const int node = skin.nodes[v].node[0];
     const Vec3& x = skin.vertices[v];
-    const Box3 here(x.array() - reach, x.array() + reach);
+    const Box3 here(x.array() - margin, x.array() + margin);
     if (!reaches(env, ground, here) || !std::isfinite(structure.node_mass(node))) continue;
-    if (contact::ContactPoint at; nearest(env, ground, x, Vec3::Zero(), reach, at) &&
-                                  !founded(env, ground, structure.node_built(node), at, reach))
+    if (contact::ContactPoint at; nearest(env, ground, x, Vec3::Zero(), margin, at) && at.gap <= reach &&
+                                  !founded(env, ground, structure.node_built(node), at, margin))
       return true;
   }
   return false;

@@ -14,15 +14,16 @@ namespace talus::coupling {
 namespace {
 constexpr double steps_ahead = 16;  // the followed part reaches so many times as far as one step asks for
 
-/// Appends the boxes of a skin's faces, grown by `by`, that meet another box.
-void boxes_near(const TriangleSurface& skin, const Box3& other, double by, std::vector<Box3>& out) {
-  for (std::size_t t = 0; t + 3 < skin.triangles.size(); t += 4) {
+/// Appends the boxes of a surface's faces, grown by `by`, of which `meets` says so.
+template <class Meets>
+void boxes_near(const TriangleSurface& surface, double by, std::vector<Box3>& out, Meets&& meets) {
+  for (std::size_t t = 0; t + 3 < surface.triangles.size(); t += 4) {
     Box3 box;
     for (std::size_t k = 0; k < 4; ++k)
-      box.extend(skin.vertices[static_cast<std::size_t>(skin.triangles[t + k][0])]);
+      box.extend(surface.vertices[static_cast<std::size_t>(surface.triangles[t + k][0])]);
     box.min().array() -= by;
     box.max().array() += by;
-    if (box.intersects(other)) out.push_back(box);
+    if (meets(box)) out.push_back(box);
   }
 }
 
@@ -30,18 +31,6 @@ Box3 box_of(const TriangleSurface& skin) {
   Box3 box;
   for (const Vec3& x : skin.vertices) box.extend(x);
   return box;
-}
-/// Appends the boxes of a skin's faces, grown by `by`, that meet a ground.
-void boxes_near(const TriangleSurface& skin, const Environment& env, const Ground& ground, double by,
-                std::vector<Box3>& out) {
-  for (std::size_t t = 0; t + 3 < skin.triangles.size(); t += 4) {
-    Box3 box;
-    for (std::size_t k = 0; k < 4; ++k)
-      box.extend(skin.vertices[static_cast<std::size_t>(skin.triangles[t + k][0])]);
-    box.min().array() -= by;
-    box.max().array() += by;
-    if (reaches(env, ground, box)) out.push_back(box);
-  }
 }
 
 /// Structures and grounds of the island that may touch this one, ascending by their numbers.
@@ -126,12 +115,12 @@ void SurfaceFocus::choose() {
     for (const SurfacePair& pair : in_.island->surfaces) {
       const bool of_a = pair.a == Partner{Partner::Kind::structure, s};
       if (pair.b != s && !of_a) continue;
-      if (of_a)
-        boxes_near(in_.surface(pair.b), box, followed_skins_, boxes);
-      else if (pair.a.kind == Partner::Kind::structure)
-        boxes_near(in_.surface(pair.a.index), box, followed_skins_, boxes);
+      if (of_a || pair.a.kind == Partner::Kind::structure)
+        boxes_near(in_.surface(of_a ? pair.b : pair.a.index), followed_skins_, boxes,
+                   [&](const Box3& face) { return face.intersects(box); });
       else
-        boxes_near(in_.surface(s), in_.env, ground_of(in_.env, pair.a), followed_skins_, boxes);
+        boxes_near(in_.surface(s), followed_skins_, boxes,
+                   [&](const Box3& face) { return reaches(in_.env, ground_of(in_.env, pair.a), face); });
     }
     part.index->focus(in_.surface(s), std::move(boxes));
     followed_revisions_.push_back(in_.surface(s).revision);

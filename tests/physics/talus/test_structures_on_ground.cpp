@@ -74,6 +74,20 @@ TEST(StructuresOnGround, FreeCubeLandsOnTerrain) {
   EXPECT_GT(lowest(o), -1e-3);
 }
 
+/// On a soft ground it sinks in by far more than it moves in a step, and stays found: at rest by m g / k.
+TEST(StructuresOnGround, FreeCubeSinksIntoSoftGround) {
+  SceneText s(Method::by_accuracy(1e-3), 1.5, Vec3(0, 0, -9.81));
+  s.history(0.01)
+      .material("concrete", 2500, "young = 30e9\npoisson = 0.2")
+      .material("ground", 2600)
+      .interface("concrete", "ground", 0.5, "normal_stiffness = \"1e6 Pa/m\"\ndamping_ratio = 0.5");
+  s.raw(ground_plane);
+  s.raw(structure_box("cube", Vec3(1, 1, 1), Vec3(0.1, 0.05, 0.5), {4, 4, 4}, "concrete", unsupported));
+  const Outcome o = run_scene(s.str());
+  ASSERT_TRUE(o.ok()) << o.result.message;
+  EXPECT_NEAR(lowest(o), -2500 * 9.81 / 1e6, 2e-3);
+}
+
 /// A cantilever is pressed down onto a plane 0.1 m below its tip: it stops there.
 TEST(StructuresOnGround, CantileverBearsOnPlane) {
   SceneText s = over_ground(ground_plane, 0.3);
