@@ -119,7 +119,7 @@ void FemStructure::take_over(FemStructure& before) {
   time_ = before.time_, still_ = before.still_, still_since_ = before.still_since_,
   blow_time_ = before.blow_time_;
   reference_kinetic_ = before.reference_kinetic_, steps_taken_ = before.steps_taken_,
-  taken_by_starts_ = before.taken_by_starts_;
+  taken_by_condensed_ = before.taken_by_condensed_;
   if (bearings_ && bearings_->sites().size() == before.bearings_->sites().size()) {
     std::vector<double> state;
     before.bearings_->save(state);
