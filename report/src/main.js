@@ -44,10 +44,12 @@ addEventListener("afterprint", () => { setTheme(beforePrint); for (const d of fo
 // ---- summary
 $("title").textContent = summary.title || "Results";
 const states = { done: ["finished", "good"], "at rest": ["at rest", "good"], "all left": ["all blocks left", "warn"], interrupted: ["interrupted", "warn"], unfinished: ["unfinished", "warn"], failed: ["failed", "bad"] };
-const [word, kind] = states[summary.status] || [summary.status, "warn"];
+// A rock fall that ends by its duration while blocks move has no run-out yet.
+const goesOn = summary.status === "done" && !(summary.structures || []).length && (summary.headline || []).find((line) => /still moves? at the end/.test(line));
+const [word, kind] = goesOn ? ["still moving", "warn"] : states[summary.status] || [summary.status, "warn"];
 $("status").textContent = word;
 $("status").className = `chip ${kind}`;
-if (summary.message) $("status").title = summary.message;
+if (summary.message || goesOn) $("status").title = summary.message || goesOn;
 // A number keeps its unit on the same line.
 const tidy = (line) => line.replaceAll("m^3", "m³").replace(/(\d) (?=(s|m\/s|[GMkmµu]?(N|J|Pa)( [ms])?|m|m³)\b)/g, "$1\u00a0").replace(/\b([kMG]?N) ([ms])\b/g, "$1\u00a0$2");
 (summary.headline || []).forEach((line, i) => (i ? $("words") : $("headline")).append(make("p", { className: i ? "" : "first", textContent: tidy(line) })));
@@ -143,7 +145,7 @@ if (summary.structures && summary.structures.length) {
   const moving = blocks.filter((b) => b.end && !b.fixed), most = (key) => moving.reduce((a, b) => (b[key] > a[key] ? b : a), moving[0]);
   if (moving.length) {
     card("Blocks", String(moving.length), "", text(moving.reduce((a, b) => a + b.volume, 0), "m^3") + " in all");
-    card("Farthest run-out", most("runout").runout, "m", most("runout").name);
+    card(goesOn ? "Farthest so far" : "Farthest run-out", most("runout").runout, "m", goesOn ? `${most("runout").name}; ${goesOn.replace(/\.$/, "")}` : most("runout").name);
     card("Greatest drop", most("drop").drop, "m", most("drop").name);
     card("Greatest speed", most("max_speed").max_speed, "m/s", most("max_speed").name);
     card("Greatest energy", most("max_kinetic").max_kinetic, "J", most("max_kinetic").name);

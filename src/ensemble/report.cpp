@@ -466,14 +466,22 @@ class Page {
     return text + "</table>";
   }
 
+  /// Runs that could not be made, and why the first of them.
+  static std::string failures_of(const Json& f) {
+    const Json faults = f.value("faults", Json::array());
+    if (faults.empty()) return "";
+    return fmt::format("{} failed and {} left out; the first: {}", faults.size(),
+                       faults.size() == 1 ? "is" : "are", io::xml_text(faults.front().get<std::string>()));
+  }
+
   std::string fragility() const {
     if (!fs::exists(directory_ / "fragility.json")) return "";
     const Json f = io::read_json(directory_ / "fragility.json", "run talus fragility again");
-    std::string text =
-        "<h2>Damage of " + io::xml_text(f.value("structure", "")) + "</h2><p>" +
-        fmt::format("{} coupled runs. ", f["runs"].value("done", 0)) +
-        "</p><table><tr><th scope=\"col\">class of the worst member</th><th scope=\"col\">P per event</th>" +
-        (f.contains("per_year") ? "<th scope=\"col\">P per year</th>" : "") + "</tr>";
+    std::string text = "<h2>Damage of " + io::xml_text(f.value("structure", "")) + "</h2><p>" +
+                       fmt::format("{} coupled runs. ", f["runs"].value("done", 0)) + failures_of(f) + "</p>";
+    if (f["runs"].value("done", 0) == 0) return text;
+    text += "<table><tr><th scope=\"col\">class of the worst member</th><th scope=\"col\">P per event</th>";
+    text += f.contains("per_year") ? "<th scope=\"col\">P per year</th></tr>" : "</tr>";
     constexpr std::array names{"none", "slight", "moderate", "severe", "lost"};
     for (std::size_t k = 0; k < f["per_event"].size(); ++k) {
       text += fmt::format("<tr><td>{}{}</td><td>{}</td>", names[std::min<std::size_t>(4, k + 1)],

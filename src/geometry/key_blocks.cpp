@@ -32,6 +32,9 @@ bool pyramid_is_empty(const std::vector<BlockPlane>& planes) {
   return true;
 }
 
+/// What a face bears along itself without being pressed [N].
+double beside_friction(const BlockPlane& p) { return p.strength.cohesion * p.area + p.bridges; }
+
 }  // namespace
 
 KeyBlock key_block(const std::vector<BlockPlane>& given, double free_area, const Vec3& weight) {
@@ -43,7 +46,8 @@ KeyBlock key_block(const std::vector<BlockPlane>& given, double free_area, const
   for (const BlockPlane& p : given) {
     bool merged = false;
     for (BlockPlane& q : planes)
-      if (q.joint == p.joint && (q.normal - p.normal).norm() < 1e-9) q.area += p.area, merged = true;
+      if (q.joint == p.joint && (q.normal - p.normal).norm() < 1e-9)
+        q.area += p.area, q.bridges += p.bridges, merged = true;
     if (!merged) planes.push_back(p);
   }
   if (pyramid_is_empty(planes)) {
@@ -78,7 +82,7 @@ KeyBlock key_block(const std::vector<BlockPlane>& given, double free_area, const
     k.direction = s.normalized();
     k.normal_force_1 = -into * w;
     k.driving_force = s.norm() * w;
-    finish(k.normal_force_1 * std::tan(p.strength.friction) + p.strength.cohesion * p.area);
+    finish(k.normal_force_1 * std::tan(p.strength.friction) + beside_friction(p));
     return k;
   }
   for (std::size_t i = 0; i < planes.size(); ++i)
@@ -100,8 +104,8 @@ KeyBlock key_block(const std::vector<BlockPlane>& given, double free_area, const
       k.normal_force_1 = np * w;
       k.normal_force_2 = nq * w;
       k.driving_force = s.dot(r) * w;
-      finish(k.normal_force_1 * std::tan(p.strength.friction) + p.strength.cohesion * p.area +
-             k.normal_force_2 * std::tan(q.strength.friction) + q.strength.cohesion * q.area);
+      finish(k.normal_force_1 * std::tan(p.strength.friction) + beside_friction(p) +
+             k.normal_force_2 * std::tan(q.strength.friction) + beside_friction(q));
       return k;
     }
   return k;
@@ -129,8 +133,19 @@ std::vector<KeyBlock> key_blocks(const CutResult& cut, const KeyBlockOptions& op
     const int last = static_cast<int>(options.strength.size()) - 1;
     return options.strength[joint >= 0 ? std::min(joint, last) : last];
   };
+  // A plane without area for each of a block's sides of an interface with bridges: it joins the face there.
+  std::vector<std::vector<BlockPlane>> bridges(cut.blocks.size());
+  for (const CutInterface& i : cut.interfaces) {
+    if (!(i.bonded_area > 0)) continue;
+    for (const int side : {i.a, i.b})
+      bridges[static_cast<std::size_t>(side)].push_back({.normal = side == i.a ? Vec3(-i.normal) : i.normal,
+                                                         .strength = strength(i.joint),
+                                                         .joint = i.joint,
+                                                         .bridges = i.shear * i.bonded_area});
+  }
   std::vector<KeyBlock> out;
-  for (const CutBlock& block : cut.blocks) {
+  for (std::size_t n = 0; n < cut.blocks.size(); ++n) {
+    const CutBlock& block = cut.blocks[n];
     const Polyhedron& p = block.body;
     std::vector<double> area(p.faces(), 0.0);
     std::vector<Vec3> middle(p.faces(), Vec3::Zero());
@@ -148,8 +163,9 @@ std::vector<KeyBlock> key_blocks(const CutResult& cut, const KeyBlockOptions& op
       if (joint < 0 && !is_held(block.centroid + middle[f] / area[f], p.face_normals[f]))
         free_area += area[f];
       else
-        planes.push_back({-p.face_normals[f], area[f], strength(joint), joint});
+        planes.push_back({-p.face_normals[f], area[f], strength(joint), joint, 0});
     }
+    planes.insert(planes.end(), bridges[n].begin(), bridges[n].end());
     out.push_back(key_block(planes, free_area, options.density * block.volume * options.gravity));
   }
   return out;

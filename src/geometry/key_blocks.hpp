@@ -6,7 +6,7 @@
 ///   falling              r . n_i > 0 for all i: no face opposes the weight, the only resultant (no lifting)
 ///   sliding on one face  s_i = r - (r . n_i) n_i,  where  r . n_i <= 0  and  s_i . n_j >= 0 for all j
 ///   sliding on two       s_ij = +-(n_i x n_j) with r . s_ij > 0, in JP,  s_i . n_j <= 0,  s_j . n_i <= 0
-///   factor of safety     F = sum_k (N_k tan phi_k + c_k A_k) / |T|
+///   factor of safety     F = sum_k (N_k tan phi_k + c_k A_k + s_k B_k) / |T|   over the faces it slides on
 ///
 /// symbol  meaning                                                       unit
 /// r       resultant (weight)                                            N
@@ -14,6 +14,9 @@
 /// N_k, T  normal force on a sliding face, driving force along the slide N
 /// phi, c  friction angle and cohesion of the joint                      rad, Pa
 /// A_k     area of the face                                              m^2
+/// s, B_k  shear strength of its rock bridges, and their area             Pa, m^2
+///
+/// Bridges of faces that the block leaves, and of one that falls free, are not counted.
 #pragma once
 #include <functional>
 #include <limits>
@@ -54,6 +57,7 @@ struct BlockPlane {
   double area = 0;
   JointStrength strength;
   int joint = -1;
+  double bridges = 0;  // shear force that its rock bridges bear [N]
 };
 KeyBlock key_block(const std::vector<BlockPlane>& planes, double free_area, const Vec3& weight);
 

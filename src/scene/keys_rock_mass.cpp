@@ -79,7 +79,9 @@ std::vector<Key> rock_mass_keys() {
        .type = Type::quantity,
        .dimension = number,
        .fallback = "1.0",
-       .doc = "Share of each plane that is open; the rest are rock bridges, bonds that can break.",
+       .doc = "Chance of each face between two blocks to be open, by `seed`; the others are rock bridges as "
+              "a whole: bonds that can break, without strengths whole rock. A plane that no other joint "
+              "crosses is one face.",
        .min = 0,
        .max = 1,
        .above = true},

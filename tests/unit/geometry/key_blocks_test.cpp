@@ -78,6 +78,32 @@ TEST(KeyBlocks, OfACutRockMass) {
   EXPECT_NE(keys[0].type, KeyBlock::Type::unstable);
 }
 
+/// The same by a set of one joint that is a rock bridge as a whole: its shear strength holds beside friction.
+TEST(KeyBlocks, RockBridgesHoldWhatSlides) {
+  CutSpec s;
+  s.box = Box3(Vec3::Zero(), Vec3(4, 4, 4));
+  s.joint_sets.push_back({.name = "dipping",
+                          .dip_direction = 90 * degree,
+                          .dip = 40 * degree,
+                          .spacing = 20,
+                          .origin = Vec3(2, 2, 2),
+                          .persistence = 1e-9,
+                          .bond_tension = 1e6,
+                          .bond_shear = 40e3});
+  const CutResult r = cut(s);
+  ASSERT_EQ(r.blocks.size(), 2u);
+  ASSERT_EQ(r.interfaces.size(), 1u);
+  const double area = 4 * 4 / std::cos(40 * degree);
+  ASSERT_NEAR(r.interfaces[0].bonded_area, area, 1e-9);
+  KeyBlockOptions o;
+  o.density = 2600;
+  o.strength = {{30 * degree, 0}};
+  o.is_held = [](const Vec3&, const Vec3& n) { return n.x() < -0.5; };
+  const double driving = 2600 * 9.81 * r.blocks[1].volume * std::sin(40 * degree);
+  EXPECT_NEAR(key_blocks(r, o)[1].factor_of_safety,
+              std::tan(30 * degree) / std::tan(40 * degree) + 40e3 * area / driving, 1e-9);
+}
+
 /// A cliff that overhangs, 10 m high and deep: its face runs from (2, 0) to (12, 10) in x and z; one joint,
 /// or two.
 CutResult overhang(std::vector<CutJoint> joints) {
