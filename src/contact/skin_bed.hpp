@@ -24,7 +24,7 @@ struct Footprint {
                       // energy asks for, across the normal as well
   double deepest = -std::numeric_limits<double>::infinity();  // of the whole part [m]
   double volume = 0;                                          // sunk in [m^3]
-  double crushed = 0;        // since the bed was looked at before (coupling/craters.hpp) [m^3]
+  double crushed = 0;        // since the bed was looked at before (coupling/ground/craters.hpp) [m^3]
   Vec3 push = Vec3::Zero();  // 1/2 d^2 along the borders of the face, outward: what columns past them give a
                              // block that moves there [m^3]
   std::vector<Column> columns;

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "coupling/contact_numbers.hpp"
+#include "coupling/touch/contact_numbers.hpp"
 #include "io/files.hpp"
 
 namespace talus::io {

@@ -8,8 +8,8 @@
 #include "contact/refinable.hpp"
 #include "contact/structure_plan.hpp"
 #include "core/solid_mesh_parts.hpp"
-#include "coupling/ground.hpp"
-#include "coupling/touch.hpp"
+#include "coupling/ground/ground.hpp"
+#include "coupling/touch/touch.hpp"
 #include "sim/fineness.hpp"
 #include "sim/footing.hpp"
 

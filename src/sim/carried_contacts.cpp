@@ -9,7 +9,7 @@
 #include <span>
 #include <utility>
 
-#include "coupling/contact_numbers.hpp"
+#include "coupling/touch/contact_numbers.hpp"
 
 namespace talus::sim {
 namespace {

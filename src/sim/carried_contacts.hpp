@@ -1,7 +1,7 @@
 /// Contacts as one run hands them on to the next: between bodies that are known again by what they are, not
 /// by their place in a scene.
 #pragma once
-#include "coupling/system.hpp"
+#include "coupling/system/system.hpp"
 #include "sim/final_state.hpp"
 #include "sim/world.hpp"
 

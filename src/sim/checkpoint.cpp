@@ -2,7 +2,7 @@
 #include <fmt/format.h>
 
 #include "core/error.hpp"
-#include "coupling/contact_numbers.hpp"
+#include "coupling/touch/contact_numbers.hpp"
 #include "sim/simulation.hpp"
 #include "sim/world.hpp"
 

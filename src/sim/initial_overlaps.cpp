@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "coupling/touch.hpp"
+#include "coupling/touch/touch.hpp"
 #include "geometry/free_path.hpp"
 #include "sim/world.hpp"
 

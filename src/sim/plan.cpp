@@ -8,7 +8,7 @@
 
 #include "contact/impact_damping.hpp"
 #include "contact/plumb.hpp"
-#include "coupling/touch_spring.hpp"
+#include "coupling/touch/touch_spring.hpp"
 #include "sim/fineness.hpp"
 #include "sim/ground.hpp"
 #include "sim/simulation.hpp"

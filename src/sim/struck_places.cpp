@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "contact/refinable.hpp"
-#include "coupling/strike_ahead.hpp"
+#include "coupling/motion/strike_ahead.hpp"
 #include "sim/world.hpp"
 
 namespace talus::sim {

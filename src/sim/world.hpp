@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "coupling/system.hpp"
+#include "coupling/system/system.hpp"
 #include "dda/shi1988.hpp"
 #include "scene/scene.hpp"
 #include "sim/frame.hpp"

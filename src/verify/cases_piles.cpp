@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "coupling/touch.hpp"
+#include "coupling/touch/touch.hpp"
 #include "sim/world.hpp"
 #include "verify/measures.hpp"
 #include "verify/scene_text.hpp"

@@ -8,8 +8,8 @@
 #include <map>
 
 #include "contact/tolerances.hpp"
+#include "coupling/drift/moved_moments.hpp"
 #include "coupling/events/step_motion.hpp"
-#include "coupling/moved_moments.hpp"
 #include "coupling/rows/assembly.hpp"
 #include "coupling/rows/contact_rows.hpp"
 #include "coupling/search/contact_search.hpp"

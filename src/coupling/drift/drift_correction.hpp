@@ -8,7 +8,7 @@
 
 #include "coupling/rows/assembly.hpp"
 #include "coupling/search/contact_search.hpp"
-#include "coupling/step/problem_solver.hpp"
+#include "coupling/solution/problem_solver.hpp"
 
 namespace talus::coupling {
 

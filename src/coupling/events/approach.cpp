@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "contact/tolerances.hpp"
-#include "coupling/jammed.hpp"
+#include "coupling/solution/jammed.hpp"
 
 namespace talus::coupling {
 namespace {

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <vector>
 
-#include "coupling/ground_laws.hpp"
+#include "coupling/ground/ground_laws.hpp"
 
 namespace talus::coupling {
 namespace {

@@ -2,7 +2,7 @@
 #pragma once
 #include "coupling/events/structure_impacts.hpp"
 #include "coupling/rows/assembly.hpp"
-#include "coupling/step/problem_solver.hpp"
+#include "coupling/solution/problem_solver.hpp"
 #include "coupling/step/update.hpp"
 
 namespace talus::coupling {

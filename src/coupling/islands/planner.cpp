@@ -9,7 +9,7 @@
 #include "contact/apart.hpp"
 #include "contact/parallel.hpp"
 #include "contact/tolerances.hpp"
-#include "coupling/ground.hpp"
+#include "coupling/ground/ground.hpp"
 
 namespace talus::coupling {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/disjoint_sets.hpp"
-#include "coupling/system_state.hpp"
+#include "coupling/system/system_state.hpp"
 
 namespace talus::coupling {
 

@@ -6,17 +6,17 @@
 
 #include "contact/narrow_math.hpp"
 #include "contact/tolerances.hpp"
-#include "coupling/crossed_edges.hpp"
 #include "coupling/events/approach.hpp"
-#include "coupling/ground_laws.hpp"
-#include "coupling/jammed.hpp"
+#include "coupling/ground/ground_laws.hpp"
 #include "coupling/rows/contact_rows.hpp"
 #include "coupling/rows/rolling.hpp"
 #include "coupling/rows/spring_rows.hpp"
+#include "coupling/solution/jammed.hpp"
 #include "coupling/step/update.hpp"
 #include "coupling/structures/condensed.hpp"
 #include "coupling/structures/leapfrog.hpp"
-#include "coupling/touch_spring.hpp"
+#include "coupling/touch/crossed_edges.hpp"
+#include "coupling/touch/touch_spring.hpp"
 
 namespace talus::coupling {
 namespace {

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "coupling/node_places.hpp"
+#include "coupling/motion/node_places.hpp"
 #include "coupling/step/step.hpp"
 
 namespace talus::coupling {

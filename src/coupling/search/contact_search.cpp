@@ -10,10 +10,10 @@
 #include "contact/tolerances.hpp"
 #include "coupling/events/step_motion.hpp"
 #include "coupling/search/surface_focus.hpp"
-#include "coupling/skin_carry.hpp"
+#include "coupling/springs/skin_carry.hpp"
 #include "coupling/springs/spring_limits.hpp"
 #include "coupling/step/step.hpp"
-#include "coupling/touch_flush.hpp"
+#include "coupling/touch/touch_flush.hpp"
 
 namespace talus::coupling {
 namespace {

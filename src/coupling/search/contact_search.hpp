@@ -5,9 +5,9 @@
 #include <span>
 #include <vector>
 
-#include "coupling/pair_watch.hpp"
 #include "coupling/search/surface_focus.hpp"
-#include "coupling/spring_carry.hpp"
+#include "coupling/springs/spring_carry.hpp"
+#include "coupling/touch/pair_watch.hpp"
 
 namespace talus::coupling {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "coupling/ground.hpp"
+#include "coupling/ground/ground.hpp"
 #include "coupling/search/contact_search.hpp"
 
 namespace talus::coupling {

@@ -27,7 +27,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "coupling/touch_spring.hpp"
+#include "coupling/touch/touch_spring.hpp"
 
 namespace talus::coupling {
 

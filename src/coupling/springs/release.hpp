@@ -3,7 +3,7 @@
 #pragma once
 #include <span>
 
-#include "coupling/spring_carry.hpp"
+#include "coupling/springs/spring_carry.hpp"
 #include "coupling/step/context.hpp"
 
 namespace talus::coupling {

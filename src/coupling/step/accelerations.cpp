@@ -30,11 +30,11 @@
 #include <optional>
 
 #include "contact/tolerances.hpp"
-#include "coupling/crossed_edges.hpp"
-#include "coupling/ground_laws.hpp"
+#include "coupling/ground/ground_laws.hpp"
 #include "coupling/rows/contact_rows.hpp"
 #include "coupling/rows/rolling.hpp"
-#include "coupling/touch_flush.hpp"
+#include "coupling/touch/crossed_edges.hpp"
+#include "coupling/touch/touch_flush.hpp"
 
 namespace talus::coupling {
 namespace {

@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "contact/tolerances.hpp"
-#include "coupling/ground_laws.hpp"
+#include "coupling/ground/ground_laws.hpp"
 
 namespace talus::coupling {
 namespace {

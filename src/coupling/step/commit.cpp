@@ -8,10 +8,10 @@
 #include "contact/node_surface.hpp"
 #include "contact/tolerances.hpp"
 #include "coupling/events/approach.hpp"
-#include "coupling/ground_laws.hpp"
+#include "coupling/ground/ground_laws.hpp"
 #include "coupling/rows/bonds.hpp"
 #include "coupling/springs/spring_energy.hpp"
-#include "coupling/touch_bed.hpp"
+#include "coupling/touch/touch_bed.hpp"
 
 namespace talus::coupling {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include "coupling/name_contacts.hpp"
+#include "coupling/touch/name_contacts.hpp"
 
 namespace talus::coupling {
 

@@ -10,7 +10,7 @@
 #include "coupling/events/approach.hpp"
 #include "coupling/events/crossings.hpp"
 #include "coupling/events/step_motion.hpp"
-#include "coupling/ground_laws.hpp"
+#include "coupling/ground/ground_laws.hpp"
 #include "coupling/springs/release.hpp"
 #include "coupling/springs/spring_limits.hpp"
 #include "coupling/springs/spring_rules.hpp"

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "coupling/counters.hpp"
-#include "coupling/motion.hpp"
-#include "coupling/touch.hpp"
+#include "coupling/motion/motion.hpp"
+#include "coupling/touch/touch.hpp"
 
 namespace talus::coupling {
 

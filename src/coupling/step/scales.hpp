@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "contact/tolerances.hpp"
-#include "coupling/touch.hpp"
+#include "coupling/touch/touch.hpp"
 
 namespace talus::coupling {
 

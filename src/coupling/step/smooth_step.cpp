@@ -5,18 +5,18 @@
 #include <cmath>
 
 #include "contact/tolerances.hpp"
-#include "coupling/jammed.hpp"
 #include "coupling/rows/assembly.hpp"
 #include "coupling/rows/bonds.hpp"
 #include "coupling/rows/slip_direction.hpp"
 #include "coupling/rows/spring_rows.hpp"
+#include "coupling/solution/jammed.hpp"
 #include "coupling/springs/quasistatic.hpp"
 #include "coupling/springs/spring_rules.hpp"
 #include "coupling/step/bodies.hpp"
 #include "coupling/step/commit.hpp"
 #include "coupling/step/works.hpp"
 #include "coupling/structures/leapfrog.hpp"
-#include "coupling/touch_spring.hpp"
+#include "coupling/touch/touch_spring.hpp"
 
 namespace talus::coupling {
 

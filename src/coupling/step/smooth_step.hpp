@@ -1,7 +1,7 @@
 /// The smooth part of a step: rows about its end, solved, moved, and again.
 #pragma once
 #include "coupling/rows/assembly.hpp"
-#include "coupling/step/problem_solver.hpp"
+#include "coupling/solution/problem_solver.hpp"
 #include "coupling/step/update.hpp"
 
 namespace talus::coupling {

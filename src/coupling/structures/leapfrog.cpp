@@ -23,8 +23,8 @@
 // strain rates and the positions of theta = 1 each step of a contact lost 1/2 h p A^-1 K eps.
 #include "coupling/structures/leapfrog.hpp"
 
-#include "coupling/half_steps.hpp"
 #include "coupling/rows/contact_rows.hpp"
+#include "coupling/springs/half_steps.hpp"
 
 namespace talus::coupling {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <string>
 
-#include "coupling/ground_laws.hpp"
+#include "coupling/ground/ground_laws.hpp"
 #include "verify/measures.hpp"
 #include "verify/suite.hpp"
 

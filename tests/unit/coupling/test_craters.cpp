@@ -1,6 +1,6 @@
 // Planes of what a block has crushed: what they take from the springs is what is crushed, and what turns
 // presses where it still lies.
-#include "coupling/craters.hpp"
+#include "coupling/ground/craters.hpp"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "coupling/jammed.hpp"
+#include "coupling/solution/jammed.hpp"
 
 namespace talus::coupling {
 namespace {

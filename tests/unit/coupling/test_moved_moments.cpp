@@ -4,7 +4,7 @@
 
 #include <array>
 
-#include "coupling/moved_moments.hpp"
+#include "coupling/drift/moved_moments.hpp"
 
 namespace talus::coupling {
 namespace {

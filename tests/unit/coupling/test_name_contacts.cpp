@@ -1,7 +1,7 @@
 // What a message says of contacts.
 #include <gtest/gtest.h>
 
-#include "coupling/name_contacts.hpp"
+#include "coupling/touch/name_contacts.hpp"
 
 namespace talus::coupling {
 namespace {

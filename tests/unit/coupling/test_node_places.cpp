@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "coupling/node_places.hpp"
+#include "coupling/motion/node_places.hpp"
 
 using talus::coupling::NodePlaces;
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <memory>
 
-#include "coupling/pair_watch.hpp"
+#include "coupling/touch/pair_watch.hpp"
 #include "dda/kinematics.hpp"
 #include "helpers/shapes.hpp"
 

@@ -1,7 +1,7 @@
 // What springs at a skin that vanish leave to the others of their pair.
 #include <gtest/gtest.h>
 
-#include "coupling/skin_carry.hpp"
+#include "coupling/springs/skin_carry.hpp"
 
 namespace talus::coupling {
 namespace {

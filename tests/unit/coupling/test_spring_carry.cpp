@@ -1,7 +1,7 @@
 // What springs of a pair hold where its features change: those that crush.
 #include <gtest/gtest.h>
 
-#include "coupling/spring_carry.hpp"
+#include "coupling/springs/spring_carry.hpp"
 
 namespace talus::coupling {
 namespace {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "contact/node_surface.hpp"
-#include "coupling/touch.hpp"
+#include "coupling/touch/touch.hpp"
 
 namespace talus::coupling {
 namespace {

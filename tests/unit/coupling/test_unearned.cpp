@@ -1,7 +1,7 @@
 // What the residual of a contact problem gives to what moves: closed forms of a few bodies.
 #include <gtest/gtest.h>
 
-#include "coupling/unearned.hpp"
+#include "coupling/solution/unearned.hpp"
 
 namespace talus::coupling {
 namespace {

@@ -1,0 +1,103 @@
+#include "coupling/solution/closeness.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace talus::coupling {
+
+contact::SolveSettings how_closely(const StepToSolve& s) {
+  contact::SolveSettings settings;
+  // Impulses (h = 0) and small islands to round-off; large ones to a small part of the speed they have, so
+  // that what comes to rest does.
+  settings.velocity_scale = s.small || s.h == 0 ? s.speed : std::clamp(s.fastest, 1e-4 * s.speed, s.speed);
+  // Of an error of accuracy times the block size a tenth is left to the solver, or a thousandth of what moves
+  // still. An error of velocity acts on beyond its step: over the time of a fall by half
+  // the size, as in the error of a step: blocks that hardly move are hit by those that do.
+  // Of blocks in sub-steps what one leaves the next may leave as well: as much as a step of theirs among
+  // themselves may.
+  const bool blocks_in_sub_step = s.sub_step && s.blocks;
+  const double ordinary = 2 * std::sqrt(s.accuracy * s.length /
+                                        std::max(s.gravity, 1e-12));  // a step of blocks among themselves [s]
+  const double lasting = std::max(blocks_in_sub_step ? std::max(s.h, ordinary) : s.h,
+                                  std::sqrt(s.length / std::max(s.gravity, 1e-12)));
+  const double allowed = s.h > 0 ? 0.1 * s.accuracy * s.length / lasting / settings.velocity_scale : 0;
+  const double part = s.large && !s.small && s.h > 0
+                          ? 2
+                          : 1;  // of that: in large heaps a path spends as much again on the last half
+  const double coarse =
+      std::clamp(s.accuracy / 1e-3, 1.0, 100.0);  // round-off is asked for at the finer accuracies alone
+  settings.tolerance = s.small ? (s.sub_step ? 1e-9 : 1e-12) * coarse
+                       : s.still
+                           ? 1e-9
+                           : part * std::max(std::min(allowed, (blocks_in_sub_step ? 0.1 : 1.0) * s.accuracy),
+                                             std::clamp(0.1 * s.accuracy, 1e-8, 1e-4));
+  if (s.located > 0 && !s.small && !s.still && s.h > 0) {
+    settings.velocity_scale = s.speed;
+    settings.tolerance = s.located / s.speed;
+    settings.sufficient = 2 * settings.tolerance;
+    return settings;
+  }
+  // Where springs make hundreds of steps of one, what they leave adds up, of one sign here and of the other
+  // there: so much less is left by each.
+  if (s.sprung && !s.small && s.h > 0) settings.tolerance *= std::sqrt(std::clamp(s.h / ordinary, 1e-3, 1.0));
+  // Touches that lie close together can keep round-off above the tolerance. Rows linearised about a rough end
+  // contradict each other by what that end is off; those of a provisional pass need not be solved closer.
+  if (s.small && s.sub_step)
+    settings.sufficient = std::max(1e-7, 1e-3 * s.accuracy);
+  else if (s.small)
+    settings.sufficient = s.provisional ? 1e-7 : 1e-10 * coarse;
+  else if (blocks_in_sub_step)
+    settings.sufficient = std::max(settings.tolerance, s.accuracy);  // of a search that stalls
+  else if (s.still)  // where the sticking touches of a heap contradict each other: 1e-9 of the island's
+                     // speed, or what a block at rest may move by
+    settings.sufficient = std::max(1e-5, s.at_rest / settings.velocity_scale);
+  else if (s.h > 0 && s.heap)
+    settings.sufficient = (2 / part) * settings.tolerance;
+  // Blows that run through a large heap, and loads that shift in one that comes to rest, are solved over the
+  // next steps: where hundreds of factorisations get no farther a fiftieth of what moves is taken, of creep
+  // up to 1e-3 of the island's speed, but never a third of what moves.
+  if (s.large && !s.small && s.h > 0) {
+    if (s.still)
+      settings.most_factorisations = 200;
+    else
+      settings.stalled =
+          std::max({settings.sufficient, 0.02, std::min(0.3, 1e-3 * s.speed / settings.velocity_scale)});
+  }
+  // A loaded spring's row holds its elongation over h: of short steps that leaves no more than round-off of
+  // it.
+  const double round_off = std::numeric_limits<double>::epsilon() * s.largest_bias / settings.velocity_scale;
+  settings.tolerance = std::max(settings.tolerance, 16 * round_off);
+  settings.sufficient = std::max(settings.sufficient, 4096 * round_off);
+  return settings;
+}
+
+bool judge(const StepToSolve& s, const contact::SolveSettings& settings, Patience patience,
+           contact::SolveReport& r) {
+  const auto take = [&] {
+    r.converged = true;
+    r.tier = 'C';
+  };
+  const bool stalled =
+      r.converged &&
+      r.stalled;  // taken where its search got no farther: of another step it would be asked closer
+  // Where touches contradict each other by so little no other rows would help, and where events are located
+  // the error of the step is a hundred times as large: taken as it is.
+  if (!r.converged && patience.no_better && s.small &&
+      r.residual <= std::max(100 * std::max(settings.tolerance, settings.sufficient),
+                             s.located / settings.velocity_scale))
+    take();
+  // Of sub-steps at structures no shorter one would be solved closer: a tenth of the accuracy, as large
+  // islands are.
+  if (!r.converged && patience.last_resort && s.sub_step && r.residual <= 0.1 * s.accuracy) take();
+  if (r.converged && !s.small && r.residual > settings.tolerance) r.tier = 'C';
+  const bool certified = r.converged && !stalled;
+  // A step like any other, though it proves no rest: of a heap far less than is taken where it creeps, and
+  // what shorter steps or the convex problem would leave no smaller.
+  if (!r.converged && s.still && !s.small && s.h > 0 &&
+      r.residual <= (s.heap ? std::max(s.accuracy, 1e-2) : s.accuracy))
+    take();
+  return certified;
+}
+
+}  // namespace talus::coupling

@@ -1,0 +1,248 @@
+// The smooth part of a step: rows about its end, solved, moved, and again; and how closely.
+#include "coupling/solution/problem_solver.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "contact/tolerances.hpp"
+#include "coupling/rows/contact_rows.hpp"
+#include "coupling/rows/rolling.hpp"
+#include "coupling/rows/spring_rows.hpp"
+#include "coupling/solution/closeness.hpp"
+#include "coupling/solution/jammed.hpp"
+#include "coupling/solution/unearned.hpp"
+#include "coupling/step/accelerations.hpp"
+#include "coupling/step/bodies.hpp"
+#include "coupling/touch/touch_spring.hpp"
+
+namespace talus::coupling {
+namespace {
+
+constexpr double may_sink =
+    1e-5;  // of a block: all of a large island, in a step whose solution is taken where its search stalls
+constexpr double may_creep = 2e-6;  // the same of one that moves by less than 1e-3 of its speed
+constexpr double far_off =
+    100;  // times the work allowed, from which on sweeps do not bring a large island near to it either
+constexpr double hopeless = 4;  // times the work allowed, from which on a large island is left as its sweeps
+                                // leave it: Newton's method got there in a tenth of all tries
+
+/// Sweeps from what solved a problem while they take a twentieth of the work unearned at a time, down to
+/// `most` [J], the residual within `limit` [m/s]. What is left of it in a pile at rest lies on thousands of
+/// contacts, whose regions a factorisation would have to know. The work left.
+double sweep_while_it_pays(contact::ContactSolver& solver, contact::ContactProblem& problem, double limit,
+                           double most, double work, contact::SolveReport& r) {
+  constexpr int sweeps = 20, rounds = 10;
+  std::vector<contact::ProblemContact> contacts;
+  std::vector<double> v;
+  for (int round = 0; round < rounds && work > most; ++round) {
+    contacts = problem.contacts;
+    v = problem.v;
+    const double residual = solver.sweep(problem, sweeps), before = work;
+    r.sweeps += sweeps;
+    work = unearned(problem, 0.5 * most);
+    if (!(work < before) || !(residual <= limit)) {
+      problem.contacts.swap(contacts);
+      problem.v.swap(v);
+      return before;
+    }
+    r.residual = residual;
+    if (work > 0.95 * before) break;
+  }
+  return work;
+}
+
+/// On from what solved a problem, until its contacts give no more than `most` work unearned to what moves [J]
+/// or it gets no farther: by sweeps, by Newton's method, where it is far more and no `large` island by the
+/// whole search: a path from where a large one nearly rests ends nowhere nearer, Newton's method with a
+/// strong proximal term does. `scale`: a velocity beside which the residual is so small that Newton's method
+/// goes first [m/s].
+contact::SolveReport solve_closer(contact::ContactSolver& solver, contact::ContactProblem& problem,
+                                  const contact::SolveSettings& settings, bool large, double scale,
+                                  double most, contact::SolveReport r) {
+  r.residual *= settings.velocity_scale;  // in m/s until it is returned
+  const double limit = std::max(r.residual, settings.tolerance * settings.velocity_scale);
+  for (int round = 0; round < 3; ++round) {
+    const double begun = unearned(problem, 0.5 * most);
+    if (large && begun > far_off * most) break;
+    const double work = sweep_while_it_pays(solver, problem, limit, most, begun, r),
+                 residual = r.residual / scale;
+    if (work <= most || (large && work > hopeless * most)) break;
+    contact::SolveSettings closer = settings;
+    closer.velocity_scale = scale;
+    closer.stalled = 0;
+    closer.tolerance = residual * most / work;
+    closer.sufficient = std::max(closer.tolerance, (work > 10 * most ? 0.3 : 1.0) * residual);
+    closer.most_factorisations = large ? 8 : 20;  // more than a hundred did not get there either
+    if (large) closer.proximal = 1e-2;
+    const contact::SolveReport next = solver.solve(problem, closer);
+    r.newton += next.newton;
+    r.sweeps += next.sweeps;
+    r.outer += next.outer;
+    r.tier = std::max(r.tier, next.converged ? next.tier : 'A');
+    r.residual = next.residual * scale;
+    if (!(next.residual < 0.5 * residual)) break;
+  }
+  r.residual /= settings.velocity_scale;
+  return r;
+}
+
+/// What is taken where its search stalls leaves residuals of one sign, which add up along a tower: sinking by
+/// them and lifted again, it would move by itself. Of more than `bearable` unearned work [J; `most` is what a
+/// step may have] the whole search of smaller islands solves the problem.
+contact::SolveReport solve_soundly(contact::ContactSolver& solver, contact::ContactProblem& problem,
+                                   const contact::SolveSettings& settings, double most, double bearable) {
+  if (!(settings.stalled > 0)) return solver.solve(problem, settings);
+  std::vector<contact::ProblemContact> asked = problem.contacts;
+  const contact::SolveReport r = solver.solve(problem, settings);
+  if (!r.converged || !r.stalled || unearned(problem, 0.5 * most) <= bearable) return r;
+  problem.contacts.swap(asked);
+  contact::SolveSettings whole = settings;
+  whole.stalled = 0;
+  contact::SolveReport searched = solver.solve(problem, whole);
+  searched.newton += r.newton;
+  searched.sweeps += r.sweeps;
+  searched.outer += r.outer;
+  return searched;
+}
+
+}  // namespace
+
+ProblemSolver::ProblemSolver(const IslandContext& in, Step& step, IslandReport& report)
+    : in_(in), step_(step), report_(report) {}
+
+bool ProblemSolver::solve(double h, Effort effort) {
+  if (step_.problem.contacts.empty()) {
+    step_.problem.v = step_.problem.v_hat;
+    return true;
+  }
+  const bool small = step_.problem.contacts.size() <= many_contacts && !in_.time_stepping,
+             still = step_.fastest <
+                     1e-6 * in_.scale.speed;  // a certificate of rest is only as good as its residual
+  // What is left unsolved of a bond is a motion that the next step stops, by more than the bond may bear.
+  const bool bonded =
+      std::any_of(step_.problem.contacts.begin(),
+                  step_.problem.contacts.end() - static_cast<std::ptrdiff_t>(step_.rocking_rows),
+                  [](const contact::ProblemContact& c) { return c.cohesion > 0 || c.tension > 0; });
+  StepToSolve step{.h = h,
+                   .small = small,
+                   .still = still,
+                   .provisional = effort == Effort::provisional,
+                   .heap = in_.time_stepped(),
+                   .large = in_.very_large() && !bonded,
+                   // Explicit sub-steps at structures lie far below what the accuracy asks, and nothing is
+                   // located within them: no round-off either.
+                   .sub_step = h > 0 && !in_.condensed && !in_.island->structures.empty(),
+                   .blocks = !in_.island->blocks.empty(),
+                   .sprung = step_.sprung,
+                   .speed = in_.scale.speed,
+                   .fastest = fastest_among(in_, step_),
+                   .at_rest = rest_speed(in_.model, h),
+                   .length = in_.scale.length,
+                   .gravity = in_.model.gravity.norm(),
+                   .accuracy = in_.settings.accuracy};
+  if (in_.event_driven() && !bonded)  // a hundredth of the error of velocity that a step may have
+    for (const Body& b : step_.bodies) {
+      const double part = 0.01 * step_error(in_, b.block) / std::max(fall_time(in_, b.block), h);
+      step.located = step.located > 0 ? std::min(step.located, part) : part;
+    }
+  for (const contact::ProblemContact& c : step_.problem.contacts)
+    step.largest_bias = std::max(step.largest_bias, c.bias.cwiseAbs().maxCoeff());
+  contact::SolveSettings settings = how_closely(step);
+  Counters& n = report_.counters;
+  const bool moves = h > 0 && in_.time_stepped() && !small && !still;
+  double weight = 0;  // [N]
+  for (const Body& b : step_.bodies)
+    weight += in_.model.blocks[static_cast<std::size_t>(b.block)].mass * in_.model.gravity.norm();
+  const double most =
+      in_.settings.accuracy * kinetic_energy(step_, &Body::v0);  // unearned work of a step [J]
+  const auto attempt = [&] {
+    contact::SolveReport r =
+        solve_soundly(solver_, step_.problem, settings, most,
+                      std::max(10 * most, (step_.fastest > 1e-3 * in_.scale.speed ? may_sink : may_creep) *
+                                              in_.scale.length * weight));
+    // In a tower residuals of one sign add up from block to block, and the projection lifts again what has
+    // sunk: gravity would drive on what hardly moves, for ever; loads that part throw it. What all contacts
+    // do unearned together is to be a small part of the motion.
+    if (r.converged && !r.stalled && moves)
+      r = solve_closer(solver_, step_.problem, settings, step.large, in_.scale.speed, most, r);
+    work_ += static_cast<double>(step_.problem.contacts.size()) *
+             (5.0 + r.newton);  // what goes with a solution costs as much as a few factorisations
+    n.newton += r.newton;
+    n.sweeps += r.sweeps;
+    n.outer += r.outer;
+    return r;
+  };
+  contact::SolveReport r = attempt();
+  const bool last_resort = effort == Effort::last_resort,
+             no_better =
+                 last_resort || (effort == Effort::repeated && r.residual > 0.5 * step_.solution.residual);
+  step_.solution.residual = r.residual;
+  step_.solution.unsolved_speed = r.residual * settings.velocity_scale;
+  step_.solution.stagnated = r.stalled;
+  step_.solution.certified = judge(step, settings, {.no_better = no_better, .last_resort = last_resort}, r);
+  if (!r.converged && last_resort && h > 0) {  // impulses of no duration are left to the step
+    // The convex problem alone: it has a solution always, which takes energy as it must but lifts what
+    // slides.
+    settings.exact_coulomb = false;
+    settings.stalled = 0;
+    settings.sufficient = step.sub_step ? std::max(1e-6, 1e-2 * in_.settings.accuracy) : 1e-6;
+    for (contact::ProblemContact& c :
+         step_.problem
+             .contacts) {  // a little give: what is jammed between friction cones has no largest force
+      c.compliance.array() += 1e-7 * normal_compliance(in_, step_, c);
+      c.impulse.setZero();
+    }
+    r = attempt();
+    r.tier = 'E';
+  }
+  if (!r.converged) return false;  // the caller refines the rows or halves the step, tier D
+  n.worst_residual = std::max(n.worst_residual, r.residual);
+  (r.tier == 'A' ? n.tier_a : r.tier == 'B' ? n.tier_b : r.tier == 'C' ? n.tier_c : n.tier_e) += 1;
+  return true;
+}
+
+bool ProblemSolver::solve_rolling(double h, Effort effort) {
+  constexpr int most = 30;
+  const double same = contact::tolerances().at_bound;
+  constexpr double least_relaxed = 0.3, most_relaxed = 4;
+  const auto found = [&](const Touch& t) {
+    return step_.problem.contacts[static_cast<std::size_t>(t.row)].impulse[0];
+  };
+  std::vector<double> bounds, residuals, before;
+  double relaxed = 1;
+  for (int i = 0; i < most; ++i) {
+    if (!solve(h, effort)) return false;
+    bounds.clear();
+    each_rolling(step_.touches, step_.problem, [&](const Touch&, double, const contact::ProblemContact& c) {
+      bounds.push_back(c.cohesion);
+    });
+    if (bounds.empty() ||
+        limit_rolling(step_, found) <=
+            std::max(same, h > 0 ? contact::tolerances().rolling_bound * in_.settings.accuracy : 0.0))
+      break;
+    residuals.clear();
+    each_rolling(step_.touches, step_.problem, [&](const Touch&, double, const contact::ProblemContact& c) {
+      residuals.push_back(c.cohesion - bounds[residuals.size()]);
+    });
+    if (i > 0) {
+      double along = 0, change = 0;
+      for (std::size_t k = 0; k < residuals.size(); ++k) {
+        const double d = residuals[k] - before[k];
+        along += before[k] * d;
+        change += d * d;
+      }
+      relaxed = change > 0 && i < most / 2
+                    ? std::clamp(-relaxed * along / change, least_relaxed, most_relaxed)
+                    : 1.0;
+    }
+    std::size_t k = 0;
+    each_rolling(step_.touches, step_.problem, [&](const Touch&, double, contact::ProblemContact& c) {
+      c.cohesion = std::max(0.0, bounds[k] + relaxed * residuals[k]);
+      ++k;
+    });
+    before.swap(residuals);
+  }
+  return true;
+}
+
+}  // namespace talus::coupling

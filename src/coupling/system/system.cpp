@@ -1,0 +1,564 @@
+#include "coupling/system/system.hpp"
+
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "contact/divided.hpp"
+#include "contact/tolerances.hpp"
+#include "core/error.hpp"
+#include "core/multiples.hpp"
+#include "core/ranks.hpp"
+#include "coupling/ground/ground_laws.hpp"
+#include "coupling/step/integrator.hpp"
+
+namespace talus::coupling {
+namespace {
+
+constexpr int few_blocks = 12;         // in motion, up to which a stretch beside a structure is not shortened
+constexpr double crowded_steps = 128;  // sub-steps of a structure in a stretch, among debris
+
+/// The whole skin as it is now.
+void bring_up_to_date(StructurePart& part) {
+  if (part.followed.between >= 0)
+    part.index->unfocus(part.structure->surface());
+  else
+    part.index->refit(part.structure->surface());
+  part.followed = {};
+  part.lagging_index = false;
+}
+
+/// Longest next stretch after one in which structures took sub-steps [s]; 0: any. All that may come near
+/// within a stretch is one island, which shares the structure's sub-steps: among more than a few blocks in
+/// motion a short stretch leaves most of them out.
+double crowd_limit(const dda::Model& model, const Environment& env, const std::vector<char>& asleep,
+                   int few) {
+  int awake = 0;
+  for (std::size_t i = 0; i < asleep.size(); ++i) awake += asleep[i] == 0 && model.blocks[i].ndof() > 0;
+  if (awake <= few) return 0;
+  double stable = std::numeric_limits<double>::infinity();
+  for (const StructurePart& s : env.structures)
+    if (s.stepped()) stable = std::min(stable, s.structure->critical_step());
+  return std::isfinite(stable) ? crowded_steps * stable : 0;
+}
+
+}  // namespace
+
+struct CoupledSystem::Threads {
+  tbb::task_arena arena;
+};
+
+CoupledSystem::CoupledSystem(dda::Model model, SystemState state, Environment environment,
+                             const SystemSettings& settings)
+    : model_(std::move(model)),
+      state_(std::move(state)),
+      env_(std::move(environment)),
+      settings_(settings),
+      planner_(model_, state_, env_, settings_),
+      threads_(new Threads{tbb::task_arena(std::max(1, settings.threads))}) {
+  const std::size_t n = model_.blocks.size();
+  state_.contacts.resize(n);
+  state_.surface_contacts.resize(env_.structures.size());
+  state_.asleep.resize(n, 0);
+  state_.step.resize(n, 0.0);
+  if (remembers_way(env_.laws)) state_.blocks.slid.resize(n, 0.0);
+  state_.structure_step.resize(env_.structures.size(), 0.0);
+  settings_.step.threads = settings_.threads;
+  glue();
+}
+
+CoupledSystem::~CoupledSystem() = default;
+
+std::vector<StructureContact> CoupledSystem::take_structure_contacts() {
+  std::vector<StructureContact> rows;
+  rows.swap(rows_);
+  return rows;
+}
+
+int CoupledSystem::add_block(const dda::Model::Block& block, const Vec3& c, const Vec3& v, const Vec3& w) {
+  model_.blocks.push_back(block);
+  dda::State& s = state_.blocks;
+  s.c.push_back(c);
+  s.v.push_back(v);
+  s.w.push_back(w);
+  s.q.push_back(Quat::Identity());
+  s.eps.push_back(Vec6::Zero());
+  s.eps_rate.push_back(Vec6::Zero());
+  if (!s.slid.empty()) s.slid.push_back(0);
+  state_.contacts.emplace_back();
+  state_.asleep.push_back(0);
+  state_.step.push_back(0);
+  return static_cast<int>(model_.blocks.size()) - 1;
+}
+
+namespace {
+
+/// What sleeping blocks press on a structure with: the forces that they fell asleep under, as rows that last
+/// over the stretch.
+std::vector<StructureContact> resting_rows(const SystemState& state, const std::vector<char>& awake,
+                                           int structure, double duration) {
+  const std::uint64_t partner = Partner{Partner::Kind::structure, structure}.id();
+  std::vector<StructureContact> rows;
+  for (std::size_t b = 0; b < awake.size(); ++b) {
+    if (awake[b] != 0 || state.asleep[b] == 0) continue;
+    for (const ContactMemory& m : state.contacts[b]) {
+      if (m.partner != partner || m.force.isZero(0)) continue;
+      StructureContact& row = rows.emplace_back();
+      row.time = state.time + duration, row.dt = duration;
+      row.block = static_cast<int>(b), row.structure = structure;
+      row.point = m.place, row.force = -m.force, row.normal = m.normal;
+    }
+  }
+  return rows;
+}
+
+/// Where a structure's skin was as a stretch began.
+struct SkinBefore {
+  std::uint64_t revision = 0;
+  std::vector<Vec3> vertices;
+};
+
+/// Farthest that a vertex of the skin is from where it was; of one that has lost cells since, unknown and
+/// none [m]. What a step that fails goes back to: of a structure that several processes hold, this one's
+/// part.
+void save_here(const Structure& structure, std::vector<double>& state) {
+  if (const auto* divided = dynamic_cast<const DividedStructure*>(&structure))
+    divided->save_here(state);
+  else
+    structure.save(state);
+}
+void restore_here(Structure& structure, std::span<const double> state) {
+  if (auto* divided = dynamic_cast<DividedStructure*>(&structure))
+    divided->restore_here(state);
+  else
+    structure.restore(state);
+}
+
+double farthest(const SkinBefore& before, const StructurePart& part) {
+  if (before.vertices.empty()) return 0;
+  const TriangleSurface& now = part.structure->surface();
+  if (now.revision != before.revision || now.vertices.size() != before.vertices.size()) return 0;
+  double way = 0;
+  for (std::size_t i = 0; i < now.vertices.size(); ++i)
+    way = std::max(way, (now.vertices[i] - before.vertices[i]).squaredNorm());
+  return std::sqrt(way);
+}
+
+/// Puts recorded contact forces on a structure: each acts over the time it was the mean of, at its point of
+/// the undeformed skin.
+void replay(StructurePart& part, double start, double duration, std::span<const StructureContact> rows,
+            RunSums& sums) {
+  struct Load {
+    const StructureContact* row;
+    SurfaceWeights at;
+  };
+  std::vector<Load> loads;
+  for (const StructureContact& r : rows)
+    loads.push_back({&r, surface_weights(part.index->surface(), part.index->triangle_at(r.point), r.point)});
+  Structure& s = *part.structure;
+  const double work_before = s.energy().contact_work;
+  const long steps = std::max(1L, static_cast<long>(std::ceil(duration / s.critical_step() *
+                                                              (1 - contact::tolerances().time_round_off))));
+  const double h = duration / static_cast<double>(steps);
+  std::vector<NodeImpulse> impulses;
+  for (long k = 0; k < steps; ++k) {
+    const double from = start + duration * (static_cast<double>(k) / static_cast<double>(steps)),
+                 to = start + duration * (static_cast<double>(k + 1) / static_cast<double>(steps));
+    impulses.clear();
+    for (const Load& load : loads) {
+      // The last step also takes what rounding left at the end.
+      const double lo = std::max(from, load.row->time - load.row->dt),
+                   hi = k + 1 == steps ? load.row->time : std::min(to, load.row->time);
+      if (hi <= lo) continue;
+      for (int i = 0; i < load.at.count; ++i)
+        impulses.push_back({load.at.node[static_cast<std::size_t>(i)],
+                            (hi - lo) * load.at.weight[static_cast<std::size_t>(i)] * load.row->force});
+    }
+    s.predict(from, h);
+    s.correct(from, h, impulses);
+    for (const NodeImpulse& p : impulses) sums.audit.impulse_on_structure += p.impulse;
+  }
+  sums.counters.structure_steps += steps;
+  for (const Load& load : loads) sums.audit.impulse_on_blocks -= load.row->dt * load.row->force;
+  sums.audit.work_on_structure += s.energy().contact_work - work_before;
+}
+
+}  // namespace
+
+bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::span<const double> rows,
+                            Failure& failure) {
+  const bool blocks_move = std::any_of(model_.blocks.begin(), model_.blocks.end(),
+                                       [](const dda::Model::Block& b) { return b.ndof() > 0; });
+  const bool searched =
+      blocks_move || !env_.touching_structures.empty() || !env_.grounds.empty();  // else they meet nothing
+  for (StructurePart& part : env_.structures)
+    if ((part.lagging_index && (searched || part.one_way)) || (blocks_move && part.followed.between >= 0))
+      bring_up_to_date(part);
+  IslandPlan p = planner_.plan(duration, wider_);
+  SystemState before = state_;
+  std::vector<std::vector<double>> structures_before(env_.structures.size());
+  std::vector<SkinBefore> skins_before(env_.structures.size());
+  // As it is when the stretch begins: kept, or where it has been stepped in vain, put back.
+  std::vector<char> started(env_.structures.size(), 0);
+  const auto start_structure = [&](std::size_t q) {
+    StructurePart& part = env_.structures[q];
+    if (std::exchange(started[q], 1) != 0) {
+      restore_here(*part.structure, structures_before[q]);
+      bring_up_to_date(part);
+      state_.surface_contacts[q] = before.surface_contacts[q];
+      return;
+    }
+    save_here(*part.structure, structures_before[q]);
+    if (!part.fixed_surface)
+      skins_before[q] = {part.structure->surface().revision, part.structure->surface().vertices};
+  };
+  for (std::size_t q = 0; q < env_.structures.size(); ++q)
+    if (p.structure_used[q]) start_structure(q);
+  for (const Island& island : p.islands)
+    for (int b : island.blocks) state_.asleep[static_cast<std::size_t>(b)] = 0;
+  const dda::State begun = p.beside.empty() ? dda::State{} : state_.blocks;
+
+  std::vector<IslandReport> reports(p.islands.size());
+  std::vector<std::size_t> due(p.islands.size());  // islands that are still to be stepped
+  std::iota(due.begin(), due.end(), std::size_t{0});
+  tbb::enumerable_thread_specific<std::unique_ptr<IslandIntegrator>> integrators;
+  const auto hint_of = [&](const Island& island) {  // the smallest suggestion among its blocks and structures
+    double hint = 0;
+    const auto count = [&](double h) {
+      if (h > 0) hint = hint > 0 ? std::min(hint, h) : h;
+    };
+    for (int b : island.blocks) count(state_.step[static_cast<std::size_t>(b)]);
+    for (int q : island.structures) count(state_.structure_step[static_cast<std::size_t>(q)]);
+    return hint;
+  };
+  const auto run = [&](std::size_t i) {
+    auto& integrator = integrators.local();
+    if (!integrator)
+      integrator = std::make_unique<IslandIntegrator>(model_, state_.blocks, env_, state_.contacts,
+                                                      state_.surface_contacts, settings_.step);
+    reports[i] = integrator->advance(p.islands[i], state_.time, duration, hint_of(p.islands[i]), stop, rows);
+  };
+  const auto ended = [](const IslandReport& r) { return r.stopped || !r.failure.empty(); };
+  BlockPairs met;
+  for (;;) {
+    if (settings_.threads > 1 && due.size() > 1) {
+      tbb::parallel_for(std::size_t{0}, due.size(), [&](std::size_t k) { run(due[k]); });
+    } else {
+      for (const std::size_t i : due) run(i);
+    }
+    if (p.beside.empty() || std::ranges::any_of(reports, ended)) break;
+    const BlockPairs more = planner_.meetings(p, reports, begun, duration);
+    if (more.empty()) break;
+    met.insert(met.end(), more.begin(), more.end());
+    due = join_met(met, duration, before, begun, p, reports);
+    for (const std::size_t i : due)
+      for (const int q : p.islands[i].structures) start_structure(static_cast<std::size_t>(q));
+  }
+
+  bool stopped = false;
+  for (std::size_t i = 0; i < reports.size(); ++i) {
+    stopped = stopped || reports[i].stopped;
+    if (!reports[i].failure.empty() && (failure.text.empty() || (failure.shorter && !reports[i].shorter)))
+      failure.shorter = reports[i].shorter,
+      failure.text = fmt::format(
+          "t = {:.6g} s, {}: {}", state_.time,
+          p.islands[i].blocks.empty()
+              ? std::string("structures that touch")
+              : fmt::format("island of {} blocks with {}", p.islands[i].blocks.size(),
+                            model_.blocks[static_cast<std::size_t>(p.islands[i].blocks.front())].name),
+          reports[i].failure);
+    for (std::size_t j = 0; j < reports[i].went.size(); ++j) {
+      const int b = p.islands[i].blocks[j];
+      const double moved = reports[i].went[j];
+      if (moved > p.reach[static_cast<std::size_t>(b)] + 1e-12)
+        escapes_.push_back({Partner::Kind::block, b, moved});
+    }
+  }
+  for (std::size_t q = 0; q < skins_before.size(); ++q) {
+    const double moved = farthest(skins_before[q], env_.structures[q]);
+    if (moved > p.structure_reach[q] + 1e-12)
+      escapes_.push_back({Partner::Kind::structure, static_cast<int>(q), moved});
+  }
+  const bool escaped = !escapes_.empty() && meets_others(duration, p, before);
+  if (escaped || stopped || !failure.text.empty()) {
+    state_ = before;
+    for (std::size_t q = 0; q < env_.structures.size(); ++q)
+      if (p.structure_used[q]) {
+        restore_here(*env_.structures[q].structure, structures_before[q]);
+        bring_up_to_date(env_.structures[q]);
+      }
+    if (escaped || stopped) failure = {};
+    return false;
+  }
+
+  if (!rows.empty()) {
+    for (std::size_t i = 0; i < reports.size(); ++i) reports[i].motion.blocks = p.islands[i].blocks;
+    recorded_.keep(reports, model_, state_);
+  }
+  if (watch_) before_ = std::move(before);
+  for (std::size_t i = 0; i < reports.size(); ++i) {
+    IslandReport& r = reports[i];
+    state_.ledger += r.ledger;
+    sums_.counters += r.counters;
+    sums_.audit.worst_force = std::max(sums_.audit.worst_force, r.audit.worst_force);
+    sums_.audit.worst_moment = std::max(sums_.audit.worst_moment, r.audit.worst_moment);
+    sums_.audit.impulse_on_structure += r.audit.impulse_on_structure;
+    sums_.audit.impulse_on_blocks += r.audit.impulse_on_blocks;
+    sums_.audit.work_on_blocks += r.ledger.blocks_contact_work;
+    sums_.audit.work_on_structure += r.ledger.structure_contact_work;
+    rows_.insert(rows_.end(), r.rows.begin(), r.rows.end());
+    for (int b : p.islands[i].blocks) {
+      const auto k = static_cast<std::size_t>(b);
+      state_.step[k] = r.next_step;
+      if (!r.at_rest || !settings_.sleeping) continue;
+      const dda::BlockEnergy e = dda::energy(model_, state_.blocks, b);
+      state_.ledger.algorithmic += e.translational + e.rotational + e.straining;
+      state_.blocks.v[k].setZero();
+      state_.blocks.w[k].setZero();
+      state_.blocks.eps_rate[k].setZero();
+      state_.asleep[k] = 1;
+    }
+  }
+  std::fill(state_.structure_step.begin(), state_.structure_step.end(), 0.0);
+  for (std::size_t i = 0; i < reports.size(); ++i)
+    for (int q : p.islands[i].structures)
+      state_.structure_step[static_cast<std::size_t>(q)] = reports[i].next_step;
+  std::vector<char> awake(model_.blocks.size(), 0);
+  for (const Island& island : p.islands)
+    for (int b : island.blocks) awake[static_cast<std::size_t>(b)] = 1;
+  for (std::size_t q = 0; q < env_.structures.size(); ++q) {
+    StructurePart& part = env_.structures[q];
+    if (!part.stepped() || p.structure_used[q]) continue;
+    if (part.one_way) {
+      std::vector<StructureContact> mine;
+      for (const IslandReport& r : reports)
+        for (const StructureContact& row : r.rows)
+          if (row.structure == static_cast<int>(q)) mine.push_back(row);
+      const std::vector<StructureContact> resting =
+          resting_rows(state_, awake, static_cast<int>(q), duration);
+      mine.insert(mine.end(), resting.begin(), resting.end());
+      if (!mine.empty()) {
+        replay(part, state_.time, duration, mine, sums_);
+        continue;
+      }
+    }
+    if (part.structure->quiet()) {
+      ++sums_.structure_asleep;
+      continue;
+    }
+    part.structure->advance_alone(state_.time, duration);
+    part.lagging_index = !part.fixed_surface;
+    const bool new_topology =
+        part.structure->surface().revision !=
+        part.index->surface().revision;  // is never left behind: a checkpoint keeps positions alone
+    if (part.lagging_index && (new_topology || part.followed.between >= 0)) bring_up_to_date(part);
+  }
+  islands_ = static_cast<int>(p.islands.size());
+  sums_.asleep_skipped += p.skipped;
+  ++state_.stretches;
+  return true;
+}
+
+void CoupledSystem::advance_structures(double duration, std::span<const StructureContact> rows) {
+  threads_->arena.execute([&] {
+    for (std::size_t q = 0; q < env_.structures.size(); ++q) {
+      StructurePart& part = env_.structures[q];
+      if (!part.one_way) continue;
+      std::vector<StructureContact> mine;
+      std::copy_if(rows.begin(), rows.end(), std::back_inserter(mine),
+                   [&](const StructureContact& row) { return row.structure == static_cast<int>(q); });
+      if (!mine.empty())
+        replay(part, state_.time, duration, mine, sums_);
+      else if (!part.structure->quiet())
+        part.structure->advance_alone(state_.time, duration);
+    }
+  });
+  rows_.insert(rows_.end(), rows.begin(), rows.end());
+  state_.time += duration;
+}
+
+/// True if what came farther than foreseen (escapes_) may have met a partner that is not in the plan of the
+/// stretch, which began at `before`.
+bool CoupledSystem::meets_others(double duration, const IslandPlan& p, SystemState& before) {
+  using Pair = std::array<int, 3>;
+  const auto listed = [](const IslandPlan& of) {
+    std::vector<Pair> pairs;
+    for (const Island& island : of.islands)
+      for (const CandidatePair& pair : island.pairs)
+        pairs.push_back({static_cast<int>(pair.a.kind), pair.a.index, pair.b});
+    for (const auto& [a, b] : of.beside) pairs.push_back({static_cast<int>(Partner::Kind::block), a, b});
+    std::sort(pairs.begin(), pairs.end());
+    return pairs;
+  };
+  std::vector<Farther> farther = wider_;
+  farther.insert(farther.end(), escapes_.begin(), escapes_.end());
+  std::swap(state_, before);
+  const IslandPlan wide = planner_.plan(duration, farther);
+  std::swap(state_, before);
+  const std::vector<Pair> known = listed(p), all = listed(wide);
+  return !std::includes(known.begin(), known.end(), all.begin(), all.end());
+}
+
+/// Plans the stretch anew with what met as one island. Islands that stay as they were keep their reports; the
+/// blocks of the others, which are due again, go back to where they began.
+std::vector<std::size_t> CoupledSystem::join_met(const BlockPairs& met, double duration, SystemState& before,
+                                                 const dda::State& begun, IslandPlan& p,
+                                                 std::vector<IslandReport>& reports) {
+  std::map<std::pair<std::vector<int>, std::vector<int>>, std::size_t> stepped;
+  for (std::size_t i = 0; i < reports.size(); ++i)
+    stepped[{p.islands[i].blocks, p.islands[i].structures}] = i;
+  std::swap(state_, before);
+  IslandPlan joined = planner_.plan(duration, wider_, met);
+  std::swap(state_, before);
+  std::vector<IslandReport> kept(joined.islands.size());
+  std::vector<std::size_t> due;
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    const Island& island = joined.islands[i];
+    if (const auto same = stepped.find({island.blocks, island.structures}); same != stepped.end()) {
+      kept[i] = std::move(reports[same->second]);
+      continue;
+    }
+    due.push_back(i);
+    for (const int b : island.blocks) {
+      const auto k = static_cast<std::size_t>(b);
+      dda::set_block_state(state_.blocks, b, dda::block_state(begun, b));
+      if (!begun.slid.empty()) state_.blocks.slid[k] = begun.slid[k];
+      state_.contacts[k] = before.contacts[k];
+      state_.asleep[k] = 0;
+    }
+  }
+  p = std::move(joined);
+  reports = std::move(kept);
+  return due;
+}
+
+/// What is moved out of something that it was jammed in goes its way however short the stretch: its
+/// neighbours are looked for as far as it went.
+void CoupledSystem::widen() {
+  for (const Farther& f : escapes_)
+    if (f.kind == Partner::Kind::block &&
+        !(f.way <= model_.blocks[static_cast<std::size_t>(f.index)].shape->radius))
+      throw NumericalFailure(
+          fmt::format("t = {:.6g} s: block {} goes {:.3g} m in the smallest stretch, farther than its size",
+                      state_.time, model_.blocks[static_cast<std::size_t>(f.index)].name, f.way));
+  // Each of them is a new one, or went farther than twice what it did the last time: the tries end.
+  for (const Farther& f : escapes_) wider_.push_back({f.kind, f.index, 2 * f.way});
+}
+
+bool CoupledSystem::advance(double end, const std::atomic<int>* stop, std::span<const double> rows) {
+  bool arrived = false;
+  threads_->arena.execute([&] { arrived = go_on(end, stop, rows); });
+  return arrived;
+}
+
+bool CoupledSystem::advance_to(double t, const std::atomic<int>* stop) {
+  while (state_.time < t)
+    if (!advance(t, stop)) return false;
+  return true;
+}
+
+namespace {
+/// Where a structure takes steps, rows are of its own state: whoever advances the system ends stretches at
+/// them.
+bool rows_end_stretches(const Environment& env) {
+  return std::any_of(env.structures.begin(), env.structures.end(),
+                     [](const StructurePart& part) { return part.stepped(); });
+}
+}  // namespace
+
+double CoupledSystem::longest_stretch() const {
+  const double step = settings_.step.fixed_step;
+  if (!(step > 0) || rows_end_stretches(env_)) return settings_.longest_stretch;
+  return Multiples(step).at(std::max(1L, std::lround(std::floor(settings_.longest_stretch / step *
+                                                                (1 + contact::tolerances().same_instant)))));
+}
+
+/// The next multiple of the longest stretch on the run's clock, or `end` if that is not later.
+double CoupledSystem::stretch_end(double end) const {
+  if (rows_end_stretches(env_)) return end;
+  const double longest = longest_stretch();
+  const Multiples ends(longest);
+  const long k = ends.after(state_.time + contact::tolerances().same_instant * longest);
+  return ends.at(k) < end - contact::tolerances().same_instant * longest ? ends.at(k) : end;
+}
+
+std::vector<dda::State> CoupledSystem::again(const SystemState& from, std::span<const double> times) {
+  SystemState now = std::exchange(state_, from);
+  const RunSums sums = sums_;
+  std::vector<StructureContact> rows = std::exchange(rows_, {});
+  Watch watch = std::exchange(watch_, nullptr);
+  SystemState before = std::move(before_);
+  RecordedMotion recorded = std::exchange(recorded_, {});
+  const int islands = islands_;
+  const double end = now.time;
+  const auto put_back = [&] {
+    state_ = std::move(now);
+    sums_ = sums;
+    rows_ = std::move(rows);
+    watch_ = std::move(watch);
+    before_ = std::move(before);
+    recorded_ = std::move(recorded);
+    islands_ = islands;
+  };
+  std::vector<dda::State> states;
+  try {
+    threads_->arena.execute([&] { go_on(end, nullptr, times); });
+    for (const double t : times) states.push_back(at(t).blocks);
+  } catch (const NumericalFailure&) {  // the stretch itself did not fail: what is known of it are its ends
+  }
+  put_back();
+  return states;
+}
+
+/// One stretch, tried shorter until it stands.
+bool CoupledSystem::go_on(double end, const std::atomic<int>* stop, std::span<const double> rows) {
+  recorded_.clear();
+  while (end - state_.time > contact::tolerances().time_round_off * std::max(1.0, std::abs(end))) {
+    const double t = stretch_end(end), remaining = t - state_.time;
+    const double longest = state_.stretch > 0 ? state_.stretch : longest_stretch();
+    double duration = std::min(remaining, longest);
+    if (duration < remaining)
+      duration = remaining / std::ceil(remaining / duration - contact::tolerances().same_instant);
+    Failure failure;
+    const double start = state_.time;
+    if (agreed(stop) != 0) return false;
+    // Several ranks stop between stretches: within one, each would see the signal at another step.
+    const std::atomic<int>* within = ranks() == nullptr ? stop : nullptr;
+    escapes_.clear();
+    const long sub_steps = sums_.counters.structure_steps;
+    if (!stretch(duration, within, rows, failure)) {
+      const bool halves = 0.5 * duration >= settings_.step.min_step;
+      if (!failure.text.empty() && !(failure.shorter && halves)) throw NumericalFailure(failure.text);
+      if (within != nullptr && within->load() != 0) return false;
+      if (halves)
+        state_.stretch = 0.5 * duration;
+      else
+        widen();
+      continue;
+    }
+    wider_.clear();
+    state_.time = duration == remaining ? t : start + duration;
+    if (watch_) watch_(before_);
+    state_.stretch = 2 * longest < longest_stretch() ? 2 * longest : 0;
+    if (sums_.counters.structure_steps == sub_steps) return true;
+    const double limit = crowd_limit(model_, env_, state_.asleep, few_blocks);
+    if (limit > 0 && limit < longest_stretch() && (state_.stretch == 0 || state_.stretch > limit))
+      state_.stretch = limit;
+    return true;
+  }
+  state_.time = end;
+  return true;
+}
+
+Moment CoupledSystem::at(double t) const { return recorded_.at(t, model_, state_); }
+
+}  // namespace talus::coupling

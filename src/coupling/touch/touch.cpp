@@ -1,0 +1,333 @@
+#include "coupling/touch/touch.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "contact/skin_bed.hpp"
+#include "contact/skin_block.hpp"
+#include "coupling/ground/ground_laws.hpp"
+#include "coupling/springs/half_steps.hpp"
+#include "coupling/touch/touch_bed.hpp"
+#include "coupling/touch/touch_spring.hpp"
+
+namespace talus::coupling {
+
+Mat3 contact_frame(const Vec3& n) {
+  // The axis least aligned with n gives the first tangent; the choice depends on n alone.
+  int k = 0;
+  n.cwiseAbs().minCoeff(&k);
+  Vec3 e = Vec3::Zero();
+  e[k] = 1;
+  Mat3 f;
+  f.col(0) = n;
+  f.col(1) = n.cross(e).normalized();
+  f.col(2) = n.cross(f.col(1));
+  return f;
+}
+
+Vec3 point_velocity(const dda::State& s, int block, const Vec3& x) {
+  const auto k = static_cast<std::size_t>(block);
+  Vec3 v = s.v[k] + s.w[k].cross(x - s.c[k]);
+  if (!s.eps_rate[k].isZero(0)) {
+    const Mat3 r = s.rotation(block);
+    const Vec3 X = dda::pose(s, block).F.inverse() * (x - s.c[k]);
+    v += r * (dda::strain_tensor(s.eps_rate[k]) * X);
+  }
+  return v;
+}
+
+double Touch::bond() const {
+  if (!glued || broken) return 0;
+  const double tension = law->tension + bond_tension, cohesion = law->cohesion + bond_cohesion;
+  return at.area * (law->friction > 0 ? std::min(tension, cohesion / law->friction) : tension);
+}
+
+Vec3 partner_velocity(const dda::State& s, const Environment& env, const Touch& t) {
+  const Partner& a = t.a;
+  if (a.kind == Partner::Kind::block) return point_velocity(s, a.index, t.at.point_a);
+  if (a.kind == Partner::Kind::structure) {
+    const StructurePart& part = env.structures[static_cast<std::size_t>(a.index)];
+    if (part.fixed_surface) return Vec3::Zero();
+    const SurfaceWeights w = skin_weights(t, part.index->surface(), t.at.point_a);
+    Vec3 v = Vec3::Zero();
+    for (int i = 0; i < w.count; ++i)
+      v += w.weight[static_cast<std::size_t>(i)] *
+           part.structure->node_velocity(w.node[static_cast<std::size_t>(i)]);
+    return v;
+  }
+  return Vec3::Zero();
+}
+
+namespace {
+
+int material_of(const dda::Model& m, const Environment& env, const Partner& a, int face) {
+  switch (a.kind) {
+    case Partner::Kind::block: return m.blocks[static_cast<std::size_t>(a.index)].material;
+    case Partner::Kind::plane: return env.planes[static_cast<std::size_t>(a.index)].material;
+    case Partner::Kind::terrain: {
+      const TriangleSurface& s = env.terrain->surface();
+      if (face >= 0 && !s.material.empty()) return s.material[static_cast<std::size_t>(face)];
+      return s.default_material;
+    }
+    case Partner::Kind::structure: return env.structures[static_cast<std::size_t>(a.index)].material;
+  }
+  return 0;
+}
+
+bool glued_elsewhere(const std::vector<ContactMemory>& memory, std::uint64_t partner) {
+  return std::any_of(memory.begin(), memory.end(),
+                     [&](const ContactMemory& m) { return m.partner == partner && m.glued; });
+}
+
+/// A new contact of a pair that is glued elsewhere is part of the bond: it holds as well. One of a pair that
+/// has come loose is as loose.
+void join_pair(Touch& t, const std::vector<ContactMemory>& memory, std::uint64_t partner) {
+  for (const ContactMemory& m : memory) {
+    if (m.partner != partner) continue;
+    t.glued = t.glued || m.glued;
+    t.broken = t.broken || m.broken;
+  }
+  t.broken = t.broken && !t.glued;
+}
+
+/// The same on a structure, whose nodes come and go: where what was known nearest still holds, and has not
+/// parted (`near` [m]).
+bool glued_nearby(const std::vector<ContactMemory>& memory, std::uint64_t partner,
+                  const contact::ContactPoint& p, double near) {
+  if (p.gap > near) return false;
+  const ContactMemory* nearest = nullptr;
+  const auto distance = [&](const ContactMemory& m) { return (m.place - p.point_a).squaredNorm(); };
+  for (const ContactMemory& m : memory)
+    if (m.partner == partner && (m.glued || m.broken) &&
+        (nearest == nullptr || distance(m) < distance(*nearest)))
+      nearest = &m;
+  return nearest != nullptr && nearest->glued;
+}
+
+/// A pair that was born overlapping and has not parted since: what lies inside is hard contact from where it
+/// is, so that nothing is pushed apart and no spring starts loaded.
+void spare_newborn(std::span<Touch> touches, const std::vector<ContactMemory>& memory,
+                   std::uint64_t partner) {
+  const auto found = std::find_if(memory.begin(), memory.end(), [&](const ContactMemory& m) {
+    return m.partner == partner && m.feature == born_inside;
+  });
+  if (found == memory.end()) return;
+  for (Touch& t : touches) {
+    if (t.at.gap >= 0) continue;
+    t.offset = -t.at.gap;
+    t.at.gap = 0;
+    t.stiffness = t.shear_stiffness = t.dashpot = 0;
+  }
+}
+
+/// Whether a spring at a skin whose feature is found no more presses on from where it was, and where (`at`):
+/// loaded, with no other of the pair that presses much the same way to leave it to, on a face that is still
+/// there, below the block or next to it.
+bool presses_on(const StructurePart& part, const ContactMemory& m, std::uint64_t partner,
+                std::span<const Touch> touches, const Polyhedron& block, const Pose& pose, FoundPoint& at) {
+  constexpr double near_enough = 0.5;  // cosine between normals, as leave_to_others() has it
+  constexpr double near = 0.25;        // of the edge of a face: one that is farther is gone
+  if (m.partner != partner || !(m.normal_energy > 0) || m.feature == born_inside) return false;
+  for (const Touch& t : touches)
+    if (t.goes_on_from == m.feature || t.at.key == m.feature ||
+        (t.stiffness > 0 && t.at.gap < 0 && t.at.normal.dot(m.normal) > near_enough))
+      return false;
+  const TriangleSurface& skin = part.index->surface();
+  const int face = part.index->triangle_at(m.place);
+  if (face < 0) return false;
+  Vec3 x = m.place;
+  const int triangle = contact::triangle_of_face(skin, 4 * (face / 4), x);
+  const double reach = near * face_edge(skin, triangle);
+  if ((x - m.place).norm() > reach) return false;
+  if (block.convex) {
+    const Mat3 to_world = pose.F.inverse().transpose();
+    for (std::size_t f = 0; f < block.face_normals.size(); ++f) {
+      const Vec3 on_face = pose.world(block.vertices[static_cast<std::size_t>(
+          block.face_vertices[static_cast<std::size_t>(block.face_offset[f])])]);
+      if ((to_world * block.face_normals[f]).normalized().dot(x - on_face) >
+          std::min(m.indentation, reach) + 1e-3 * block.radius)
+        return false;
+    }
+  }
+  at = FoundPoint{};
+  at.at.key = m.feature;
+  at.at.normal = m.normal;
+  at.at.point_a = x;
+  at.at.gap = -m.indentation;
+  at.at.point_b = x - m.indentation * m.normal;
+  at.at.face_a = triangle;
+  at.at.face_b = -1;
+  at.on_edge = true;
+  return true;
+}
+
+/// Joint of the rock mass that a block-block contact lies on, -1 if none.
+int joint_of(const dda::Model& m, const CandidatePair& pair, const contact::ContactPoint& p) {
+  const auto of = [](const Polyhedron& shape, int face) {
+    if (face < 0 || shape.face_joint_set.empty()) return -1;
+    return shape.face_joint_set[static_cast<std::size_t>(face)];
+  };
+  const int a = of(*m.blocks[static_cast<std::size_t>(pair.a.index)].shape, p.face_a);
+  const int b = of(*m.blocks[static_cast<std::size_t>(pair.b)].shape, p.face_b);
+  if (a >= 0 && b >= 0 && a != b) return -1;  // they no longer lie on the joint that parted them
+  return a >= 0 ? a : b;
+}
+
+const Bond* find_bond(const Environment& env, const CandidatePair& pair, int joint) {
+  const int a = std::min(pair.a.index, pair.b), b = std::max(pair.a.index, pair.b);
+  const auto key = std::array<int, 3>{a, b, joint};
+  const auto at = std::lower_bound(env.bonds.begin(), env.bonds.end(), key,
+                                   [](const Bond& x, const std::array<int, 3>& k) {
+                                     return std::array<int, 3>{x.a, x.b, x.joint} < k;
+                                   });
+  return at != env.bonds.end() && at->a == a && at->b == b && at->joint == joint ? &*at : nullptr;
+}
+
+/// What the touches of a bed need of the state.
+void finish_bed(const dda::Model& m, const dda::State& s, const Environment& env, const CandidatePair& pair,
+                const std::vector<ContactMemory>& memory, std::span<Touch> touches) {
+  for (Touch& t : touches)
+    t.approach = t.at.normal.dot(point_velocity(s, pair.b, t.at.point_b) - partner_velocity(s, env, t));
+  spare_newborn(touches, memory, pair.a.id());
+  share_dashpots(m, pair, true, touches);
+  share_width(touches, *m.blocks[static_cast<std::size_t>(pair.b)].shape);
+}
+
+}  // namespace
+
+bool presses_on_bed(const dda::Model& m, const Environment& env, const CandidatePair& pair) {
+  if (pair.a.kind != Partner::Kind::structure) return false;
+  const StructurePart& part = env.structures[static_cast<std::size_t>(pair.a.index)];
+  return !part.fixed_surface &&
+         is_bed(env.laws(part.material, m.blocks[static_cast<std::size_t>(pair.b)].material));
+}
+
+void find_points(const dda::Model& m, const dda::State& s, const Environment& env, const CandidatePair& pair,
+                 double margin, std::vector<FoundPoint>& out) {
+  thread_local std::vector<contact::ContactPoint> points;
+  points.clear();
+  const Polyhedron& shape_b = *m.blocks[static_cast<std::size_t>(pair.b)].shape;
+  const Pose pose_b = dda::pose(s, pair.b);
+  const auto of_a = static_cast<std::size_t>(pair.a.index);
+  // Edges and vertices of a surface name no triangle: nodes and materials are those of the triangle that
+  // holds the point.
+  const contact::SurfaceIndex* index = nullptr;
+  switch (pair.a.kind) {
+    case Partner::Kind::block:
+      contact::block_block(*m.blocks[of_a].shape, dda::pose(s, pair.a.index), shape_b, pose_b, margin,
+                           points);
+      break;
+    case Partner::Kind::plane: contact::plane_block(env.planes[of_a], shape_b, pose_b, margin, points); break;
+    case Partner::Kind::terrain:
+      contact::surface_block(*env.terrain, shape_b, pose_b, margin, points);
+      if (!env.terrain->surface().material.empty()) index = env.terrain.get();
+      break;
+    case Partner::Kind::structure:
+      index = env.structures[of_a].index.get();
+      if (env.structures[of_a].fixed_surface)
+        contact::surface_block(*index, shape_b, pose_b, margin, points);
+      else
+        contact::skin_block(*index, shape_b, pose_b, margin, points);
+      break;
+  }
+  for (const contact::ContactPoint& p : points) {
+    FoundPoint& found = out.emplace_back(FoundPoint{p, index != nullptr && p.face_a < 0});
+    if (found.on_edge) found.at.face_a = index->triangle_at(p.point_a);
+  }
+}
+
+void make_touches(const dda::Model& m, const dda::State& s, const Environment& env, const CandidatePair& pair,
+                  std::span<const FoundPoint> points, const ContactHistory& history,
+                  std::vector<Touch>& out) {
+  const std::size_t first = out.size();
+  const auto kb = static_cast<std::size_t>(pair.b), of_a = static_cast<std::size_t>(pair.a.index);
+  const Polyhedron& shape_b = *m.blocks[kb].shape;
+  const bool at_skin = pair.a.kind == Partner::Kind::structure && !env.structures[of_a].fixed_surface;
+  const std::vector<ContactMemory>& memory = history[kb];
+  const std::uint64_t partner = pair.a.id();
+  const bool at_structure = pair.a.kind == Partner::Kind::structure;
+  const bool bonded =
+      at_structure &&
+      glued_elsewhere(memory,
+                      partner);  // the bond is hard, and so are its ruins until it has given way everywhere
+  std::vector<const ContactMemory*> last_of;
+  double lasted = 0;  // the leapfrog's step before, 0: none [s]
+  for (const ContactMemory& c : memory)
+    if (at_skin && c.partner == partner) lasted = std::max(lasted, c.lasted);
+  const BeforeFullStep before(m, s, pair.b, lasted);
+  const auto take = [&](const FoundPoint& found) {
+    const contact::ContactPoint& p = found.at;
+    Touch& t = out.emplace_back();
+    t.on_edge = found.on_edge;
+    t.a = pair.a;
+    t.b = pair.b;
+    t.at = p;
+    t.law = &env.laws(material_of(m, env, pair.a, p.face_a), m.blocks[kb].material);
+    if (pair.a.kind == Partner::Kind::block && (!env.joint_laws.empty() || !env.bonds.empty())) {
+      const int joint = joint_of(m, pair, p);
+      if (joint >= 0 && joint < static_cast<int>(env.joint_laws.size()) &&
+          env.joint_laws[static_cast<std::size_t>(joint)])
+        t.law = &*env.joint_laws[static_cast<std::size_t>(joint)];
+      if (const Bond* bond = joint >= 0 ? find_bond(env, pair, joint) : nullptr) {
+        t.bond_cohesion = bond->cohesion;
+        t.bond_tension = bond->tension;
+      }
+    }
+    t.rolls = (t.law->rolling_resistance > 0 || t.law->drilling_resistance > 0) &&
+              !at_skin;  // a solid's nodes take no couple
+    const ContactMemory* last = recall(memory, partner, t);
+    if (last == nullptr && at_structure)
+      t.glued = bonded && glued_nearby(memory, partner, p, bond_gap(shape_b));
+    if (last == nullptr && !at_structure) join_pair(t, memory, partner);
+    t.approach = p.normal.dot(point_velocity(s, pair.b, p.point_b) - partner_velocity(s, env, t));
+    if (before.strains())
+      t.sooner = p.normal.dot(point_velocity(s, pair.b, p.point_a) + before(p.point_a) -
+                              partner_velocity(s, env, t)) -
+                 t.approach;
+    const bool hard = bonded || (at_skin && p.face_a >= 0 &&
+                                 within_cell(*t.law, env.structures[of_a].structure->young(),
+                                             face_edge(env.structures[of_a].index->surface(), p.face_a)));
+    if (!hard) set_spring(t, m, last != nullptr ? last->crushed : 0.0, at_skin);
+    if (last != nullptr && !at_skin && !t.glued)
+      keep_stiffness(t, *last);  // a bond's strength goes with the area, and so does its spring
+    if (at_structure && t.stiffness > 0 && p.area == 0) relieve(t, env.structures[of_a]);
+    if (at_skin) last_of.push_back(last);
+  };
+  for (const FoundPoint& found : points) take(found);
+  spare_newborn(std::span(out).subspan(first), memory, partner);
+  if (at_skin) {
+    go_on(std::span(out).subspan(first), last_of, memory, partner, 0.1 * shape_b.radius);
+    const ContactLaw& law = env.laws(env.structures[of_a].material, m.blocks[kb].material);
+    FoundPoint pressed;
+    for (const ContactMemory& c : memory)
+      if (law.kind != ContactLaw::Kind::crushing && !is_bed(law) &&
+          presses_on(env.structures[of_a], c, partner, std::span(out).subspan(first), shape_b,
+                     dda::pose(s, pair.b), pressed)) {
+        take(pressed);
+        hold_on(out.back(), last_of.back(), false);
+      }
+  }
+  share_dashpots(m, pair, at_skin, std::span(out).subspan(first));
+  share_width(std::span(out).subspan(first), shape_b);
+}
+
+void find_touches(const dda::Model& m, const dda::State& s, const Environment& env, const CandidatePair& pair,
+                  double margin, const ContactHistory& history, std::vector<Touch>& out, const Tilts& tilts) {
+  if (presses_on_bed(m, env, pair) &&
+      !glued_elsewhere(history[static_cast<std::size_t>(pair.b)], pair.a.id())) {
+    const std::size_t first = out.size();
+    const auto kb = static_cast<std::size_t>(pair.b);
+    const StructurePart& part = env.structures[static_cast<std::size_t>(pair.a.index)];
+    find_bed(part.index->surface(), *part.index, pair, env.laws(part.material, m.blocks[kb].material),
+             *m.blocks[kb].shape, dda::pose(s, pair.b), margin, history[kb], tilts, out);
+    finish_bed(m, s, env, pair, history[kb], std::span(out).subspan(first));
+    return;
+  }
+  thread_local std::vector<FoundPoint> points;
+  points.clear();
+  find_points(m, s, env, pair, margin, points);
+  make_touches(m, s, env, pair, points, history, out);
+}
+
+}  // namespace talus::coupling
