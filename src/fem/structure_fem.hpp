@@ -130,7 +130,8 @@ class FemStructure : public Structure, public RefinableStructure, public Divided
   void restore_here(std::span<const double> state) override { restore(state, true); }
   void start_over() override;
   Vec6 permanent_reaction() const override { return load_track_.permanent(); }
-  Snapshot snapshot() const override;
+  void shape(const TakePart& take) const override;
+  void values(const TakePart& take) const override;
   bool refinable() const override;
   std::unique_ptr<Structure> refined(std::span<const StructureSpec::Refinement> zones) override;
   double permanent_energy() const override { return rest_.energy; }
@@ -280,6 +281,9 @@ class FemStructure : public Structure, public RefinableStructure, public Divided
   std::vector<std::vector<int>> loose_pieces() const;
   bool is_rubble(const std::vector<int>& piece) const;
   // structure_output.cpp
+  // Rows of all nodes or cells of the whole, in its order: each rank writes its own, and all take all.
+  void each_node(int width, const WriteRow& write, const TakeRows& take) const;
+  void each_cell(int width, const WriteRow& write, const TakeRows& take) const;
   std::vector<SkinQuad> whole_skin() const;
   void rebuild_skin();
   void save(std::vector<double>& state, bool here) const;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/memory.hpp"
 #include "fem/discretisation/hanging.hpp"
 #include "fem/discretisation/lattice.hpp"
 #include "fem/discretisation/trilinear.hpp"
@@ -75,6 +76,7 @@ FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const
   bulk_ = spec_.young / (3 * (1 - 2 * spec_.poisson));
   wave_speed_ = std::sqrt((bulk_ + 4.0 / 3 * shear_) / spec_.density);
   const Box3 extent = make_cells();
+  give_back_memory();
   live_.assign(mesh_.hexes.size(), 1);
   if (before != nullptr) supports_.centroid = before->supports_.centroid;  // moments go on about one point
   rebuild_skin();
@@ -123,6 +125,7 @@ FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const
     preload();
   factored_ = elastic_->factored();
   elastic_->forget_multigrid();  // only the preload and the first frequency of large systems need it
+  give_back_memory();
   set_members();
   divide();
   moved();
