@@ -2,6 +2,7 @@
 
 #include "app/final_state.hpp"
 #include "app/run_checkpoint.hpp"
+#include "core/memory.hpp"
 
 namespace talus::app {
 
@@ -42,6 +43,7 @@ RecordedRun record_run(sim::Simulation& simulation, io::Recorder& recorder, sim:
   RecordedRun run;
   run.result = simulation.run(sink, stop);
   if (stepped) stepped();
+  give_back_memory();
   const bool ended = io::has_ended(run.result.status);
   const sim::Checkpoint last = simulation.save();
   const sim::FinalState final_state = ended ? simulation.final_state() : sim::FinalState{};

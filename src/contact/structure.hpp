@@ -335,8 +335,8 @@ class Structure {
   };
   using TakePart = std::function<void(const Snapshot&)>;
   /// The same in parts, some thousand nodes, cells or bars each, in the order and with the numbers of the
-  /// whole: nodes, hexes and bars; then all values. Of several ranks all call them together, and each is given
-  /// every part.
+  /// whole: nodes, hexes and bars; then all values. Of several ranks all call them together, and each is
+  /// given every part.
   virtual void shape(const TakePart& take) const = 0;
   virtual void values(const TakePart& take) const = 0;
   Snapshot snapshot() const;

@@ -1,16 +1,13 @@
 #include "core/module.hpp"
 
 #include <dlfcn.h>
-#include <link.h>
-#include <sys/mman.h>
-#include <unistd.h>
 
-#include <cstdint>
 #include <cstdlib>
 #include <filesystem>
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/memory.hpp"
 
 namespace talus {
 
@@ -19,34 +16,6 @@ std::vector<std::filesystem::path>& further_places() {
   static std::vector<std::filesystem::path> places;
   return places;
 }
-
-/// Its text is not as in the file.
-bool relocates_text(const dl_phdr_info* object) {
-  for (int i = 0; i < object->dlpi_phnum; ++i) {
-    if (object->dlpi_phdr[i].p_type != PT_DYNAMIC) continue;
-    for (const auto* d = reinterpret_cast<const ElfW(Dyn)*>(object->dlpi_addr + object->dlpi_phdr[i].p_vaddr);
-         d->d_tag != DT_NULL; ++d)
-      if (d->d_tag == DT_TEXTREL || (d->d_tag == DT_FLAGS && (d->d_un.d_val & DF_TEXTREL) != 0)) return true;
-  }
-  return false;
-}
-
-/// To bind the names of deal.II the loader reads 130 MB of the libraries' tables, once. These pages are the
-/// page cache's, but count as resident in every process as long as they are mapped: batch systems add them up,
-/// one time for each rank. What is needed again comes back from the page cache.
-int leave_to_page_cache(dl_phdr_info* object, std::size_t, void*) {
-  if (object->dlpi_name == nullptr || *object->dlpi_name == '\0' || relocates_text(object)) return 0;
-  const auto page = static_cast<std::uintptr_t>(sysconf(_SC_PAGESIZE));
-  for (int i = 0; i < object->dlpi_phnum; ++i) {
-    const auto& part = object->dlpi_phdr[i];
-    if (part.p_type != PT_LOAD || (part.p_flags & PF_W) != 0) continue;
-    const std::uintptr_t begin = (object->dlpi_addr + part.p_vaddr) / page * page,
-                         end = object->dlpi_addr + part.p_vaddr + part.p_memsz;
-    (void)madvise(reinterpret_cast<void*>(begin), end - begin, MADV_DONTNEED);
-  }
-  return 0;
-}
-
 }  // namespace
 
 void add_module_directory(const std::filesystem::path& directory) { further_places().push_back(directory); }
@@ -84,7 +53,7 @@ void* module_symbol(const std::string& file, const std::string& symbol, const st
       p.rule = dlerror();
       throw InputError(p);
     }
-    dl_iterate_phdr(leave_to_page_cache, nullptr);
+    give_back_memory();
     if (void* address = dlsym(handle, symbol.c_str())) return address;
     p.rule = path.string() + " has no function " + symbol;
     p.remedy = "build the program and its modules from the same source";

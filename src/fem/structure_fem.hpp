@@ -149,12 +149,23 @@ class FemStructure : public Structure, public RefinableStructure, public Divided
   void set_loads(const Box3& extent);
   void set_masses();
   void find_critical_step();
-  void preload();
+  void set_material(bool first);
+  material::CellSize largest_cell() const;
+  void progress(const std::string& what) const;
   void check_supports(const HexMesh& mesh);
   void warn_of_cracks() const;
   std::string place_of_most(double most, int cell) const;
   void watch_stress(double t);            // of elastic concrete
   Mat3 strain_at_centre(int cell) const;  // Green's where rotations may be large
+  // structure_rest.cpp
+  void preload();
+  VecX at_free(const AlignedVector& field) const;
+  void move_by(const VecX& way);
+  double square_of(const VecX& values) const;
+  bool find_elastic_rest(VecX left, double pressed);
+  long cracked_cells() const;
+  bool find_cracked_rest(bool balanced, double pressed);
+  void warn_of_no_rest() const;
   // structure_step.cpp
   void forces(double t);          // f_int_, external_ at the present state; cached until the state changes
   void external_force(double t);  // writes f_ext_

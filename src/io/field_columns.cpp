@@ -53,9 +53,8 @@ void each_column(const Structure::Snapshot& s, F&& f) {
 
 /// Appends all parts; takes them back if they are those of `before`.
 StructureField::Range append(JournalWriter& journal,
-                             const std::function<void(const Structure::TakePart&)>& source,
-                             std::size_t first, std::size_t last, const StructureField& before,
-                             StructureField& now) {
+                             const std::function<void(const Structure::TakePart&)>& source, std::size_t first,
+                             std::size_t last, const StructureField& before, StructureField& now) {
   StructureField::Range range{journal.position(), 0};
   source([&](const Structure::Snapshot& part) {
     each_column(part, [&](std::size_t column, std::string_view bytes) {

@@ -48,7 +48,8 @@ struct StructureField {
 };
 
 /// Writes the fields to the journal, but what `before` has as well.
-StructureField append_fields(JournalWriter& journal, const Structure::Fields& source, const StructureField& before);
+StructureField append_fields(JournalWriter& journal, const Structure::Fields& source,
+                             const StructureField& before);
 
 /// Calls with the rows of a column, a part at a time. Throws std::out_of_range if the journal has not as many
 /// as it should have.

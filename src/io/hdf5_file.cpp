@@ -211,12 +211,12 @@ void Hdf5File::write(const std::string& path, std::span<const T> values, const D
   write_parts<T>(
       path, dims, [&](const auto& take) { take(values); }, unit, description);
 }
-#define TALUS_WRITES(T)                                                                                   \
+#define TALUS_WRITES(T)                                                                                     \
   template void Hdf5File::write<T>(const std::string&, std::span<const T>, const Dims&, const std::string&, \
-                                   const std::string&);                                                   \
-  template void Hdf5File::write_parts<T>(                                                                 \
-      const std::string&, const Dims&,                                                                    \
-      const std::function<void(const std::function<void(std::span<const T>)>&)>&, const std::string&,     \
+                                   const std::string&);                                                     \
+  template void Hdf5File::write_parts<T>(                                                                   \
+      const std::string&, const Dims&,                                                                      \
+      const std::function<void(const std::function<void(std::span<const T>)>&)>&, const std::string&,       \
       const std::string&);
 TALUS_WRITES(double)
 TALUS_WRITES(float)

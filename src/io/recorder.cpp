@@ -193,12 +193,13 @@ void Recorder::crossings(std::span<const LineRow> rows) {
   if (!rows.empty()) impl_->journal->append(RecordKind::crossings, encode_line_rows(rows));
 }
 
-void Recorder::field(double time, std::span<const Pose> poses, std::span<const Structure::Fields> structures) {
+void Recorder::field(double time, std::span<const Pose> poses,
+                     std::span<const Structure::Fields> structures) {
   FieldRow row{time, {poses.begin(), poses.end()}, {}};
   const std::vector<StructureField>& before = impl_->last_field.structures;
   for (std::size_t i = 0; i < structures.size(); ++i)
-    row.structures.push_back(append_fields(*impl_->journal, structures[i],
-                                           i < before.size() ? before[i] : StructureField{}));
+    row.structures.push_back(
+        append_fields(*impl_->journal, structures[i], i < before.size() ? before[i] : StructureField{}));
   impl_->journal->append(RecordKind::field, impl_->codec.encode(row));
   impl_->journal->flush();
   impl_->paraview(row, true);

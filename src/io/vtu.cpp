@@ -109,8 +109,9 @@ std::vector<T> flat(std::span<const Vec3> v) {
 }
 
 /// Cells of one kind, each with `nodes` of them, whose numbers come in parts.
-std::string uniform_cells(VtuFile& file, std::size_t count, std::size_t nodes, std::uint8_t type,
-                          const std::function<void(const std::function<void(std::span<const int>)>&)>& parts) {
+std::string uniform_cells(
+    VtuFile& file, std::size_t count, std::size_t nodes, std::uint8_t type,
+    const std::function<void(const std::function<void(std::span<const int>)>&)>& parts) {
   const auto connectivity = [parts](const Put& put) {
     std::vector<std::int64_t> numbers;
     parts([&](std::span<const int> part) {

@@ -64,8 +64,7 @@ std::vector<NodeRange> ranges_of(const std::vector<char>& in) {
   return list;
 }
 
-void rows_of(std::size_t count, int width, const WriteRow& write,
-             const TakeRows& take) {
+void rows_of(std::size_t count, int width, const WriteRow& write, const TakeRows& take) {
   const auto w = static_cast<std::size_t>(width);
   std::vector<double> rows;
   for (std::size_t begin = 0; begin < count; begin += rows_at_once) {

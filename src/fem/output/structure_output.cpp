@@ -524,14 +524,12 @@ void FemStructure::start_over() {
   watch_stress(0);
 }
 
-void FemStructure::each_node(int width, const WriteRow& write,
-                             const TakeRows& take) const {
+void FemStructure::each_node(int width, const WriteRow& write, const TakeRows& take) const {
   if (partition_) return partition_->each_node(width, write, take);
   rows_of(mass_.size(), width, write, take);
 }
 
-void FemStructure::each_cell(int width, const WriteRow& write,
-                             const TakeRows& take) const {
+void FemStructure::each_cell(int width, const WriteRow& write, const TakeRows& take) const {
   if (partition_) return partition_->each_cell(width, write, take);
   rows_of(live_.size(), width, write, take);
 }
