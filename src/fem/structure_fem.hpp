@@ -28,6 +28,7 @@
 /// v        velocity at the last half step            m/s    nodes x 4
 /// m        lumped mass                               kg     nodes
 #pragma once
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -169,6 +170,11 @@ class FemStructure : public Structure, public RefinableStructure, public Divided
   // structure_step.cpp
   void forces(double t);          // f_int_, external_ at the present state; cached until the state changes
   void external_force(double t);  // writes f_ext_
+  struct StepWorks;
+  std::vector<NodeImpulse> impulses_here(std::span<const NodeImpulse> given) const;
+  void take_impulses(double h, std::span<const NodeImpulse> impulses);
+  void move_nodes(double h, double kick, StepWorks& works);
+  void account(double h, double kick, const StepWorks& works);
   void explicit_steps(double t, double duration);
   bool undisturbed(double t, double duration) const;  // at rest, and no load changes until t + duration
   double settling_time() const;  // for which kinetic energy has to stay small to mean rest [s]
@@ -279,6 +285,17 @@ class FemStructure : public Structure, public RefinableStructure, public Divided
       double kick) const;  // a . (m g - f_int), a the step's acceleration: this rank's part [W/s]
   void book_step_dependence(double h, double own, double strained);
   void erode(const std::vector<int>& cells);
+  struct Leaving {
+    double mass = 0;
+    int cells = 0;      // of the piece
+    bool goes = false;  // keeps no cell
+    Vec3 position, velocity;
+  };
+  std::map<int, Leaving> leaving_nodes(const HexMesh& mesh, const std::vector<int>& cells,
+                                       const Excerpt* apart) const;
+  void shape_of_piece(const HexMesh& mesh, const std::vector<int>& cells, double smallest,
+                      const std::map<int, Leaving>& nodes, const std::vector<SeatedNode>& seated,
+                      Fragment& f) const;
   Fragment detach(const std::vector<int>& cells, const std::vector<SeatedNode>& seats);
   std::vector<SeatedNode> seated_nodes() const;  // of all decks, as long as cells of both sides are there
   // structure_pieces.cpp
