@@ -55,25 +55,28 @@ TriangleSurface standing_skin(scene::Scene scene) {
 /// structure.
 enum class Flight { meets, passes_by, has_left };
 
-/// The block's centroid at t = 0: `clearance` before its first touch on the line of flight. Where that line
-/// meets nothing, the foremost point along the flight lies `clearance` before the impact point. A block whose
-/// only touch lies behind the impact point `has_left`.
+/// The block's centroid at t = 0: `clearance` before its first touch on the line of flight, which is looked
+/// for from where the block stands free of the structure, at least four radii before the impact point, the
+/// farther the deeper that lies inside. Where the line meets nothing, the foremost point along the flight
+/// lies `clearance` before the impact point. A block whose only touch lies behind the impact point
+/// `has_left`.
 Vec3 starting_position(const scene::Scene& scene, const scene::Impact& impact, const TriangleSurface& skin,
                        Flight& flight) {
   const Polyhedron body = body_of(scene, impact);
   const Vec3 along = impact.velocity.normalized();
   double reach = 0;
   for (const Vec3& v : body.vertices) reach = std::max(reach, along.dot(impact.rotation * v));
-  constexpr double run_up = 4;  // radii: in front of all that the body's sides may meet first
-  const Pose behind{impact.point - (reach + run_up * body.radius) * along, impact.rotation},
-      there{impact.point, impact.rotation};
-  const double way = geometry::free_path(body, behind, skin, along),
-               beyond = way - run_up * body.radius;  // of the impact point, at the first touch
-  flight = !std::isfinite(way) ? Flight::passes_by
-           : beyond < -0.1 * body.radius && !std::isfinite(geometry::free_path(body, there, skin, along))
-               ? Flight::has_left
-               : Flight::meets;
-  return behind.c + ((std::isfinite(way) ? way : run_up * body.radius) - impact.clearance) * along;
+  double run_up = 4 * body.radius;  // in front of all that the body's sides may meet first
+  const auto behind = [&] { return Pose{impact.point - (reach + run_up) * along, impact.rotation}; };
+  while (geometry::corner_inside(body, behind(), skin)) run_up += body.radius;
+  const Pose there{impact.point, impact.rotation};
+  const double way = geometry::free_path(body, behind(), skin, along),
+               beyond = way - run_up;  // of the impact point, at the first touch
+  const bool none_ahead = !std::isfinite(geometry::free_path(body, there, skin, along)),
+             leaves = beyond < -0.1 * body.radius ||
+                      (!std::isfinite(way) && std::isfinite(geometry::free_path(body, there, skin, -along)));
+  flight = none_ahead && leaves ? Flight::has_left : std::isfinite(way) ? Flight::meets : Flight::passes_by;
+  return behind().c + ((std::isfinite(way) ? way : run_up) - impact.clearance) * along;
 }
 
 std::set<int> materials_of(const scene::Site& site) {

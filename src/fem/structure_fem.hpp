@@ -238,8 +238,11 @@ class FemStructure : public Structure, public RefinableStructure, public Divided
   double condensed_step(
       double t, double accuracy,
       double laws_share);  // the laws may take that part of the stored energy in a period of the first mode
+  double taken_at_ease(double h) const;
+  double condensed_budget(double accuracy) const;
   bool at_ease(double h)
       const;  // the laws' last evaluation, of a step of length h, takes next to nothing and lets no cell go
+  bool viscosity_at_ease(double h, double taken, double damped, double kinetic) const;
   void begin_condensed(double t, double h,
                        bool smoothed);  // `smoothed`: for contacts that may hold nodes, after explicit steps
                                         // by backward Euler from smoothed velocities
@@ -428,8 +431,9 @@ class FemStructure : public Structure, public RefinableStructure, public Divided
   std::vector<Mat3> frames_;  // T of each cell in K of the condensed steps, T K_e T^T; empty: 1 (frame_of())
   double stored_half_ = 0;    // elastic energy at the half step
   double reference_kinetic_ = 0;
-  double taken_by_starts_ = 0;  // of the energy of motions, by the starts of condensed steps so far [J]
-  double still_since_ = 0;      // kinetic energy has been below the limit since then
+  double taken_by_condensed_ =
+      0;                    // of the energy of motions, by starts and viscosity of condensed steps so far [J]
+  double still_since_ = 0;  // kinetic energy has been below the limit since then
   bool still_ = false;
   double blow_time_ = -1e300;  // when a blow was last taken that a condensed step may not take [s]; later,
                                // where ringing has to decay first

@@ -9,5 +9,7 @@ StructurePlan plan_of(const StructureSpec& spec, const Vec3& gravity);
 
 /// Cells of a structure that is generated, about. Throws InputError where they are too many for this machine.
 double cell_count(const StructureSpec& spec);
+/// Cells of it that the memory of this machine holds, at most 20 million.
+double most_cells(const StructureSpec& spec);
 
 }  // namespace talus::fem

@@ -70,6 +70,20 @@ void between(const Triangle& body, const Triangle& skin, Way& way) {
   }
 }
 
+/// Solid angle of a closed triangulated surface seen from x over 4 pi: 1 inside, 0 outside [vanoosterom1983].
+double winding(const std::vector<Vec3>& vertices, const std::vector<std::array<int, 3>>& triangles,
+               const Vec3& x) {
+  double sum = 0;
+  for (const auto& t : triangles) {
+    const Vec3 a = vertices[static_cast<std::size_t>(t[0])] - x,
+               b = vertices[static_cast<std::size_t>(t[1])] - x,
+               c = vertices[static_cast<std::size_t>(t[2])] - x;
+    const double na = a.norm(), nb = b.norm(), nc = c.norm();
+    sum += 2 * std::atan2(a.dot(b.cross(c)), na * nb * nc + a.dot(b) * nc + b.dot(c) * na + c.dot(a) * nb);
+  }
+  return sum / (4 * M_PI);
+}
+
 }  // namespace
 
 double free_path(const Polyhedron& body, const Pose& pose, const TriangleSurface& surface,
@@ -101,6 +115,19 @@ double free_path(const Polyhedron& body, const Pose& pose, const TriangleSurface
       if (!apart(corners, skin)) between(corners, skin, way);
   }
   return way.least();
+}
+
+bool corner_inside(const Polyhedron& body, const Pose& pose, const TriangleSurface& surface) {
+  std::vector<Vec3> corners;
+  Box3 box;
+  for (const Vec3& x : body.vertices) corners.push_back(pose.world(x)), box.extend(corners.back());
+  const auto inside_surface = [&](const Vec3& x) {
+    return winding(surface.vertices, surface.triangles, x) > 0.5;
+  };
+  const auto inside_body = [&](const Vec3& x) {
+    return box.contains(x) && winding(corners, body.triangles, x) > 0.5;
+  };
+  return std::ranges::any_of(corners, inside_surface) || std::ranges::any_of(surface.vertices, inside_body);
 }
 
 }  // namespace talus::geometry

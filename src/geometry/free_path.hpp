@@ -11,4 +11,8 @@ namespace talus::geometry {
 double free_path(const Polyhedron& body, const Pose& pose, const TriangleSurface& surface,
                  const Vec3& direction);
 
+/// Whether a corner of the body lies inside the closed surface, or one of the surface's inside the body: they
+/// overlap, or one lies in the other, where no faces meet [vanoosterom1983].
+bool corner_inside(const Polyhedron& body, const Pose& pose, const TriangleSurface& surface);
+
 }  // namespace talus::geometry

@@ -412,17 +412,24 @@ std::vector<std::string> SummaryBuilder::headline() const {
 }
 
 const Member* struck_member(const sim::RunHeader::StructureInfo& structure, const Vec3& point) {
-  const Member* nearest = nullptr;
-  double least = std::numeric_limits<double>::infinity();
-  for (const Member& m : structure.members) {
-    const Vec3 axis = m.axis_x.cross(m.axis_y), from_base = point - m.base;
-    const double along = from_base.dot(axis), aside = (from_base - along * axis).norm();
-    if (along < -0.02 * m.length || along > 1.02 * m.length || aside >= least)
-      continue;  // a hundredth or two: deformed
-    nearest = &m;
-    least = aside;
+  const bool spanned = std::ranges::any_of(structure.members, &Member::span);
+  for (const bool above_piers : {false, true}) {  // a cap beam ends between a pier's top and its spans
+    const Member* nearest = nullptr;
+    double least = std::numeric_limits<double>::infinity();
+    for (const Member& m : structure.members) {
+      const Vec3 axis = m.axis_x.cross(m.axis_y), from_base = point - m.base;
+      const double along = from_base.dot(axis), aside = (from_base - along * axis).norm();
+      constexpr double deformed = 0.02;  // of its extent
+      const bool reaches = along >= -deformed * m.length &&
+                           (along <= (1 + deformed) * m.length || (above_piers && !m.span)),
+                 at_height = !m.span || std::abs(from_base.dot(m.axis_y)) <= (0.5 + deformed) * m.section[1];
+      if (!reaches || !at_height || aside >= least) continue;
+      nearest = &m;
+      least = aside;
+    }
+    if (nearest != nullptr || !spanned) return nearest;
   }
-  return nearest;
+  return nullptr;
 }
 
 /// Its name in a sentence: the member that was struck, of the structure if that has more than one.

@@ -53,8 +53,8 @@ struct Impact {
   double filtered_force = 0;  // greatest low-passed force, set when the text is made [N]
 };
 
-/// The member whose axis the point lies nearest to, among those that reach to its height; null: none does (a
-/// deck, a mesh without members).
+/// The member whose axis the point lies nearest to, among those that reach to its height: what lies below a
+/// span, such as the end of a cap beam, is the pier's. Null: none does (a mesh without members).
 const Member* struck_member(const sim::RunHeader::StructureInfo& structure, const Vec3& point);
 
 /// What the lengths of a run's steps go by: simulation.accuracy, simulation.step, or the step that the scheme

@@ -6,36 +6,17 @@
 #include <fmt/format.h>
 
 #include "coupling/touch.hpp"
+#include "geometry/free_path.hpp"
 #include "sim/world.hpp"
 
 namespace talus::sim {
 
 namespace {
 
-/// Solid angle of a closed triangulated surface seen from x over 4 pi: 1 inside, 0 outside [vanoosterom1983].
-double winding(const std::vector<Vec3>& vertices, const std::vector<std::array<int, 3>>& triangles,
-               const Vec3& x) {
-  double sum = 0;
-  for (const auto& t : triangles) {
-    const Vec3 a = vertices[static_cast<std::size_t>(t[0])] - x,
-               b = vertices[static_cast<std::size_t>(t[1])] - x,
-               c = vertices[static_cast<std::size_t>(t[2])] - x;
-    const double na = a.norm(), nb = b.norm(), nc = c.norm();
-    sum += 2 * std::atan2(a.dot(b.cross(c)), na * nb * nc + a.dot(b) * nc + b.dot(c) * na + c.dot(a) * nb);
-  }
-  return sum / (4 * M_PI);
-}
+constexpr double touching = 1e-9;  // overlap over the block's size that is none
 
 /// To the next millimetre, so that what is read off is enough.
 double round_up(double x) { return std::ceil(1e3 * x + 1e-6) / 1e3; }
-
-/// Whether one of the two bodies lies wholly inside the other, where no faces meet.
-bool enclosed(const dda::Model::Block& block, const Pose& pose, const TriangleSurface& skin) {
-  std::vector<Vec3> corners;
-  for (const Vec3& x : block.shape->vertices) corners.push_back(pose.world(x));
-  return winding(skin.vertices, skin.triangles, corners[0]) > 0.5 ||
-         winding(corners, block.shape->triangles, skin.vertices[0]) > 0.5;
-}
 
 /// How far the face of a structure's skin that a touch lies on has moved from where the scene has it [m].
 double displaced(const World& world, int structure, int triangle) {
@@ -50,6 +31,12 @@ double displaced(const World& world, int structure, int triangle) {
       most = std::max(most, moved[static_cast<std::size_t>(nodes.node[static_cast<std::size_t>(i)])]);
   }
   return most;
+}
+
+/// How far a touch has the block moved upwards until it is none [m]; 0 where the partner does not bear it.
+double raise_of(const coupling::Touch& t) {
+  constexpr double steepest = 0.05;  // n_z: along a face steeper than that a block is moved aside
+  return t.at.normal.z() > steepest ? (t.offset - t.at.gap) / t.at.normal.z() : 0.0;
 }
 
 /// Blocks that one structure's skin has moved into.
@@ -102,13 +89,13 @@ std::vector<Problem> initial_overlaps(World& world, const coupling::KnownPairs& 
     double deepest = 0, raise = 0;
     Vec3 where = Vec3::Zero(), away = Vec3::Zero();
     const dda::Model::Block& b = model.blocks[static_cast<std::size_t>(c.b)];
-    const double allowed = 1e-9 * 2 * b.shape->radius;
+    const double allowed = touching * 2 * b.shape->radius;
     bool moved_in = offsets && c.a.kind == Kind::structure;
     for (const coupling::Touch& t : touches) {
       const double depth = t.offset - t.at.gap;
       moved_in =
           moved_in && (depth <= allowed || depth <= allowed + displaced(world, c.a.index, t.at.face_a));
-      if (t.at.normal.z() > 0.05) raise = std::max(raise, depth / t.at.normal.z());
+      raise = std::max(raise, raise_of(t));
       if (depth > deepest) {
         deepest = depth;
         where = t.at.point_b;
@@ -117,8 +104,8 @@ std::vector<Problem> initial_overlaps(World& world, const coupling::KnownPairs& 
     }
     bool inside = false;
     if (c.a.kind == Kind::structure && touches.empty()) {
-      inside = enclosed(b, dda::pose(state.blocks, c.b),
-                        env.structures[static_cast<std::size_t>(c.a.index)].index->surface());
+      inside = geometry::corner_inside(*b.shape, dda::pose(state.blocks, c.b),
+                                       env.structures[static_cast<std::size_t>(c.a.index)].index->surface());
       where = state.blocks.c[static_cast<std::size_t>(c.b)];
     }
     if (!inside && deepest <= allowed) continue;
@@ -167,6 +154,40 @@ std::vector<Problem> initial_overlaps(World& world, const coupling::KnownPairs& 
           m.blocks == 1 ? "block " + m.first : fmt::format("{} blocks, {} among them,", m.blocks, m.first),
           m.deepest));
   return problems;
+}
+
+double raise_above_ground(const World& world, int block, const Pose& pose) {
+  using Kind = coupling::Partner::Kind;
+  const coupling::CoupledSystem& system = *world.system;
+  const coupling::Environment& env = system.environment();
+  const dda::Model& model = system.model();
+  const auto k = static_cast<std::size_t>(block);
+  dda::State state = system.state().blocks;
+  state.c[k] = pose.c;
+  state.q[k] = Quat(pose.F);
+  state.eps[k].setZero();
+  const coupling::ContactHistory nothing_before(state.c.size());
+  constexpr int most = 20;  // a raised block may meet another face of terrain
+  for (int pass = 0; pass < most; ++pass) {
+    const Box3 box = contact::bounds(*model.blocks[k].shape, dda::pose(state, block), 0);
+    std::vector<coupling::CandidatePair> grounds;
+    for (std::size_t q = 0; q < env.planes.size(); ++q)
+      grounds.push_back({{Kind::plane, static_cast<int>(q)}, block});
+    if (env.terrain && env.terrain->overlaps(box)) grounds.push_back({{Kind::terrain, 0}, block});
+    for (int other = 0; other < state.size(); ++other)
+      if (model.blocks[static_cast<std::size_t>(other)].ndof() == 0 &&
+          box.intersects(contact::bounds(*model.blocks[static_cast<std::size_t>(other)].shape,
+                                         dda::pose(state, other), 0)))
+        grounds.push_back({{Kind::block, other}, block});
+    std::vector<coupling::Touch> touches;
+    for (const coupling::CandidatePair& pair : grounds)
+      coupling::find_touches(model, state, env, pair, 0, nothing_before, touches);
+    double raise = 0;
+    for (const coupling::Touch& t : touches) raise = std::max(raise, raise_of(t));
+    if (raise <= touching * model.blocks[k].shape->radius) break;
+    state.c[k].z() += raise;
+  }
+  return state.c[k].z() - pose.c.z();
 }
 
 }  // namespace talus::sim

@@ -114,6 +114,9 @@ class World {
 /// than its skin has moved from where the scene has it touches it (method talus). `known`: pairs that stand
 /// to each other as a run has left them.
 std::vector<Problem> initial_overlaps(World&, const coupling::KnownPairs& known = {});
+/// How far up a block at this pose has to be moved until it overlaps no plane, terrain or fixed block that
+/// would bear it [m].
+double raise_above_ground(const World&, int block, const Pose& pose);
 
 class Shared;  // shared.hpp
 

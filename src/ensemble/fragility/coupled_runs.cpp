@@ -79,7 +79,11 @@ scene::Scene CoupledRuns::scene_of(const Task& t, double back) {
   b.rotation = turned.normalized().toRotationMatrix();
   b.velocity = e.hit.velocity * (1 + speed_scatter * normal(seed, t, 3));
   b.spin = e.hit.spin;
-  b.position = e.hit.centre - back * e.hit.velocity.normalized();
+  // What slides or rolls touches the ground, into which it would be turned.
+  const sim::World& ground = world->world();
+  Vec3 at = e.hit.centre - back * e.hit.velocity.normalized();
+  at.z() += sim::raise_above_ground(ground, ground.placed(e.hit.block), {at, b.rotation});
+  b.position = at;
   std::erase_if(s.blocks, [](const scene::Block& other) { return !other.fixed; });
   s.blocks.push_back(std::move(b));
   s.rock_mass.reset();

@@ -9,11 +9,14 @@
 #include <deal.II/lac/vector.h>
 #include <deal.II/numerics/vector_tools_interpolate.h>
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <set>
 #include <utility>
 
+#include "core/error.hpp"
 #include "fem/discretisation/hanging.hpp"
 
 namespace talus::fem {
@@ -49,19 +52,23 @@ std::array<Vec3, 8> corners_of(const Cell& cell) {
   return corners;
 }
 
-void refine(Triangulation& grid, std::span<const StructureSpec::Refinement> zones) {
-  constexpr int most_halvings = 8;
+void refine(Triangulation& grid, std::span<const StructureSpec::Refinement> zones, double most) {
   for (int level = 0; level < most_halvings && !zones.empty(); ++level) {
-    bool any = false;
+    double halved = 0;
     for (const Cell& cell : grid.active_cell_iterators()) {
       const std::array<Vec3, 8> corners = corners_of(cell);
       if (std::none_of(zones.begin(), zones.end(),
                        [&](const auto& zone) { return to_be_halved(corners, zone); }))
         continue;
       cell->set_refine_flag();
-      any = true;
+      ++halved;
     }
-    if (!any) return;
+    if (halved == 0) return;
+    if (const double count = grid.n_active_cells() + 7 * halved; count > most)
+      throw NumericalFailure(fmt::format(
+          "finer cells (refine) come to more than {:.3g} million, and {:.3g} million are what this "
+          "machine holds: take larger ones, or a smaller region or reach",
+          count / 1e6, most / 1e6));
     grid.execute_coarsening_and_refinement();
   }
 }
@@ -83,7 +90,7 @@ Discretisation::Discretisation(HexMesh coarse, std::span<const StructureSpec::Re
   reinit(std::move(coarse), zones);
 }
 
-void Discretisation::reinit(HexMesh coarse, std::span<const StructureSpec::Refinement> zones) {
+void Discretisation::reinit(HexMesh coarse, std::span<const StructureSpec::Refinement> zones, double most) {
   forget_cells();
   mesh_ = std::move(coarse);
   triangulation_ = std::make_unique<Triangulation>(Triangulation::limit_level_difference_at_vertices);
@@ -91,7 +98,7 @@ void Discretisation::reinit(HexMesh coarse, std::span<const StructureSpec::Refin
   hanging_ = std::make_unique<dealii::AffineConstraints<double>>();
   constraints_ = std::make_unique<dealii::AffineConstraints<double>>();
   create_coarse_cells(mesh_, *triangulation_);
-  refine(*triangulation_, zones);
+  refine(*triangulation_, zones, most);
   const dealii::FESystem<3> element(dealii::FE_Q<3>(1), 3);
   dof_handler_->distribute_dofs(element);
   std::vector<dealii::types::global_dof_index> number(dof_handler_->n_dofs());

@@ -14,6 +14,7 @@
 /// f        forces                                              any    nodes x 4
 #pragma once
 #include <array>
+#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
@@ -58,7 +59,8 @@ class Discretisation {
   ~Discretisation();
   /// Cells of the coarse mesh are halved in every zone until they are as small as the zone asks for; cells
   /// that share a vertex differ by one halving at most. A zone that meets no cell changes nothing.
-  void reinit(HexMesh coarse, std::span<const StructureSpec::Refinement> zones = {});
+  void reinit(HexMesh coarse, std::span<const StructureSpec::Refinement> zones = {},
+              double most = std::numeric_limits<double>::infinity());
   Discretisation(const Discretisation&) = delete;
   Discretisation& operator=(const Discretisation&) = delete;
 

@@ -9,6 +9,8 @@
 
 namespace talus::fem {
 
+constexpr int most_halvings = 8;  // of a cell that zones of refine ask for smaller ones of
+
 /// The hanging node of this number, or null.
 inline const HangingNode* hanging_node(const HexMesh& mesh, int n) {
   const auto at = std::lower_bound(mesh.hanging.begin(), mesh.hanging.end(), n,

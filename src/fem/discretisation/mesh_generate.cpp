@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact/refinable.hpp"
 #include "core/memory.hpp"
 #include "fem/discretisation/disc.hpp"
 #include "fem/discretisation/grid_in.hpp"
+#include "fem/discretisation/hanging.hpp"
 #include "fem/discretisation/hex_mesh.hpp"
 #include "fem/discretisation/lattice.hpp"
 #include "fem/discretisation/viaduct.hpp"
@@ -105,13 +107,25 @@ double refined_count(const StructureSpec& spec) {
       spec.cell_size, zones);
 }
 
+constexpr double bytes_per_cell = 2400, bytes_per_damage_cell = 6000;  // measured, building and stepping
+
+double bytes_of_cell(const StructureSpec& spec) {
+  return spec.damage == "none" ? bytes_per_cell : bytes_per_damage_cell;
+}
+
+/// Cells that one cell of the structure at least becomes where `where = "impact"` asks for smaller ones.
+double struck_count(const StructureSpec& spec, double h) {
+  const ImpactRefinement asked = impact_refinement(spec);
+  if (!(asked.cell_size > 0 && asked.cell_size < h)) return 0;
+  const double halvings = std::min<double>(most_halvings, std::ceil(std::log2(h / asked.cell_size)));
+  return std::pow(8, halvings) * std::max(1.0, std::pow(2 * asked.reach / h, 3));
+}
+
 /// Refuses what this machine cannot hold before any of it is made: a slip of the unit would fill its memory
 /// in silence.
 void check_count(const StructureSpec& spec) {
-  constexpr double bytes_per_cell = 2400, bytes_per_damage_cell = 6000;  // measured, building and stepping
-  const double cell = spec.damage == "none" ? bytes_per_cell : bytes_per_damage_cell;
-  const double memory = available_memory();
-  const double volume = volume_of(spec), h = spec.cell_size, most = std::min(2e7, memory / cell);
+  const double cell = bytes_of_cell(spec), memory = available_memory();
+  const double volume = volume_of(spec), h = spec.cell_size, most = most_cells(spec);
   const auto too_many = [&](double count) {
     return fmt::format(
         "makes about {:.3g} million cells of {:.3g} m^3 of structure, some {:.3g} GB; {:.3g} GB are free, "
@@ -127,6 +141,10 @@ void check_count(const StructureSpec& spec) {
         h > 0 ? fmt::format("take cells of {:.2g} m or more, finer ones only where blocks strike (refine)",
                             1.05 * std::cbrt(volume / most))
               : "take fewer");
+  const double struck = struck_count(spec, h > 0 ? h : std::cbrt(volume / count));
+  if (struck > most)
+    bad(spec, "refine.cell_size", fmt::format("{:g} m", impact_refinement(spec).cell_size),
+        too_many(struck) + ", where a block strikes", "take larger cells there, or a smaller reach");
   if (spec.refinements.empty() || !(h > 0)) return;
   const double refined = refined_count(spec);
   if (!(refined > most)) return;
@@ -236,6 +254,10 @@ void check_refinements(const StructureSpec& spec, const HexMesh& mesh) {
 }
 
 }  // namespace
+
+double most_cells(const StructureSpec& spec) {
+  return std::min(2e7, available_memory() / bytes_of_cell(spec));
+}
 
 double cell_count(const StructureSpec& spec) {
   check_count(spec);

@@ -15,6 +15,7 @@
 #include "fem/discretisation/lattice.hpp"
 #include "fem/spec_error.hpp"
 #include "fem/structure_fem.hpp"
+#include "fem/structure_plan.hpp"
 
 namespace talus::fem {
 
@@ -63,7 +64,7 @@ Box3 FemStructure::make_cells() {
   Zones zones = given ? spec_.refinements : Zones{};
   zones.insert(zones.end(), struck_zones_.begin(), struck_zones_.end());
   const std::size_t before = coarse.hexes.size();
-  discretisation_.reinit(std::move(coarse), zones);
+  discretisation_.reinit(std::move(coarse), zones, most_cells(spec_));
   if (given && struck_zones_.empty() && mesh_.hexes.size() == before)
     bad(spec_, "refine", fmt::format("{} zones", spec_.refinements.size()),
         "no cell lies in them that is larger than they ask for",
@@ -119,7 +120,7 @@ void FemStructure::take_over(FemStructure& before) {
   time_ = before.time_, still_ = before.still_, still_since_ = before.still_since_,
   blow_time_ = before.blow_time_;
   reference_kinetic_ = before.reference_kinetic_, steps_taken_ = before.steps_taken_,
-  taken_by_starts_ = before.taken_by_starts_;
+  taken_by_condensed_ = before.taken_by_condensed_;
   if (bearings_ && bearings_->sites().size() == before.bearings_->sites().size()) {
     std::vector<double> state;
     before.bearings_->save(state);

@@ -88,7 +88,7 @@ constexpr double cracked_least = 0.02;  // damage that K takes for granted once 
 constexpr double crushed_stiffest = 1.05;  // of crushed concrete
 constexpr double start_share = 10,
                  most_start_share = 0.1;  // of the energy of its fastest motion, and what it has dissipated,
-                                          // that starts may take together: times the accuracy, and at most
+                                          // that may be taken in all: times the accuracy, and at most
 constexpr double least_start_share = 1e-3;  // of that, which one may take whatever the others took
 constexpr std::size_t room_of_levels =
     32'000'000;  // [bytes] that their factors may fill, if there are more than the least
@@ -130,12 +130,30 @@ double FemStructure::dissipation() const {
 
 /// What takes less than the accuracy's part of the stored energy in a period of the first mode leaves the
 /// motion what it was, to that accuracy. Of a structure that has broken little may be stored; what it has
-/// taken so far is known to the accuracy, too: a hundred periods may add that part of it.
-bool FemStructure::at_ease(double h) const {
+/// taken so far is known to the accuracy, too: a hundred periods may add that part of it [J].
+double FemStructure::taken_at_ease(double h) const {
   const double share = laws_share_ * h * lowest_frequency() / (2 * M_PI), stored = std::abs(stored_part_);
-  const double allowed =
-      std::max(1e-9 * stored, share * (stored + 0.01 * (books_.damage_work + books_.plastic_work)));
-  return dissipation() <= allowed && !(damage_ && !spent_cells().empty());
+  return std::max(1e-9 * stored, share * (stored + 0.01 * (books_.damage_work + books_.plastic_work)));
+}
+
+bool FemStructure::at_ease(double h) const {
+  return dissipation() <= taken_at_ease(h) && !(damage_ && !spent_cells().empty());
+}
+
+/// What condensed steps may take in all, beside what damping and laws do [J].
+double FemStructure::condensed_budget(double accuracy) const {
+  return std::min(start_share * accuracy, most_start_share) *
+         (reference_kinetic_ + books_.damage_work + books_.plastic_work);
+}
+
+/// Over a way s the viscosity h/2 (K - K_now) takes 1/2 s . (K - K_now) s, most of it as cracks open and
+/// close: as little as the laws may take, and a small part of what damping takes in the step or, without any,
+/// of the motion; more only out of the budget, half of what is left of it.
+bool FemStructure::viscosity_at_ease(double h, double taken, double damped, double kinetic) const {
+  constexpr double of_damping = 0.05, of_motion = 1e-3;  // in a period of the first mode
+  const double always = taken_at_ease(h) + (alpha_ > 0 ? of_damping * damped
+                                                       : of_motion * h * lowest_frequency() / M_PI * kinetic);
+  return std::abs(taken) <= always + 0.5 * std::max(0.0, condensed_budget(laws_share_) - taken_by_condensed_);
 }
 
 bool FemStructure::loads_hold(double from, double to) const {
@@ -356,9 +374,8 @@ bool FemStructure::may_begin(double t, double h, double accuracy) {
       lost += condensed_->mass[static_cast<std::size_t>(d)] * v[d] * v[d];
   // Half of what earlier starts have left of it: together they never take more, and one more is never far
   // off.
-  const double all = std::min(start_share * accuracy, most_start_share) *
-                     (reference_kinetic_ + books_.damage_work + books_.plastic_work);
-  const double most = std::max(0.5 * (all - taken_by_starts_), least_start_share * all);
+  const double all = condensed_budget(accuracy);
+  const double most = std::max(0.5 * (all - taken_by_condensed_), least_start_share * all);
   if (lost <= most) return true;
   // Damping alone takes so long; contacts and cracks may be quicker.
   const double quarter = 0.5 * M_PI / lowest_frequency();
@@ -380,7 +397,7 @@ void FemStructure::begin_condensed(double t, double h, bool smoothed) {
     const double taken =
         before - mechanical_energy() - (laws_taken_ ? 0.0 : dissipation());  // which accept_laws() books
     books_.algorithmic += taken;
-    taken_by_starts_ += std::max(0.0, taken);
+    taken_by_condensed_ += std::max(0.0, taken);
   }
   forces(t);
   if (!laws_taken_) accept_laws();
@@ -464,7 +481,7 @@ bool FemStructure::correct_condensed(double t, double h, std::span<const NodeImp
   Condensed& c = *condensed_;
   push_condensed(impulses);
   const double stored_before = stored_part_;
-  const AlignedVector external_before(f_ext_);
+  const AlignedVector external_before(f_ext_), internal_before(f_int_);
   for (int n : struck_) std::fill_n(&contact_impulse_[4 * static_cast<std::size_t>(n)], 3, 0.0);
   struck_.clear();
   contact_step_ = h;
@@ -480,9 +497,9 @@ bool FemStructure::correct_condensed(double t, double h, std::span<const NodeImp
   moved();
   forces(t + h);
   if (!at_ease(h)) return false;
-  watch_loads(t + h, h);
 
   double gained = 0, kinetic = 0, damping = 0, external = 0, whole = 0, contact = 0;
+  double sprung = 0, begun = 0;  // s . K s, s . f_int(u_n) of the way s
   for (std::size_t node = 0; node < mass_.size(); ++node) {
     const double m = mass_[node];
     for (int k = 0; k < 3; ++k) {
@@ -496,12 +513,21 @@ bool FemStructure::correct_condensed(double t, double h, std::span<const NodeImp
       whole += load * moved;
       external += (load - m * gravity_[k]) * moved;
       contact += contact_impulse_[i] * mean;
+      begun += internal_before[i] * moved;
+      sprung += (load - internal_before[i] - alpha_ * m * mean +
+                 (contact_impulse_[i] - m * (v_[i] - v_before[i])) / h) /
+                theta * moved;  // by (4)
     }
   }
+  const double by_laws = stored_part_ - stored_before + dissipation(),
+               viscous = 0.5 * sprung + begun - by_laws;
+  if (!viscosity_at_ease(h, viscous, damping, kinetic)) return false;
+  taken_by_condensed_ += std::max(0.0, viscous);
   books_.contact_work += contact;
   books_.damping_work += damping;
   if (!loads_.empty()) books_.external_work += external;
-  books_.algorithmic += whole + contact - damping - gained - (stored_part_ - stored_before) - dissipation();
+  books_.algorithmic += whole + contact - damping - gained - by_laws;
+  watch_loads(t + h, h);
   starting_ = false;
   stored_half_ = stored_part_;
   reference_kinetic_ = std::max(reference_kinetic_, kinetic);

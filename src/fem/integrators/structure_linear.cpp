@@ -13,9 +13,6 @@ namespace {
 constexpr double ringing_error = 3e-3;   // displacement by phases that are off, over the largest of the first
                                          // mode with the greatest kinetic energy
 constexpr double period_error = 3.3e-4;  // of the first mode: a hundredth of its period
-constexpr double scheme_share =
-    0.05;  // of what damping takes in a long step, that K - K_now may take beside it;
-constexpr double scheme_free = 1e-3;  // without damping, of the energy in a period of the first mode
 constexpr double longest_memory =
     100;  // 1 / omega_1: for which a phase is to be right where there is little damping
 }  // namespace
@@ -83,8 +80,7 @@ double FemStructure::ringing_step(double t) {
 }
 
 /// By condensed steps alone; false: not now. What rubs in cracks is part of how it rings down, and explicit
-/// steps follow it; so they do while cracks open and close, which are softer than K: what the difference
-/// takes, as a viscosity h/2 (K - K_now), is to be a small part of what damping takes.
+/// steps follow it; so they do while cracks open and close, which are softer than K (viscosity_at_ease()).
 bool FemStructure::ring_on(double t, double duration) {
   const bool chosen = condensed_by_choice();
   if (!(condensed_step(t, 1, 0) > 0) || (!chosen && !loads_hold(t, t + duration))) return false;
@@ -96,13 +92,7 @@ bool FemStructure::ring_on(double t, double duration) {
   for (long k = 0; k < steps; ++k) {
     const double now = t + duration * (static_cast<double>(k) / static_cast<double>(steps));
     begin_condensed(now, h, false);
-    const double damped = books_.damping_work, scheme = books_.algorithmic;
-    if (correct_condensed(now, h, {})) {
-      const double allowed = alpha_ > 0 ? scheme_share * (books_.damping_work - damped)
-                                        : scheme_free * h * lowest_frequency() / M_PI * energy().kinetic;
-      if (std::abs(books_.algorithmic - scheme) <= allowed + 1e-9 * std::abs(stored_part_))
-        continue;  // both go with the square of the velocities
-    }
+    if (correct_condensed(now, h, {})) continue;
     undo_condensed();
     struck(now);
     explicit_steps(now, t + duration - now);

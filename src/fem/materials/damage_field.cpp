@@ -40,6 +40,12 @@ struct History<ConcreteDamage> {
   static double band(const ConcreteDamage& law, const Cell& c, int q) {
     return law.crack_length(c.f_t[q], c.b_t[q]);
   }
+  /// What is crushed goes along with a change of strain that is no motion.
+  static void carry(Cell& c, int q, const double (&change)[6]) {
+    const double volume = change[0] + change[1] + change[2];
+    c.compaction[q] -= volume;
+    for (int k = 0; k < 6; ++k) c.flow[k][q] += change[k] - (k < 3 ? volume / 3 : 0.0);
+  }
 };
 
 template <>
@@ -53,6 +59,7 @@ struct History<Cdpm2> {
   static double tension(const Cell& c, int q) { return c.point[q].w_t; }
   static double compression(const Cell& c, int q) { return c.point[q].w_c; }
   static double band(const Cdpm2&, const Cell& c, int q) { return c.point[q].size; }
+  static void carry(Cell&, int, const double (&)[6]) {}
 };
 
 constexpr double path_increment =
@@ -313,9 +320,30 @@ class FieldOf final : public DamageField {
       points_.before(g, e.at, motion.v, motion.step, finite_, before, way);
       if (path_share(before, way) < 1) follow(g, before, way, rates, old, next, a);
     }
+    if (result.grew) carry_crushed(g, motion.u, e.at, next);
     result.energy = g.volume * mean_of(a.energy);
     result.dissipation = g.volume * mean_of(a.dissipation);
     return result;
+  }
+
+  /// A crack that grows takes assumed lateral strains away at once, without any motion: what crushed concrete
+  /// stores would change by no work.
+  void carry_crushed(const LawGeometry& g, const double* u, const PointStrains& before, Cell& next) const {
+    LawGeometry cracked = g;
+    bool grew = false;
+    for (int q = 0; q < 8; ++q) {
+      cracked.assumed.lateral[q] = 1 - H::tension(next, q);
+      grew = grew || cracked.assumed.lateral[q] != g.assumed.lateral[q];
+    }
+    if (!grew) return;
+    PointStrains after;
+    points_.strains(cracked, u, finite_, after);
+    for (int q = 0; q < 8; ++q) {
+      if (!(H::compression(next, q) > 0)) continue;
+      double change[6];
+      for (int k = 0; k < 6; ++k) change[k] = after.strain[k][q] - before.strain[k][q];
+      H::carry(next, q, change);
+    }
   }
 
   bool at_cap(double damage) const { return damage >= cap_ * (1 - 1e-12); }

@@ -413,7 +413,7 @@ void FemStructure::save(std::vector<double>& state, bool here) const {
   state.push_back(frames_.empty() ? 0 : 1);
   for (const Mat3& t : frames_) state.insert(state.end(), t.data(), t.data() + 9);
   load_track_.save(state);
-  state.push_back(taken_by_starts_);
+  state.push_back(taken_by_condensed_);
 }
 
 void FemStructure::restore(std::span<const double> state, bool here) {
@@ -497,7 +497,7 @@ void FemStructure::restore(std::span<const double> state, bool here) {
   if (frames != frames_) set_frames(std::move(frames));
   const bool loads_known = at < state.size();
   if (loads_known) at += load_track_.restore(state.subspan(at));
-  taken_by_starts_ = at < state.size() ? next() : 0.0;
+  taken_by_condensed_ = at < state.size() ? next() : 0.0;
   if (at != state.size())
     throw NumericalFailure("structure " + spec_.name + ": the saved state belongs to another structure");
   struck_.clear();
@@ -510,7 +510,7 @@ void FemStructure::restore(std::span<const double> state, bool here) {
 
 void FemStructure::start_over() {
   books_ = {};
-  taken_by_starts_ = 0;
+  taken_by_condensed_ = 0;
   still_since_ -= time_;
   blow_time_ -= time_;
   time_ = 0;

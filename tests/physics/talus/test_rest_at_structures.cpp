@@ -131,6 +131,7 @@ TEST(RestAtStructures, StackComesToRestInCondensedSteps) {
 /// skin met the block faster than a condensed step may stop, though it rested; cracks rubbed by more than
 /// 1e-9 of the stored energy in each step: explicit steps to the end (10,989 of them). A tenth of a
 /// millimetre of height makes it 5,900 to 9,400: a cracked pier that is struck rings as chance has it.
+/// Condensed steps are 5 to 10 ms long; those that K - K_now takes too much of are taken back.
 TEST(RestAtStructures, RingingSkinAndRubbingCracksDoNotKeepStepsShort) {
   SceneText s(Method::by_accuracy(0.01), 1.2, Vec3(0, 0, -9.8));
   s.history(0.02)
@@ -151,7 +152,7 @@ TEST(RestAtStructures, RingingSkinAndRubbingCracksDoNotKeepStepsShort) {
   ASSERT_TRUE(o.ok()) << o.result.message;
   EXPECT_GT(o.last().position[0].z(), 11.4);  // on the pier
   EXPECT_LT(o.result.counters.structure_steps, 10000);
-  EXPECT_GT(o.result.counters.condensed_steps, 20);
+  EXPECT_GT(o.result.counters.condensed_steps, 10);
   for (const sim::HistoryRow& r : o.rows)
     EXPECT_LT(std::abs(r.ledger.residual), 1e-4)
         << r.time;  // cracks go on dissipating in condensed steps: 0.4 J without its books

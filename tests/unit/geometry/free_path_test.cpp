@@ -68,3 +68,18 @@ TEST(FreePath, CornerBeforeFaceAndEdgeAcrossEdge) {
       free_path(cube_with_edge(2), {Vec3(0.3, 0.4, 6), turn(M_PI / 4, Vec3::UnitX())}, roof, -Vec3::UnitZ()),
       5 - std::sqrt(2), 1e-13);
 }
+
+/// A box is a closed surface: a cube that crosses its faces, lies in it, or holds it, has a corner inside.
+TEST(FreePath, CornersInside) {
+  const Polyhedron box = cube_with_edge(2), small = cube_with_edge(0.5), large = cube_with_edge(9);
+  TriangleSurface surface;
+  surface.vertices = box.vertices;
+  surface.triangles = box.triangles;
+  const auto at = [](double x) { return Pose{Vec3(x, 0.1, 0), Mat3::Identity()}; };
+  EXPECT_TRUE(corner_inside(small, at(0), surface));
+  EXPECT_TRUE(corner_inside(large, at(0), surface));
+  EXPECT_TRUE(corner_inside(small, at(1.1), surface));
+  EXPECT_TRUE(corner_inside(large, at(5), surface));
+  EXPECT_FALSE(corner_inside(small, at(1.3), surface));
+  EXPECT_FALSE(corner_inside(large, at(5.6), surface));
+}

@@ -377,5 +377,24 @@ TEST(Members, StruckIsTheOneThatThePlaceLiesOn) {
   EXPECT_EQ(struck_member(viaduct, Vec3(10, 0, 12)), nullptr);
 }
 
+/// With a deck from 11.5 m on, 1 m deep: below it a cap beam reaches out 3 m from its pier.
+TEST(Members, StruckBelowTheDeckIsThePier) {
+  sim::RunHeader::StructureInfo viaduct;
+  viaduct.members = {pier(), pier(), pier()};
+  viaduct.members[0].name = "P1";
+  viaduct.members[1].base = Vec3(20, 0, 0);
+  Member& deck = viaduct.members[2];
+  deck.name = "S1";
+  deck.span = true;
+  deck.base = Vec3(0, 0, 12);
+  deck.length = 20;
+  deck.axis_x = Vec3::UnitY(), deck.axis_y = Vec3::UnitZ();  // along x
+  deck.section = {8, 1};
+  EXPECT_EQ(struck_member(viaduct, Vec3(10, 4, 12.2))->name, "S1");
+  EXPECT_EQ(struck_member(viaduct, Vec3(0.5, 3, 11))->name, "P1");
+  EXPECT_EQ(struck_member(viaduct, Vec3(19, -3, 11))->name, "P2");
+  EXPECT_EQ(struck_member(viaduct, Vec3(19, 0.5, 9.9))->name, "P2");
+}
+
 }  // namespace
 }  // namespace talus::io
