@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <utility>
+
 #include "core/sha256.hpp"
 #include "io/files.hpp"
 
@@ -28,13 +30,13 @@ std::span<const double> FinalState::of(int structure) const {
   return found->second;
 }
 
-void save_final_state(const std::filesystem::path& directory, const sim::Checkpoint& state, double time,
+void save_final_state(const std::filesystem::path& directory, sim::Checkpoint state, double time,
                       const std::string& hash) {
   io::Checkpoint out;
   out.scene_hash = hash;
   out.version = TALUS_VERSION;
-  for (const auto& [key, values] : state.numbers)
-    if (key.rfind("structure", 0) == 0) out.numbers[key] = values;
+  for (auto& [key, values] : state.numbers)
+    if (key.rfind("structure", 0) == 0) out.numbers[key] = std::move(values);
   if (out.numbers.empty()) return;
   out.numbers["time"] = {time};
   io::save_checkpoint(directory / file_name, out);

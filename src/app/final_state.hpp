@@ -23,7 +23,7 @@ struct FinalState {
 };
 
 /// Writes DIR/final_state.h5 if the state holds a structure. Throws WriteError.
-void save_final_state(const std::filesystem::path& directory, const sim::Checkpoint& state, double time,
+void save_final_state(const std::filesystem::path& directory, sim::Checkpoint state, double time,
                       const std::string& hash);
 
 /// Throws InputError if the directory holds no finished run of this version with a structure.

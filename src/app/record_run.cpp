@@ -2,6 +2,7 @@
 
 #include "app/final_state.hpp"
 #include "app/run_checkpoint.hpp"
+#include "core/memory.hpp"
 
 namespace talus::app {
 
@@ -42,10 +43,10 @@ RecordedRun record_run(sim::Simulation& simulation, io::Recorder& recorder, sim:
   RecordedRun run;
   run.result = simulation.run(sink, stop);
   if (stepped) stepped();
+  give_back_memory();
   const bool ended = io::has_ended(run.result.status);
-  const sim::Checkpoint last = simulation.save();
+  save_final_state(recorder.directory(), simulation.save(), simulation.time(), hash);
   const sim::FinalState final_state = ended ? simulation.final_state() : sim::FinalState{};
-  save_final_state(recorder.directory(), last, simulation.time(), hash);
   run.summary = recorder.finish(outcome_of(run.result), ended ? &final_state : nullptr);
   log_end(recorder.log(), run.result, simulation.time());
   // A run that has ended has nothing to go on with; an old checkpoint would only mislead.

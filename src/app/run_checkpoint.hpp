@@ -22,7 +22,7 @@ class RecordingSink : public sim::Sink {
   void history(const sim::HistoryRow& row) override { recorder_.history(row); }
   void contacts(std::span<const sim::ContactRow> rows) override { recorder_.contacts(rows); }
   void field(double time, std::span<const Pose> poses,
-             std::span<const Structure::Snapshot> structures) override {
+             std::span<const Structure::Fields> structures) override {
     recorder_.field(time, poses, structures);
   }
   void extend(std::span<const sim::RunHeader::BlockInfo> fragments) override;

@@ -310,7 +310,7 @@ class Structure {
   };  // [kg], 1, [m]
   virtual Unsupported unsupported() { return {}; }
 
-  /// All history as plain doubles; restore() brings back the same bits.
+  /// All history as plain doubles; restore() brings back the same bits. Of several ranks the first has it.
   virtual void save(std::vector<double>& state) const = 0;
   virtual void restore(std::span<const double> state) = 0;
   /// A new history at t = 0 from the present state: displacement, velocity and damage stay, works start from
@@ -320,8 +320,8 @@ class Structure {
   /// start_over() [N], [N m].
   virtual Vec6 permanent_reaction() const { return Vec6::Zero(); }
 
-  /// Nodal and cell fields for output: hexahedra (8 nodes, VTK order), displacement, velocity, damage per
-  /// cell.
+  /// Nodal and cell fields for output, or a part of them: hexahedra (8 nodes, VTK order), displacement,
+  /// velocity, damage per cell.
   struct Snapshot {
     std::vector<Vec3> nodes;                   // reference positions
     std::vector<std::array<int, 8>> hexes;     // only live cells
@@ -333,7 +333,20 @@ class Structure {
     std::vector<double> bar_strain, bar_stress;  // per segment, stress [Pa]
     std::vector<double> bar_state;               // 0 elastic, 1 has yielded, 2 broken
   };
-  virtual Snapshot snapshot() const = 0;
+  using TakePart = std::function<void(const Snapshot&)>;
+  /// The same in parts, some thousand nodes, cells or bars each, in the order and with the numbers of the
+  /// whole: nodes, hexes and bars; then all values. Of several ranks all call them together, and each is
+  /// given every part.
+  virtual void shape(const TakePart& take) const = 0;
+  virtual void values(const TakePart& take) const = 0;
+  Snapshot snapshot() const;
+  std::vector<Vec3> built_nodes() const;  // reference positions of all
+  /// Where fields come from: a structure, or a snapshot of one.
+  struct Fields {
+    std::function<void(const TakePart&)> shape, values;
+  };
+  Fields fields() const;
+  static Fields fields(Snapshot snapshot);
 };
 
 /// Signature of the function that the finite-element module exports as "talus_make_structure".

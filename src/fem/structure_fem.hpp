@@ -28,6 +28,7 @@
 /// v        velocity at the last half step            m/s    nodes x 4
 /// m        lumped mass                               kg     nodes
 #pragma once
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -130,7 +131,8 @@ class FemStructure : public Structure, public RefinableStructure, public Divided
   void restore_here(std::span<const double> state) override { restore(state, true); }
   void start_over() override;
   Vec6 permanent_reaction() const override { return load_track_.permanent(); }
-  Snapshot snapshot() const override;
+  void shape(const TakePart& take) const override;
+  void values(const TakePart& take) const override;
   bool refinable() const override;
   std::unique_ptr<Structure> refined(std::span<const StructureSpec::Refinement> zones) override;
   double permanent_energy() const override { return rest_.energy; }
@@ -148,15 +150,31 @@ class FemStructure : public Structure, public RefinableStructure, public Divided
   void set_loads(const Box3& extent);
   void set_masses();
   void find_critical_step();
-  void preload();
+  void set_material(bool first);
+  material::CellSize largest_cell() const;
+  void progress(const std::string& what) const;
   void check_supports(const HexMesh& mesh);
   void warn_of_cracks() const;
   std::string place_of_most(double most, int cell) const;
   void watch_stress(double t);            // of elastic concrete
   Mat3 strain_at_centre(int cell) const;  // Green's where rotations may be large
+  // structure_rest.cpp
+  void preload();
+  VecX at_free(const AlignedVector& field) const;
+  void move_by(const VecX& way);
+  double square_of(const VecX& values) const;
+  bool find_elastic_rest(VecX left, double pressed);
+  long cracked_cells() const;
+  bool find_cracked_rest(bool balanced, double pressed);
+  void warn_of_no_rest() const;
   // structure_step.cpp
   void forces(double t);          // f_int_, external_ at the present state; cached until the state changes
   void external_force(double t);  // writes f_ext_
+  struct StepWorks;
+  std::vector<NodeImpulse> impulses_here(std::span<const NodeImpulse> given) const;
+  void take_impulses(double h, std::span<const NodeImpulse> impulses);
+  void move_nodes(double h, double kick, StepWorks& works);
+  void account(double h, double kick, const StepWorks& works);
   void explicit_steps(double t, double duration);
   bool undisturbed(double t, double duration) const;  // at rest, and no load changes until t + duration
   double settling_time() const;  // for which kinetic energy has to stay small to mean rest [s]
@@ -270,6 +288,17 @@ class FemStructure : public Structure, public RefinableStructure, public Divided
       double kick) const;  // a . (m g - f_int), a the step's acceleration: this rank's part [W/s]
   void book_step_dependence(double h, double own, double strained);
   void erode(const std::vector<int>& cells);
+  struct Leaving {
+    double mass = 0;
+    int cells = 0;      // of the piece
+    bool goes = false;  // keeps no cell
+    Vec3 position, velocity;
+  };
+  std::map<int, Leaving> leaving_nodes(const HexMesh& mesh, const std::vector<int>& cells,
+                                       const Excerpt* apart) const;
+  void shape_of_piece(const HexMesh& mesh, const std::vector<int>& cells, double smallest,
+                      const std::map<int, Leaving>& nodes, const std::vector<SeatedNode>& seated,
+                      Fragment& f) const;
   Fragment detach(const std::vector<int>& cells, const std::vector<SeatedNode>& seats);
   std::vector<SeatedNode> seated_nodes() const;  // of all decks, as long as cells of both sides are there
   // structure_pieces.cpp
@@ -283,6 +312,9 @@ class FemStructure : public Structure, public RefinableStructure, public Divided
   std::vector<std::vector<int>> loose_pieces() const;
   bool is_rubble(const std::vector<int>& piece) const;
   // structure_output.cpp
+  // Rows of all nodes or cells of the whole, in its order: each rank writes its own, and all take all.
+  void each_node(int width, const WriteRow& write, const TakeRows& take) const;
+  void each_cell(int width, const WriteRow& write, const TakeRows& take) const;
   std::vector<SkinQuad> whole_skin() const;
   void rebuild_skin();
   void save(std::vector<double>& state, bool here) const;

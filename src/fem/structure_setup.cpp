@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/memory.hpp"
 #include "fem/discretisation/hanging.hpp"
 #include "fem/discretisation/lattice.hpp"
 #include "fem/discretisation/trilinear.hpp"
 #include "fem/linear/mechanism.hpp"
-#include "fem/linear/static_balance.hpp"
 #include "fem/output/place_in_words.hpp"
 #include "fem/spec_error.hpp"
 #include "fem/structure_fem.hpp"
@@ -18,12 +18,6 @@ namespace talus::fem {
 namespace {
 
 constexpr double steel_density = 7850;  // [kg/m^3]
-
-/// What is being computed now, of a structure that takes more than a moment.
-void progress(const Report& report, const StructureSpec& spec, std::size_t cells, const std::string& what) {
-  constexpr std::size_t large = 20000;  // cells
-  if (cells >= large) report(fmt::format("progress: structure {}: {}", spec.name, what));
-}
 
 /// Whether any bar presses the concrete from the start.
 bool prestressed(const Bars* bars) {
@@ -38,6 +32,61 @@ FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const
     : spec_(spec), struck_zones_(std::move(struck)), gravity_(gravity), report_(report) {
   // BLAS with several threads may sum in another order: results must not depend on the machine's load.
   if (openblas_set_num_threads) openblas_set_num_threads(1);
+  set_material(before == nullptr);
+  shear_ = spec_.young / (2 * (1 + spec_.poisson));
+  bulk_ = spec_.young / (3 * (1 - 2 * spec_.poisson));
+  wave_speed_ = std::sqrt((bulk_ + 4.0 / 3 * shear_) / spec_.density);
+  const Box3 extent = make_cells();
+  give_back_memory();
+  live_.assign(mesh_.hexes.size(), 1);
+  if (before != nullptr) supports_.centroid = before->supports_.centroid;  // moments go on about one point
+  rebuild_skin();
+  set_loads(extent);
+
+  const std::size_t n = mesh_.nodes.size();
+  if (!partition_) own_ = {{0, static_cast<int>(n)}};
+  touched_ = {{0, static_cast<int>(n)}};
+  for (AlignedVector* a : {&u_, &v_, &f_int_, &f_ext_, &v_hat_, &inverse_mass_, &contact_impulse_})
+    a->assign(4 * n, 0.0);
+  set_masses();
+  if (!operator_) operator_ = std::make_unique<ElementOperator>(mesh_, shear_, bulk_, spec_.damage != "none");
+  if (spec_.damage != "none") {
+    damage_ = make_damage_field(spec_.damage, mesh_, *concrete_, spec_.rate_effect, finite_, largest_cell(),
+                                "structure." + spec_.name + ".cell_size");
+    f_visc_.assign(4 * n, 0.0);
+    if (partition_) damage_->restrict_to(*partition_);
+  }
+  elastic_ = std::make_unique<ElasticSystem>(ElasticSystem::Parts{
+      spec_, discretisation_, dofs_, shear_, bulk_, *operator_, bars_, bearings_, live_, partition_});
+  if (!divided()) check_supports(mesh_);
+  progress(fmt::format("{} cells and {} degrees of freedom are made; next its stable step",
+                       partition_ ? partition_->cells_in_all() : mesh_.hexes.size(), free_dofs_));
+  find_critical_step();
+  for (std::size_t i = 0; i < n; ++i)
+    for (int c = 0; c < 3; ++c)
+      if (!supports_.held[i][c]) v_[4 * i + c] = spec_.initial_velocity[c];
+  if (spec_.damping_ratio > 0 && !supports_.none && free_dofs_ > 0) {
+    progress("first frequency");
+    omega_1_ = before != nullptr ? before->omega_1_ : elastic_->first_frequency(built_mass_);
+    alpha_ = 2 * spec_.damping_ratio * omega_1_;
+  }
+  if (spec_.gravity_preload && !supports_.none && free_dofs_ > 0 &&
+      (gravity_.norm() > 0 || prestressed(bars_.get())))
+    preload();
+  factored_ = elastic_->factored();
+  elastic_->forget_multigrid();  // only the preload and the first frequency of large systems need it
+  give_back_memory();
+  set_members();
+  divide();
+  moved();
+  begin_loads();
+  keep_rest();
+}
+
+FemStructure::~FemStructure() = default;
+
+/// Of the concrete, if it is one; `first`: with a report.
+void FemStructure::set_material(bool first) {
   if (spec_.f_cm > 0) {
     material::ConcreteInput input;
     input.f_cm = spec_.f_cm;
@@ -51,7 +100,7 @@ FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const
     spec_.poisson = concrete_->poisson;
     spec_.density = concrete_->density;
     concrete_->aggregate = spec_.aggregate;
-    for (const std::string& line : before == nullptr ? concrete_->report : std::vector<std::string>{})
+    for (const std::string& line : first ? concrete_->report : std::vector<std::string>{})
       report_("structure " + spec_.name + ": " + line);
   }
   if (spec_.damage != "none" && !concrete_)
@@ -71,66 +120,27 @@ FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const
   if (!(spec_.critical_step_fraction > 0 && spec_.critical_step_fraction <= 1))
     bad(spec_, "critical_step_fraction", fmt::format("{:g}", spec_.critical_step_fraction),
         "must lie in (0, 1]", "take 0.9");
-  shear_ = spec_.young / (2 * (1 + spec_.poisson));
-  bulk_ = spec_.young / (3 * (1 - 2 * spec_.poisson));
-  wave_speed_ = std::sqrt((bulk_ + 4.0 / 3 * shear_) / spec_.density);
-  const Box3 extent = make_cells();
-  live_.assign(mesh_.hexes.size(), 1);
-  if (before != nullptr) supports_.centroid = before->supports_.centroid;  // moments go on about one point
-  rebuild_skin();
-  set_loads(extent);
-
-  const std::size_t n = mesh_.nodes.size(),
-                    cells_in_all = partition_ ? partition_->cells_in_all() : mesh_.hexes.size();
-  if (!partition_) own_ = {{0, static_cast<int>(n)}};
-  touched_ = {{0, static_cast<int>(n)}};
-  for (AlignedVector* a : {&u_, &v_, &f_int_, &f_ext_, &v_hat_, &inverse_mass_, &contact_impulse_})
-    a->assign(4 * n, 0.0);
-  set_masses();
-  if (!operator_) operator_ = std::make_unique<ElementOperator>(mesh_, shear_, bulk_, spec_.damage != "none");
-  if (spec_.damage != "none") {
-    material::CellSize largest;
-    for (int cell = 0; cell < static_cast<int>(mesh_.hexes.size()); ++cell) {
-      const Mat3 edges = 2 * jacobian(mesh_, cell, Vec3::Zero());
-      largest.edge = std::max(largest.edge, edges.colwise().norm().maxCoeff());
-      for (const double y : {1.0, -1.0})
-        for (const double z : {1.0, -1.0})
-          largest.diagonal = std::max(largest.diagonal, (edges * Vec3(1, y, z)).norm());
-    }
-    largest.edge = this->largest(largest.edge), largest.diagonal = this->largest(largest.diagonal);
-    damage_ = make_damage_field(spec_.damage, mesh_, *concrete_, spec_.rate_effect, finite_, largest,
-                                "structure." + spec_.name + ".cell_size");
-    f_visc_.assign(4 * n, 0.0);
-    if (partition_) damage_->restrict_to(*partition_);
-  }
-  elastic_ = std::make_unique<ElasticSystem>(ElasticSystem::Parts{
-      spec_, discretisation_, dofs_, shear_, bulk_, *operator_, bars_, bearings_, live_, partition_});
-  if (!divided()) check_supports(mesh_);
-  progress(report_, spec_, cells_in_all,
-           fmt::format("{} cells and {} degrees of freedom are made; next its stable step", cells_in_all,
-                       free_dofs_));
-  find_critical_step();
-  for (std::size_t i = 0; i < n; ++i)
-    for (int c = 0; c < 3; ++c)
-      if (!supports_.held[i][c]) v_[4 * i + c] = spec_.initial_velocity[c];
-  if (spec_.damping_ratio > 0 && !supports_.none && free_dofs_ > 0) {
-    progress(report_, spec_, cells_in_all, "first frequency");
-    omega_1_ = before != nullptr ? before->omega_1_ : elastic_->first_frequency(built_mass_);
-    alpha_ = 2 * spec_.damping_ratio * omega_1_;
-  }
-  if (spec_.gravity_preload && !supports_.none && free_dofs_ > 0 &&
-      (gravity_.norm() > 0 || prestressed(bars_.get())))
-    preload();
-  factored_ = elastic_->factored();
-  elastic_->forget_multigrid();  // only the preload and the first frequency of large systems need it
-  set_members();
-  divide();
-  moved();
-  begin_loads();
-  keep_rest();
 }
 
-FemStructure::~FemStructure() = default;
+material::CellSize FemStructure::largest_cell() const {
+  material::CellSize largest;
+  for (int cell = 0; cell < static_cast<int>(mesh_.hexes.size()); ++cell) {
+    const Mat3 edges = 2 * jacobian(mesh_, cell, Vec3::Zero());
+    largest.edge = std::max(largest.edge, edges.colwise().norm().maxCoeff());
+    for (const double y : {1.0, -1.0})
+      for (const double z : {1.0, -1.0})
+        largest.diagonal = std::max(largest.diagonal, (edges * Vec3(1, y, z)).norm());
+  }
+  largest.edge = this->largest(largest.edge), largest.diagonal = this->largest(largest.diagonal);
+  return largest;
+}
+
+/// What is being computed now, of a structure that takes more than a moment.
+void FemStructure::progress(const std::string& what) const {
+  constexpr std::size_t large = 20000;  // cells
+  if ((partition_ ? partition_->cells_in_all() : mesh_.hexes.size()) >= large)
+    report_(fmt::format("progress: structure {}: {}", spec_.name, what));
+}
 
 /// What hangs on supports must be held by them wherever a static solution is asked for; elsewhere a part may
 /// swing, hence rotate.
@@ -230,165 +240,6 @@ void FemStructure::find_critical_step() {
   critical_step_ = spec_.critical_step_fraction * 2 / elastic_->highest_frequency(mass_, inverse_mass_);
   // Linear bulk viscosity b1 shortens the stable step by sqrt(1 + b1^2) - b1.
   if (damage_) critical_step_ *= std::sqrt(1 + 0.06 * 0.06) - 0.06;
-}
-
-void FemStructure::preload() {
-  const int n = dofs_.size;
-  std::vector<double> b(n), x(n, 0.0);
-  external_force(0);
-  for (const PatchLoad& load : loads_) {  // gravity alone: what varies in time is dynamics
-    const double factor = load.factor(0);
-    for (std::size_t k = 0; k < load.node.size(); ++k)
-      for (int c = 0; c < 3; ++c) f_ext_[4 * load.node[k] + c] -= factor * load.force[k][c];
-  }
-  for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
-    for (int c = 0; c < 3; ++c)
-      if (const int d = dofs_.number[i][c]; d >= 0) b[d] = f_ext_[4 * i + c];
-  // What the forces that find a balance are measured by: the weight; without gravity what the bars press
-  // with, at no displacement.
-  double pressed = 0;
-  if (gravity_.isZero(0) && bars_) {
-    bars_->add_forces(u_.data(), 0, live_, f_int_.data());
-    discretisation_.condense(f_int_);
-    for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
-      for (int c = 0; c < 3; ++c)
-        if (const int d = dofs_.number[i][c]; d >= 0) {
-          b[d] -= f_int_[4 * i + c];
-          if (own_node(static_cast<int>(i))) pressed += f_int_[4 * i + c] * f_int_[4 * i + c];
-        }
-    sum({&pressed, 1});
-  }
-  const bool factored = !divided() && n <= largest_factored_system;
-  // Small strain: one solve. Total Lagrangian: the same factor, until the forces balance.
-  const bool once = !finite_ && !bars_;
-  double residual = 0, scale = 0, last = 0;  // squared
-  int iterations = 0;
-  constexpr int most_passes = 40;
-  for (int pass = 0; pass < most_passes; ++pass) {
-    if (!factored) {
-      progress(report_, spec_, mesh_.hexes.size(),
-               pass == 0 ? "permanent load"
-                         : fmt::format("permanent load, pass {} of at most {}, {:.1e} of it left", pass + 1,
-                                       most_passes, std::sqrt(residual / scale)));
-      iterations += elastic_->multigrid().solve(
-          b.data(), x.data(),
-          once ? 1e-12 : 1e-4);  // no closer than a pass that is not linear comes to its balance
-    } else {
-      elastic_->factor().solve(b.data(), x.data());
-    }
-    for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
-      for (int c = 0; c < 3; ++c)
-        if (const int d = dofs_.number[i][c]; d >= 0) u_[4 * i + c] += x[d];
-    if (partition_) partition_->exchange(u_);
-    discretisation_.distribute(u_);
-    if (once) break;
-    std::fill(f_int_.begin(), f_int_.end(), 0.0);
-    operator_->add_internal_force(u_.data(), f_int_.data(), finite_, false);
-    if (bars_) bars_->add_forces(u_.data(), 0, live_, f_int_.data());
-    if (bearings_) bearings_->add_forces(u_.data(), live_, f_int_.data()), bearings_->accept();
-    discretisation_.condense(f_int_);
-    last = residual;
-    double squares[2] = {};
-    for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
-      for (int c = 0; c < 3; ++c)
-        if (const int d = dofs_.number[i][c]; d >= 0 && own_node(static_cast<int>(i))) {
-          b[d] = f_ext_[4 * i + c] - f_int_[4 * i + c];
-          squares[0] += b[d] * b[d], squares[1] += f_ext_[4 * i + c] * f_ext_[4 * i + c];
-        }
-    sum(squares);
-    residual = squares[0], scale = pressed + squares[1];
-    if (residual <= 1e-24 * scale || (pass > 0 && residual <= 1e-18 * scale && residual > 0.25 * last))
-      break;  // the latter: rounding is all that is left
-  }
-  if (iterations > 0)
-    report_(fmt::format("structure {}: gravity preload by multigrid, {} iterations", spec_.name, iterations));
-  if (bars_) bars_->accept();
-  moved();
-  const bool balanced = !(residual > 1e-12 * scale);
-  still_ = balanced && spec_.initial_velocity.isZero();
-  if (!balanced)
-    report_(fmt::format(
-        "warning: under its permanent load no state at rest was found, {:.2g} of the load is left (bars that "
-        "yield, a deck that slides): it moves from t = 0 by itself, and what it suffers "
-        "by that is in all that the run tells, before any block arrives; see by a run without blocks how "
-        "much that is, and correct section, bars, prestress or supports",
-        std::sqrt(residual / scale)));
-  if (!damage_) return;
-  warn_of_cracks();
-  forces(0);
-  const auto cracked_cells = [this] {
-    return count_of(std::count_if(damage_->cells().begin(), damage_->cells().end(),
-                                  [this](int cell) { return own_cell(cell); }));
-  };
-  if (cracked_cells() == 0) return;
-  // The permanent load comes slowly: what it cracks is in balance before the run begins. Laws are evaluated
-  // from virgin concrete to u each time: what a pass overshoots leaves no crack.
-  const AlignedVector elastic(u_);
-  const auto left = [&](VecX& force) {
-    double size = pressed;
-    for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
-      for (int c = 0; c < 3; ++c)
-        if (const int d = dofs_.number[i][c]; d >= 0) {
-          const double weight = mass_[i] * gravity_[c];
-          force[d] = weight - f_int_[4 * i + c];
-          size += weight * weight;
-        }
-    return force.norm() / std::sqrt(size);
-  };
-  const auto solve = [&](const VecX& force, VecX& way) {
-    elastic_->factor().solve(force.data(), way.data());
-  };
-  const auto move = [&](const VecX& way) {
-    for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
-      for (int c = 0; c < 3; ++c)
-        if (const int d = dofs_.number[i][c]; d >= 0) u_[4 * i + c] += way[d];
-    moved();
-    forces(0);
-  };
-  const bool affordable = factored;  // each pass is a solution
-  // Assumed lateral strains go by the accepted damage (kernels/assumed_strain.hpp): what is accepted is
-  // balanced again, until that asks for nothing.
-  constexpr int most_turns = 30;
-  int passes = 0, turns = 0;
-  for (bool found = balanced && affordable; found && turns < most_turns; ++turns) {
-    const StaticBalance cracked = find_balance(n, left, solve, move);
-    found = cracked.found && spent_cells().empty();
-    passes += cracked.passes;
-    if (!found) break;
-    accept_laws();
-    moved();
-    forces(0);
-    VecX force(n);
-    if (left(force) <= balanced_enough) {
-      report_(
-          fmt::format("structure {}: its weight takes {} cells beyond the elastic limit of the concrete; it "
-                      "stands with what has cracked ({} passes)",
-                      spec_.name, cracked_cells(), passes));
-      books_ = StructureEnergy{};  // that was before the run
-      moved();
-      return;
-    }
-  }
-  books_ = StructureEnergy{};
-  u_ = elastic;
-  moved();
-  forces(0);
-  still_ = false;
-  int worst = -1;
-  double most = -1;
-  for (const int cell : damage_->cells())
-    if (const double d = std::max(damage_->tension(cell), damage_->compression(cell));
-        own_cell(cell) && d > most)
-      most = d, worst = cell;
-  const std::string place = place_of_most(most, worst);
-  report_(fmt::format(
-      "warning: under its permanent load no state at rest was found: {} cells are beyond the elastic limit "
-      "of the concrete, the worst {}, and crack or yield by themselves from t = 0 on, which the run's "
-      "damage, "
-      "cracks, reactions and damage class include, before any block arrives; see by a run without blocks how "
-      "much that is. A deck needs bars or prestress that carry it ([[structure.rebar]] part = \"deck\"), "
-      "what is pressed too much less prestress or a larger section",
-      cracked_cells(), place));
 }
 
 }  // namespace talus::fem

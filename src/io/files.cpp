@@ -173,25 +173,31 @@ void PartFile::swap_in(bool durable) {
 }
 
 void write_file(const fs::path& path, std::string_view bytes, bool durable) {
-  write_file(path, std::span(&bytes, 1), durable);
+  write_file(
+      path, [bytes](const auto& put) { put(bytes); }, durable);
 }
 
-void write_file(const fs::path& path, std::span<const std::string_view> pieces, bool durable) {
+void write_file(const fs::path& path,
+                const std::function<void(const std::function<void(std::string_view)>&)>& write,
+                bool durable) {
   PartFile file(path);
-  const int fd = ::open(file.path().c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-  if (fd < 0) throw WriteError(system_error("create", file.path()));
-  for (std::string_view bytes : pieces)
-    while (!bytes.empty()) {
-      const ssize_t n = ::write(fd, bytes.data(), bytes.size());
-      if (n < 0 && errno == EINTR) continue;
-      if (n < 0) {
-        const std::string text = system_error("write", file.path());
-        ::close(fd);
-        throw WriteError(text);
+  {
+    struct Descriptor {
+      int fd;
+      ~Descriptor() {
+        if (fd >= 0) ::close(fd);
       }
-      bytes.remove_prefix(static_cast<std::size_t>(n));
-    }
-  ::close(fd);
+    } const to{::open(file.path().c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644)};
+    if (to.fd < 0) throw WriteError(system_error("create", file.path()));
+    write([&](std::string_view bytes) {
+      while (!bytes.empty()) {
+        const ssize_t n = ::write(to.fd, bytes.data(), bytes.size());
+        if (n < 0 && errno == EINTR) continue;
+        if (n < 0) throw WriteError(system_error("write", file.path()));
+        bytes.remove_prefix(static_cast<std::size_t>(n));
+      }
+    });
+  }
   file.swap_in(durable);
 }
 

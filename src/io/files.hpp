@@ -6,6 +6,7 @@
 /// of it.
 #pragma once
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -55,8 +56,9 @@ void spare_inputs(const std::filesystem::path& directory, std::span<const std::f
 /// Whole or absent: temporary file, fsync, rename, fsync of the directory. Files that can be made again need
 /// not be durable.
 void write_file(const std::filesystem::path& path, std::string_view bytes, bool durable = true);
-/// The same, of pieces one after another.
-void write_file(const std::filesystem::path& path, std::span<const std::string_view> pieces, bool durable);
+/// The same; `write` puts the pieces one after another.
+void write_file(const std::filesystem::path& path,
+                const std::function<void(const std::function<void(std::string_view)>&)>& write, bool durable);
 
 /// A file in the making beside its final name. swap_in() syncs it and renames it over that name; without, it
 /// is removed at the end, so that a full disk gets its space back.

@@ -131,24 +131,22 @@ void describe(hid_t dataset, const std::string& unit, const std::string& descrip
   if (!description.empty()) text_attribute_on(dataset, "description", description);
 }
 
+/// False if they cannot be written, or there is no room for them.
 template <class T>
-void write_hyperslab(hid_t file, const std::filesystem::path& name, const std::string& path,
-                     std::size_t first, std::size_t rows, const T* values) {
-  if (rows == 0) return;
-  const Id dataset(H5Dopen2(file, path.c_str(), H5P_DEFAULT), H5Dclose);
+bool write_hyperslab(hid_t dataset, std::size_t first, std::size_t rows, const T* values) {
   const Id space(dataset < 0 ? -1 : H5Dget_space(dataset), H5Sclose);
-  if (space < 0) write_failed(name, path);
+  if (space < 0) return false;
   std::vector<hsize_t> count(static_cast<std::size_t>(H5Sget_simple_extent_ndims(space)));
   H5Sget_simple_extent_dims(space, count.data(), nullptr);
   std::vector<hsize_t> start(count.size(), 0);
+  if (count.empty() || first + rows > count[0]) return false;
   start[0] = first;
   count[0] = rows;
   for (const hsize_t c : count)
-    if (c == 0) return;
+    if (c == 0) return true;
   const Id memory(H5Screate_simple(static_cast<int>(count.size()), count.data(), nullptr), H5Sclose);
-  if (H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr) < 0 ||
-      H5Dwrite(dataset, native<T>(), memory, space, H5P_DEFAULT, values) < 0)
-    write_failed(name, path);
+  return H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr) >= 0 &&
+         H5Dwrite(dataset, native<T>(), memory, space, H5P_DEFAULT, values) >= 0;
 }
 
 }  // namespace
@@ -189,27 +187,43 @@ Hdf5File Hdf5File::open(const std::filesystem::path& path) {
 }
 
 template <class T>
-void Hdf5File::write(const std::string& path, std::span<const T> values, const Dims& dims,
-                     const std::string& unit, const std::string& description) {
+void Hdf5File::write_parts(const std::string& path, const Dims& dims,
+                           const std::function<void(const std::function<void(std::span<const T>)>&)>& parts,
+                           const std::string& unit, const std::string& description) {
   const Id properties = dataset_properties(dims, sizeof(T));
   const Id dataset = create_dataset(id_, path, native<T>(), dims, properties);
-  std::size_t n = 1;
-  for (const std::size_t d : dims) n *= d;
-  if (dataset < 0 || n != values.size()) write_failed(path_, path);
-  if (n > 0 && H5Dwrite(dataset, native<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0)
-    write_failed(path_, path);
+  if (dataset < 0) write_failed(path_, path);
+  std::size_t stride = 1, first = 0;
+  for (std::size_t k = 1; k < dims.size(); ++k) stride *= dims[k];
+  parts([&](std::span<const T> values) {  // with the dataset open: chunks are deflated once they are full
+    const std::size_t rows = stride > 0 ? values.size() / stride : 0;
+    if (rows * stride != values.size() || !write_hyperslab(dataset, first, rows, values.data()))
+      write_failed(path_, path);
+    first += rows;
+  });
+  if (stride > 0 && first != dims[0]) write_failed(path_, path);
   describe(dataset, unit, description);
 }
-template void Hdf5File::write<double>(const std::string&, std::span<const double>, const Dims&,
-                                      const std::string&, const std::string&);
-template void Hdf5File::write<float>(const std::string&, std::span<const float>, const Dims&,
-                                     const std::string&, const std::string&);
-template void Hdf5File::write<std::int64_t>(const std::string&, std::span<const std::int64_t>, const Dims&,
-                                            const std::string&, const std::string&);
-template void Hdf5File::write<std::int32_t>(const std::string&, std::span<const std::int32_t>, const Dims&,
-                                            const std::string&, const std::string&);
-template void Hdf5File::write<std::uint8_t>(const std::string&, std::span<const std::uint8_t>, const Dims&,
-                                            const std::string&, const std::string&);
+
+template <class T>
+void Hdf5File::write(const std::string& path, std::span<const T> values, const Dims& dims,
+                     const std::string& unit, const std::string& description) {
+  write_parts<T>(
+      path, dims, [&](const auto& take) { take(values); }, unit, description);
+}
+#define TALUS_WRITES(T)                                                                                     \
+  template void Hdf5File::write<T>(const std::string&, std::span<const T>, const Dims&, const std::string&, \
+                                   const std::string&);                                                     \
+  template void Hdf5File::write_parts<T>(                                                                   \
+      const std::string&, const Dims&,                                                                      \
+      const std::function<void(const std::function<void(std::span<const T>)>&)>&, const std::string&,       \
+      const std::string&);
+TALUS_WRITES(double)
+TALUS_WRITES(float)
+TALUS_WRITES(std::int64_t)
+TALUS_WRITES(std::int32_t)
+TALUS_WRITES(std::uint8_t)
+#undef TALUS_WRITES
 
 void Hdf5File::write(const std::string& path, const std::vector<std::string>& texts,
                      const std::string& description) {
@@ -280,14 +294,14 @@ void Hdf5File::create_rows_int(const std::string& path, const Dims& dims, const 
   describe(dataset, "1", description);
 }
 
-void Hdf5File::write_rows(const std::string& path, std::size_t first, std::size_t rows,
-                          const double* values) {
-  write_hyperslab(id_, path_, path, first, rows, values);
+template <class T>
+void Hdf5File::write_rows(const std::string& path, std::size_t first, std::size_t rows, const T* values) {
+  if (rows == 0) return;
+  const Id dataset(H5Dopen2(id_, path.c_str(), H5P_DEFAULT), H5Dclose);
+  if (!write_hyperslab(dataset, first, rows, values)) write_failed(path_, path);
 }
-void Hdf5File::write_rows(const std::string& path, std::size_t first, std::size_t rows,
-                          const std::int64_t* values) {
-  write_hyperslab(id_, path_, path, first, rows, values);
-}
+template void Hdf5File::write_rows(const std::string&, std::size_t, std::size_t, const double*);
+template void Hdf5File::write_rows(const std::string&, std::size_t, std::size_t, const std::int64_t*);
 
 bool Hdf5File::exists(const std::string& path) const {
   if (path.empty() || path == "/") return true;

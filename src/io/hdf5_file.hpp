@@ -4,6 +4,7 @@
 #pragma once
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -40,6 +41,11 @@ class Hdf5File {
   template <class T>  // double, float, std::int64_t, std::int32_t, std::uint8_t
   void write(const std::string& path, std::span<const T> values, const Dims& dims,
              const std::string& unit = {}, const std::string& description = {});
+  /// The same in parts of whole rows, which `parts` gives one after the other.
+  template <class T>
+  void write_parts(const std::string& path, const Dims& dims,
+                   const std::function<void(const std::function<void(std::span<const T>)>&)>& parts,
+                   const std::string& unit, const std::string& description);
   void write(const std::string& path, const std::vector<std::string>& texts,
              const std::string& description = {});
   void attribute(const std::string& path, const std::string& name, const std::string& text);
@@ -53,8 +59,8 @@ class Hdf5File {
   void create_rows(const std::string& path, const Dims& dims, const std::string& unit,
                    const std::string& description, Packing packing = Packing::deflated);
   void create_rows_int(const std::string& path, const Dims& dims, const std::string& description);
-  void write_rows(const std::string& path, std::size_t first, std::size_t rows, const double* values);
-  void write_rows(const std::string& path, std::size_t first, std::size_t rows, const std::int64_t* values);
+  template <class T>  // double, std::int64_t
+  void write_rows(const std::string& path, std::size_t first, std::size_t rows, const T* values);
 
   // Reading.
   bool exists(const std::string& path) const;

@@ -16,11 +16,11 @@
 namespace talus::io {
 namespace {
 
-constexpr std::string_view journal_magic = "TALUSJ01";
+constexpr std::string_view journal_magic = "TALUSJ02";
 constexpr std::size_t buffer_limit = 1 << 16;
 
 struct Head {
-  std::uint32_t kind = 0, reserved = 0;
+  std::uint32_t kind = 0, tag = 0;
   std::uint64_t length = 0;
 };
 static_assert(sizeof(Head) == 16);
@@ -51,12 +51,24 @@ JournalWriter::~JournalWriter() {
   ::close(fd_);
 }
 
-void JournalWriter::append(RecordKind kind, std::string_view payload) {
-  const Head head{static_cast<std::uint32_t>(kind), 0, payload.size()};
+void JournalWriter::append(RecordKind kind, std::string_view payload, std::uint32_t tag) {
+  const Head head{static_cast<std::uint32_t>(kind), tag, payload.size()};
   const std::uint64_t crc = crc64(payload, crc64(view(head)));
   buffer_.append(view(head)).append(payload).append(reinterpret_cast<const char*>(&crc), sizeof crc);
   position_ += sizeof head + payload.size() + sizeof crc;
   if (buffer_.size() >= buffer_limit) flush();
+}
+
+void JournalWriter::take_back(std::uint64_t position) {
+  if (const std::uint64_t written = position_ - buffer_.size(); position >= written) {
+    buffer_.resize(position - written);
+  } else {
+    buffer_.clear();
+    const auto end = static_cast<off_t>(position);
+    if (::ftruncate(fd_, end) != 0 || ::lseek(fd_, end, SEEK_SET) < 0)
+      throw WriteError(system_error("cut back", path_));
+  }
+  position_ = position;
 }
 
 void JournalWriter::flush() {
@@ -96,16 +108,26 @@ JournalReader::JournalReader(const std::filesystem::path& path, std::uint64_t li
   position_ = 8;
 }
 
-bool JournalReader::next(RecordKind& kind, std::string& payload) {
+void JournalReader::seek(std::uint64_t position) {
+  in_.clear();
+  in_.seekg(static_cast<std::streamoff>(std::min(position, limit_)));
+  position_ = std::min(position, limit_);
+}
+
+bool JournalReader::next(RecordKind& kind, std::string& payload, const std::uint32_t* tag) {
   Head head;
   std::uint64_t crc = 0;
   const auto end = [&] {
     damaged_ = position_ < size_;
     return false;
   };
-  if (position_ + sizeof head + sizeof crc > limit_) return end();
-  if (!in_.read(reinterpret_cast<char*>(&head), sizeof head)) return end();
-  if (head.length > limit_ - position_ - sizeof head - sizeof crc) return end();
+  for (;;) {
+    if (position_ + sizeof head + sizeof crc > limit_) return end();
+    if (!in_.read(reinterpret_cast<char*>(&head), sizeof head)) return end();
+    if (head.length > limit_ - position_ - sizeof head - sizeof crc) return end();
+    if (tag == nullptr || head.tag == *tag) break;
+    seek(position_ + sizeof head + head.length + sizeof crc);
+  }
   payload.resize(head.length);
   if (!in_.read(payload.data(), static_cast<std::streamsize>(head.length)) ||
       !in_.read(reinterpret_cast<char*>(&crc), sizeof crc))

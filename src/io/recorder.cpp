@@ -47,12 +47,6 @@ struct Recorder::Impl {
 
 namespace {
 
-bool same(const Structure::Snapshot& a, const Structure::Snapshot& b) {
-  return a.hexes == b.hexes && a.displacement == b.displacement && a.velocity == b.velocity &&
-         a.damage_tension == b.damage_tension && a.damage_compression == b.damage_compression &&
-         a.stress_von_mises == b.stress_von_mises && a.bar_strain == b.bar_strain;
-}
-
 constexpr const char* terrain_file = "fields/terrain.vtu";
 
 /// What the files of each structure begin with: its name, with "_" after it where the files of the blocks or
@@ -87,14 +81,15 @@ void Recorder::Impl::paraview(const FieldRow& row, bool write) {
   if (stems.empty()) stems = file_stems(header.structures);
   last_file.resize(2 * row.structures.size());
   for (std::size_t i = 0; i < row.structures.size() && i < header.structures.size(); ++i) {
-    const Structure::Snapshot& s = row.structures[i];
+    const StructureField& s = row.structures[i];
+    const bool bars = s.has(bars_column);
     const std::string& name = header.structures[i].name;
     // A structure that has not moved is not written again; the .pvd names the earlier file.
-    if (last_file[2 * i].empty() || i >= last_field.structures.size() || !same(last_field.structures[i], s)) {
+    if (last_file[2 * i].empty() || i >= last_field.structures.size() || !(last_field.structures[i] == s)) {
       last_file[2 * i] = fmt::format("fields/{}_{:06}.vtu", stems[i], fields);
-      if (write) write_structure_vtu(dir / last_file[2 * i], s);
-      last_file[2 * i + 1] = s.bars.empty() ? "" : fmt::format("fields/{}_bars_{:06}.vtu", stems[i], fields);
-      if (write && !s.bars.empty()) write_bars_vtu(dir / last_file[2 * i + 1], s);
+      if (write) write_structure_vtu(dir / last_file[2 * i], journal_path(), s);
+      last_file[2 * i + 1] = bars ? fmt::format("fields/{}_bars_{:06}.vtu", stems[i], fields) : "";
+      if (write && bars) write_bars_vtu(dir / last_file[2 * i + 1], journal_path(), s);
     }
     pvd.push_back({row.time, part++, name, last_file[2 * i]});
     if (!last_file[2 * i + 1].empty())
@@ -162,6 +157,7 @@ Recorder::Recorder(RecorderOptions options, std::uint64_t position) : impl_(std:
         case RecordKind::contacts:
         case RecordKind::lines:
         case RecordKind::crossings:
+        case RecordKind::column:
         case RecordKind::outcome: break;
       }
     }
@@ -198,12 +194,16 @@ void Recorder::crossings(std::span<const LineRow> rows) {
 }
 
 void Recorder::field(double time, std::span<const Pose> poses,
-                     std::span<const Structure::Snapshot> structures) {
-  const FieldRow row{time, {poses.begin(), poses.end()}, {structures.begin(), structures.end()}};
-  impl_->paraview(row, true);
+                     std::span<const Structure::Fields> structures) {
+  FieldRow row{time, {poses.begin(), poses.end()}, {}};
+  const std::vector<StructureField>& before = impl_->last_field.structures;
+  for (std::size_t i = 0; i < structures.size(); ++i)
+    row.structures.push_back(
+        append_fields(*impl_->journal, structures[i], i < before.size() ? before[i] : StructureField{}));
   impl_->journal->append(RecordKind::field, impl_->codec.encode(row));
   impl_->journal->flush();
-  impl_->last_field = row;
+  impl_->paraview(row, true);
+  impl_->last_field = std::move(row);
   ++impl_->fields;
 }
 

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "core/log.hpp"
+#include "io/field_columns.hpp"
 #include "io/files.hpp"
 #include "io/line_rows.hpp"
 #include "io/summary.hpp"
@@ -45,8 +46,8 @@ class Recorder {
 
   void history(const sim::HistoryRow& row);
   void contacts(std::span<const sim::ContactRow> rows);
-  /// Poses of all present blocks and one snapshot per structure, in the header's order.
-  void field(double time, std::span<const Pose> poses, std::span<const Structure::Snapshot> structures);
+  /// Poses of all present blocks and the fields of each structure, in the header's order.
+  void field(double time, std::span<const Pose> poses, std::span<const Structure::Fields> structures);
   /// Names of the lines whose crossings are recorded; once, before the first.
   void lines(std::span<const std::string> names);
   void crossings(std::span<const LineRow> rows);

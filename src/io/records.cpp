@@ -66,14 +66,6 @@ void structure_row_fields(auto& s, auto&& f) {
     f(p->value), f(p->time), f(p->strength), f(p->share), f(p->at);
 }
 
-void mesh_fields(auto& s, auto&& f) { f(s.nodes), f(s.hexes), f(s.bars); }
-
-void value_fields(auto& s, auto&& f) {
-  f(s.displacement), f(s.velocity), f(s.damage_tension), f(s.damage_compression), f(s.stress_von_mises),
-      f(s.crack_width);
-  f(s.bar_points), f(s.bar_strain), f(s.bar_stress), f(s.bar_state);
-}
-
 /// A block's values of a history row, side by side.
 void motion_fields(auto& row, std::size_t i, auto&& f) {
   f(row.position[i].data(), 3), f(row.velocity[i].data(), 3), f(row.spin[i].data(), 3),
@@ -142,24 +134,6 @@ void get_changed(ByteReader& r, std::vector<double>& values, std::size_t width) 
   values.resize(n * width);
   for (std::size_t i = 0; i < n; ++i)
     if (mask[i / 8] & (1 << (i % 8))) r.raw(&values[i * width], width * sizeof(double));
-}
-
-template <class T>
-bool same(const std::vector<T>& a, const std::vector<T>& b) {
-  static_assert(std::is_arithmetic_v<T> || sizeof(T) % sizeof(int) == 0);
-  return a.size() == b.size() &&
-         (a.empty() || std::memcmp(static_cast<const void*>(a.data()), b.data(), a.size() * sizeof(T)) == 0);
-}
-
-bool same_mesh(const Structure::Snapshot& a, const Structure::Snapshot& b) {
-  return same(a.nodes, b.nodes) && same(a.hexes, b.hexes) && same(a.bars, b.bars);
-}
-bool same_values(const Structure::Snapshot& a, const Structure::Snapshot& b) {
-  return same(a.displacement, b.displacement) && same(a.velocity, b.velocity) &&
-         same(a.damage_tension, b.damage_tension) && same(a.damage_compression, b.damage_compression) &&
-         same(a.stress_von_mises, b.stress_von_mises) && same(a.crack_width, b.crack_width) &&
-         same(a.bar_points, b.bar_points) && same(a.bar_strain, b.bar_strain) &&
-         same(a.bar_stress, b.bar_stress) && same(a.bar_state, b.bar_state);
 }
 
 std::vector<double> flat(const std::vector<Pose>& poses) {
@@ -309,15 +283,7 @@ std::string RecordCodec::encode(const FieldRow& row) {
   w.put(row.time);
   std::vector<double> before = flat(field_.poses);
   put_changed(w, before, flat(row.poses), 12);
-  w.put(static_cast<std::uint64_t>(row.structures.size()));
-  for (std::size_t i = 0; i < row.structures.size(); ++i) {
-    const Structure::Snapshot& s = row.structures[i];
-    const bool mesh = i < field_.structures.size() && same_mesh(field_.structures[i], s);
-    const bool values = mesh && same_values(field_.structures[i], s);
-    w.put(static_cast<std::uint8_t>(values ? 0 : mesh ? 1 : 2));
-    if (!mesh) mesh_fields(s, writing(w));
-    if (!values) value_fields(s, writing(w));
-  }
+  put_list(w, row.structures, writing(w));
   field_ = row;
   return w.bytes();
 }
@@ -332,14 +298,14 @@ const FieldRow& RecordCodec::decode_field(std::string_view bytes) {
     std::memcpy(field_.poses[i].c.data(), &values[12 * i], 3 * sizeof(double));
     std::memcpy(field_.poses[i].F.data(), &values[12 * i + 3], 9 * sizeof(double));
   }
-  const auto n = r.take<std::uint64_t>();
-  if (n > bytes.size()) throw std::out_of_range("count beyond the record");
-  field_.structures.resize(n);
-  for (Structure::Snapshot& s : field_.structures) {
-    const auto change = r.take<std::uint8_t>();
-    if (change >= 2) mesh_fields(s, reading(r));
-    if (change >= 1) value_fields(s, reading(r));
-  }
+  field_.structures.clear();
+  get_list(r, field_.structures, [&](StructureField& f) {
+    r.get(f);
+    for (std::size_t c = 0; c < column_count; ++c)
+      if (f.range(c).end < f.range(c).begin ||
+          f.rows[c] > (f.range(c).end - f.range(c).begin) / field_columns[c].bytes())
+        throw std::out_of_range("more rows than there is room for");
+  });
   return field_;
 }
 

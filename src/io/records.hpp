@@ -1,5 +1,6 @@
-/// The rows of sim/frame.hpp as bytes and back. A block, or a structure, whose numbers have not changed a bit
-/// since the row before costs one bit: sleeping rock masses and quiet structures take next to no space. The
+/// The rows of sim/frame.hpp as bytes and back. A block whose numbers have not changed a bit since the row
+/// before costs one bit, and a structure names its fields of that row (field_columns.hpp): sleeping rock
+/// masses and quiet structures take next to no space. The
 /// codec therefore carries the row before, and encoding and decoding the same sequence leaves it in the same
 /// state.
 #pragma once
@@ -8,15 +9,16 @@
 #include <string_view>
 #include <vector>
 
+#include "io/field_columns.hpp"
 #include "sim/frame.hpp"
 
 namespace talus::io {
 
-/// Fields at one instant: poses per block, one snapshot per structure.
+/// Fields at one instant: poses per block, and where those of each structure are.
 struct FieldRow {
   double time = 0;
   std::vector<Pose> poses;
-  std::vector<Structure::Snapshot> structures;
+  std::vector<StructureField> structures;
 };
 
 std::string encode_header(const sim::RunHeader& header);

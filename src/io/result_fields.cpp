@@ -1,6 +1,10 @@
 // /fields: a group for each frame.
 #include <fmt/format.h>
 
+#include <cstring>
+#include <iterator>
+#include <stdexcept>
+
 #include "io/files.hpp"
 #include "io/result_writers.hpp"
 
@@ -30,7 +34,7 @@ void FieldWriter::put(const std::string& group, const std::string& name, const s
     return;
   }
   file_.write<T>(path, values, dims, unit, description);
-  last = {path, std::string(bytes), dims};
+  last = {path, std::string(bytes), dims, 0};
 }
 
 void FieldWriter::blocks(const FieldRow& f, XdmfFrame& frame) {
@@ -62,47 +66,48 @@ void FieldWriter::blocks(const FieldRow& f, XdmfFrame& frame) {
   put(g, "face_block", owner, {owner.size()}, "1", "block of each polygon");
 }
 
-void FieldWriter::structure(const Structure::Snapshot& s, std::size_t i, XdmfFrame& frame) {
+void FieldWriter::structure(const StructureField& s, std::size_t i, XdmfFrame& frame) {
   XdmfFrame::Part part;
   part.name = safe_name(header_.structures[i].name);
-  part.nodes = s.nodes.size();
-  part.hexes = s.hexes.size();
+  part.nodes = s.count(ColumnOf::node);
+  part.hexes = s.count(ColumnOf::cell);
   const std::string g = frame.group + "/structures/" + part.name;
-  put(g, "nodes", flat(s.nodes), {s.nodes.size(), 3}, "m", "reference positions");
-  put(g, "hexes", flat(s.hexes), {s.hexes.size(), 8}, "1", "live cells, VTK order");
-  const auto nodal = [&](const char* name, const std::vector<Vec3>& v, const char* unit) {
-    if (v.size() != s.nodes.size() || v.empty()) return false;
-    const std::vector<double> d = flat(v);
-    put(g, name, std::vector<float>(d.begin(), d.end()), {v.size(), 3}, unit, name);
-    return true;
-  };
-  const auto cell = [&](const char* name, const std::vector<double>& v, const char* unit) {
-    if (v.size() != s.hexes.size() || v.empty()) return false;
-    put(g, name, std::vector<float>(v.begin(), v.end()), {v.size()}, unit, name);
-    return true;
-  };
-  part.displacement = nodal("displacement", s.displacement, "m");
-  part.velocity = nodal("velocity", s.velocity, "m/s");
-  part.damage_tension = cell("damage_tension", s.damage_tension, "1");
-  part.damage_compression = cell("damage_compression", s.damage_compression, "1");
-  part.stress = cell("stress_von_mises", s.stress_von_mises, "Pa");
-  part.crack_width = cell("crack_width", s.crack_width, "m");
-  if (!s.bars.empty()) {
-    put(g, "bars", flat(s.bars), {s.bars.size(), 2}, "1", "reinforcement: rows of bar_points");
-    const std::vector<double> p = flat(s.bar_points);
-    put(g, "bar_points", std::vector<float>(p.begin(), p.end()), {s.bar_points.size(), 3}, "m",
-        "scene coordinates");
-    if (s.bar_strain.size() == s.bars.size())
-      put(g, "bar_strain", std::vector<float>(s.bar_strain.begin(), s.bar_strain.end()), {s.bars.size()}, "1",
-          "axial strain");
-    if (s.bar_stress.size() == s.bars.size())
-      put(g, "bar_stress", std::vector<float>(s.bar_stress.begin(), s.bar_stress.end()), {s.bars.size()},
-          "Pa", "axial stress");
-    if (s.bar_state.size() == s.bars.size())
-      put(g, "bar_state", std::vector<float>(s.bar_state.begin(), s.bar_state.end()), {s.bars.size()}, "1",
-          "0 elastic, 1 has yielded, 2 broken");
-  }
+  for (std::size_t c = 0; c < column_count; ++c)
+    if (s.has(c) || c == nodes_column || c == hexes_column) column(g, s, c);
+  bool* const there[] = {&part.displacement,       &part.velocity, &part.damage_tension,
+                         &part.damage_compression, &part.stress,   &part.crack_width};
+  for (std::size_t c = 0; c < std::size(there); ++c) *there[c] = s.has(shape_columns + c);
   frame.structures.push_back(std::move(part));
+}
+
+void FieldWriter::column(const std::string& group, const StructureField& s, std::size_t c) {
+  const FieldColumn& of = field_columns[c];
+  const std::string path = group + "/" + of.name;
+  Last& last = last_[path.substr(path.find('/', 8))];  // without "/fields/NNNNNN"
+  const std::size_t rows = s.rows[c];
+  const Dims dims = of.width == 1 ? Dims{rows} : Dims{rows, of.width};
+  if (!last.path.empty() && last.crc == s.crc[c] && last.dims == dims) {
+    file_.hard_link(last.path, path);
+    return;
+  }
+  const auto write = [&]<class T>(T) {
+    std::vector<T> values;
+    const auto parts = [&](const std::function<void(std::span<const T>)>& take) {
+      read_column(journal_, s, c, [&](std::string_view bytes) {
+        values.resize(bytes.size() / sizeof(T));
+        std::memcpy(values.data(), bytes.data(), bytes.size());
+        take(values);
+      });
+    };
+    file_.write_parts<T>(path, dims, parts, of.unit, of.description);
+  };
+  if (of.type == ColumnType::f64)
+    write(double{});
+  else if (of.type == ColumnType::f32)
+    write(float{});
+  else
+    write(std::int32_t{});
+  last = {path, {}, dims, s.crc[c]};
 }
 
 }  // namespace talus::io

@@ -58,7 +58,9 @@ class ContactWriter {
 /// Frame groups; arrays equal to those of the frame before are linked, not written again.
 class FieldWriter {
  public:
-  FieldWriter(Hdf5File& file, const sim::RunHeader& header) : file_(file), header_(header) {}
+  /// `journal`: where the fields of structures are read from.
+  FieldWriter(Hdf5File& file, const sim::RunHeader& header, std::filesystem::path journal)
+      : file_(file), header_(header), journal_(std::move(journal)) {}
   void add(const FieldRow& row);
   const std::vector<XdmfFrame>& frames() const { return frames_; }
 
@@ -67,14 +69,17 @@ class FieldWriter {
   void put(const std::string& group, const std::string& name, const std::vector<T>& values, const Dims& dims,
            const char* unit, const char* description);
   void blocks(const FieldRow& f, XdmfFrame& frame);
-  void structure(const Structure::Snapshot& s, std::size_t i, XdmfFrame& frame);
+  void structure(const StructureField& s, std::size_t i, XdmfFrame& frame);
+  void column(const std::string& group, const StructureField& s, std::size_t c);
 
   struct Last {
     std::string path, bytes;
     Dims dims;
+    std::uint64_t crc = 0;  // of fields of structures, in place of the bytes
   };
   Hdf5File& file_;
   const sim::RunHeader& header_;
+  std::filesystem::path journal_;
   std::map<std::string, Last> last_;
   std::vector<XdmfFrame> frames_;
 };

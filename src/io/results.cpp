@@ -41,6 +41,7 @@ Count count(const std::filesystem::path& journal, std::uint64_t limit) {
       case RecordKind::field: ++c.fields; break;
       case RecordKind::warning:
       case RecordKind::lines:
+      case RecordKind::column:
       case RecordKind::crossings: break;
       case RecordKind::outcome: c.outcome = decode_outcome(payload); break;
     }
@@ -87,7 +88,7 @@ BuiltResults build(const std::filesystem::path& directory, const Outcome* outcom
     HistoryWriter history(file, c.header, c.rows);
     ContactWriter contacts(file, c.contacts);
     write_geometry(file, c.header);
-    FieldWriter fields(file, c.header);
+    FieldWriter fields(file, c.header, journal);
     std::optional<SummaryBuilder> summary;
     const Steps steps = steps_of(directory);
     const Taken taken = taken_of(directory);
@@ -131,6 +132,7 @@ BuiltResults build(const std::filesystem::path& directory, const Outcome* outcom
         case RecordKind::warning:
           if (summary) summary->add_warning(payload);
           break;
+        case RecordKind::column:
         case RecordKind::outcome: break;
       }
     }

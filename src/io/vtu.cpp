@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <cstring>
+#include <functional>
+#include <utility>
 
 #include "io/files.hpp"
 #include "io/xml.hpp"
@@ -36,20 +39,34 @@ constexpr const char* vtk_type<std::uint8_t>() {
   return "UInt8";
 }
 
-/// Collects arrays into the appended section while the XML before it refers to their offsets.
+using Put = std::function<void(std::string_view)>;
+
+template <class T>
+std::string_view bytes_of(const std::vector<T>& list) {
+  return {reinterpret_cast<const char*>(list.data()), list.size() * sizeof(T)};
+}
+
+/// Collects arrays for the appended section while the XML before it refers to their offsets.
 class VtuFile {
  public:
+  /// `write` puts `count` numbers when the file is saved.
   template <class T>
-  std::string array(const std::string& name, const std::vector<T>& values, int components = 1) {
+  std::string array(const std::string& name, std::size_t count, std::function<void(const Put&)> write,
+                    std::size_t components = 1) {
     const std::string xml = fmt::format(
         "        <DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" format=\"appended\" "
         "offset=\"{}\"/>\n",
         vtk_type<T>(), name, components, offset_);
-    const std::uint64_t bytes = values.size() * sizeof(T);
-    appended_.emplace_back(reinterpret_cast<const char*>(&bytes), sizeof bytes);
-    appended_.emplace_back(reinterpret_cast<const char*>(values.data()), bytes);
+    const std::uint64_t bytes = count * sizeof(T);
+    appended_.push_back({bytes, std::move(write)});
     offset_ += sizeof bytes + bytes;
     return xml;
+  }
+  template <class T>
+  std::string array(const std::string& name, std::vector<T> values, std::size_t components = 1) {
+    const std::size_t count = values.size();
+    return array<T>(
+        name, count, [values = std::move(values)](const Put& put) { put(bytes_of(values)); }, components);
   }
   void save(const std::filesystem::path& path, std::size_t points, std::size_t cells,
             const std::string& point_data, const std::string& cell_data, const std::string& point_array,
@@ -62,14 +79,23 @@ class VtuFile {
         "      <Points>\n{}      </Points>\n      <Cells>\n{}      </Cells>\n"
         "    </Piece>\n  </UnstructuredGrid>\n  <AppendedData encoding=\"raw\">\n_",
         points, cells, point_data, cell_data, point_array, cell_arrays);
-    std::vector<std::string_view> pieces{head};
-    pieces.insert(pieces.end(), appended_.begin(), appended_.end());
-    pieces.push_back("\n  </AppendedData>\n</VTKFile>\n");
-    write_file(path, pieces, false);
+    const auto write = [&](const Put& put) {
+      put(head);
+      for (const Appended& a : appended_) {
+        put({reinterpret_cast<const char*>(&a.bytes), sizeof a.bytes});
+        a.write(put);
+      }
+      put("\n  </AppendedData>\n</VTKFile>\n");
+    };
+    write_file(path, write, false);
   }
 
  private:
-  std::vector<std::string> appended_;  // each array and its length: a large surface is not copied as it grows
+  struct Appended {
+    std::uint64_t bytes;
+    std::function<void(const Put&)> write;
+  };
+  std::vector<Appended> appended_;
   std::uint64_t offset_ = 0;
 };
 
@@ -81,19 +107,54 @@ std::vector<T> flat(std::span<const Vec3> v) {
     for (int k = 0; k < 3; ++k) out.push_back(static_cast<T>(p[k]));
   return out;
 }
-std::vector<float> narrow(const std::vector<double>& v) { return {v.begin(), v.end()}; }
 
-/// Cells of one kind with a fixed number of nodes.
-template <std::size_t N>
-std::string uniform_cells(VtuFile& file, const std::vector<std::array<int, N>>& cells, std::uint8_t type) {
-  std::vector<std::int64_t> numbers;
-  numbers.reserve(N * cells.size());
-  for (const auto& c : cells) numbers.insert(numbers.end(), c.begin(), c.end());
-  const std::string connectivity = file.array("connectivity", numbers);
-  numbers.resize(cells.size());
-  for (std::size_t i = 0; i < cells.size(); ++i) numbers[i] = static_cast<std::int64_t>(N * (i + 1));
-  return connectivity + file.array("offsets", numbers) +
-         file.array("types", std::vector<std::uint8_t>(cells.size(), type));
+/// Cells of one kind, each with `nodes` of them, whose numbers come in parts.
+std::string uniform_cells(
+    VtuFile& file, std::size_t count, std::size_t nodes, std::uint8_t type,
+    const std::function<void(const std::function<void(std::span<const int>)>&)>& parts) {
+  const auto connectivity = [parts](const Put& put) {
+    std::vector<std::int64_t> numbers;
+    parts([&](std::span<const int> part) {
+      numbers.assign(part.begin(), part.end());
+      put(bytes_of(numbers));
+    });
+  };
+  const auto offsets = [count, nodes](const Put& put) {
+    std::vector<std::int64_t> numbers;
+    for (std::size_t i = 1; i <= count; ++i) {
+      numbers.push_back(static_cast<std::int64_t>(nodes * i));
+      if (i < count && numbers.size() < 4096) continue;
+      put(bytes_of(numbers));
+      numbers.clear();
+    }
+  };
+  std::string xml = file.array<std::int64_t>("connectivity", nodes * count, connectivity);
+  xml += file.array<std::int64_t>("offsets", count, offsets);
+  xml += file.array("types", std::vector<std::uint8_t>(count, type));
+  return xml;
+}
+
+/// Numbers of cells of a structure, or of its bars.
+std::string cells_of(VtuFile& file, const std::filesystem::path& journal, const StructureField& s,
+                     std::size_t column, std::uint8_t type) {
+  const auto parts = [&journal, &s, column](const std::function<void(std::span<const int>)>& take) {
+    std::vector<int> numbers;
+    read_column(journal, s, column, [&](std::string_view bytes) {
+      numbers.resize(bytes.size() / sizeof(int));
+      std::memcpy(numbers.data(), bytes.data(), bytes.size());
+      take(numbers);
+    });
+  };
+  return uniform_cells(file, s.rows[column], field_columns[column].width, type, parts);
+}
+
+/// A column of the journal as it is; nothing if it is not there.
+template <class T>
+std::string array_of(VtuFile& file, const std::string& name, const std::filesystem::path& journal,
+                     const StructureField& s, std::size_t column) {
+  if (s.rows[column] != s.count(field_columns[column].of)) return {};
+  const auto copy = [&journal, &s, column](const Put& put) { read_column(journal, s, column, put); };
+  return file.array<T>(name, s.rows[column] * field_columns[column].width, copy, field_columns[column].width);
 }
 
 }  // namespace
@@ -142,42 +203,36 @@ void write_blocks_vtu(const std::filesystem::path& path, std::span<const sim::Ru
   file.save(path, points.size(), offsets.size(), {}, data, point_array, cells);
 }
 
-void write_structure_vtu(const std::filesystem::path& path, const Structure::Snapshot& s) {
+void write_structure_vtu(const std::filesystem::path& path, const std::filesystem::path& journal,
+                         const StructureField& s) {
   VtuFile file;
-  const std::string points = file.array("Points", flat<double>(s.nodes), 3);
-  const std::string cells = uniform_cells(file, s.hexes, vtk_hexahedron);
+  const std::string points = array_of<double>(file, "Points", journal, s, nodes_column),
+                    cells = cells_of(file, journal, s, hexes_column, vtk_hexahedron);
   std::string point_data, cell_data;
-  if (s.displacement.size() == s.nodes.size())
-    point_data += file.array("displacement", flat<float>(s.displacement), 3);
-  if (s.velocity.size() == s.nodes.size()) point_data += file.array("velocity", flat<float>(s.velocity), 3);
-  const auto cell = [&](const char* name, const std::vector<double>& v) {
-    if (v.size() == s.hexes.size()) cell_data += file.array(name, narrow(v));
-  };
-  cell("damage_tension", s.damage_tension);
-  cell("damage_compression", s.damage_compression);
-  cell("stress_von_mises", s.stress_von_mises);
-  cell("crack_width", s.crack_width);
-  file.save(path, s.nodes.size(), s.hexes.size(), point_data, cell_data, points, cells);
+  for (std::size_t c = shape_columns; c < points_column; ++c)
+    (field_columns[c].of == ColumnOf::node ? point_data : cell_data) +=
+        array_of<float>(file, field_columns[c].name, journal, s, c);
+  file.save(path, s.count(ColumnOf::node), s.count(ColumnOf::cell), point_data, cell_data, points, cells);
 }
 
-void write_bars_vtu(const std::filesystem::path& path, const Structure::Snapshot& s) {
+void write_bars_vtu(const std::filesystem::path& path, const std::filesystem::path& journal,
+                    const StructureField& s) {
   VtuFile file;
-  const std::string points = file.array("Points", flat<double>(s.bar_points), 3);
-  const std::string cells = uniform_cells(file, s.bars, vtk_line);
+  const std::string points = array_of<double>(file, "Points", journal, s, points_column),
+                    cells = cells_of(file, journal, s, bars_column, vtk_line);
   std::string data;
-  const auto segment = [&](const char* name, const std::vector<double>& v) {
-    if (v.size() == s.bars.size()) data += file.array(name, narrow(v));
-  };
-  segment("strain", s.bar_strain);
-  segment("stress", s.bar_stress);
-  segment("state", s.bar_state);
-  file.save(path, s.bar_points.size(), s.bars.size(), {}, data, points, cells);
+  for (std::size_t c = points_column + 1; c < column_count; ++c)
+    data += array_of<float>(file, field_columns[c].name + sizeof("bar_") - 1, journal, s, c);
+  file.save(path, s.count(ColumnOf::point), s.count(ColumnOf::bar), {}, data, points, cells);
 }
 
 void write_surface_vtu(const std::filesystem::path& path, const TriangleSurface& surface) {
   VtuFile file;
   const std::string points = file.array("Points", flat<double>(surface.vertices), 3);
-  const std::string cells = uniform_cells(file, surface.triangles, vtk_triangle);
+  const auto corners = [&](const auto& take) {
+    if (!surface.triangles.empty()) take({surface.triangles[0].data(), 3 * surface.triangles.size()});
+  };
+  const std::string cells = uniform_cells(file, surface.triangles.size(), 3, vtk_triangle, corners);
   std::vector<float> height;
   for (const Vec3& v : surface.vertices) height.push_back(static_cast<float>(v.z()));
   file.save(path, surface.vertices.size(), surface.triangles.size(), file.array("height", height), {}, points,

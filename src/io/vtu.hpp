@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "io/field_columns.hpp"
 #include "sim/frame.hpp"
 
 namespace talus::io {
@@ -17,8 +18,10 @@ void write_blocks_vtu(const std::filesystem::path& path, std::span<const sim::Ru
 
 /// Live hexahedra with nodal displacement and velocity, cell damage and stress; reinforcement as line cells
 /// of their own file.
-void write_structure_vtu(const std::filesystem::path& path, const Structure::Snapshot& snapshot);
-void write_bars_vtu(const std::filesystem::path& path, const Structure::Snapshot& snapshot);
+void write_structure_vtu(const std::filesystem::path& path, const std::filesystem::path& journal,
+                         const StructureField& field);
+void write_bars_vtu(const std::filesystem::path& path, const std::filesystem::path& journal,
+                    const StructureField& field);
 
 /// Triangles, for the terrain.
 void write_surface_vtu(const std::filesystem::path& path, const TriangleSurface& surface);

@@ -124,7 +124,9 @@ void Builder::add_structures() {
       }));
     std::vector<double>& moved = world_->displaced.emplace_back();
     if (spec.gravity_preload)
-      for (const Vec3& u : part.structure->snapshot().displacement) moved.push_back(u.norm());
+      part.structure->values([&](const Structure::Snapshot& s) {
+        for (const Vec3& u : s.displacement) moved.push_back(u.norm());
+      });
     env_.structures.push_back(std::move(part));
   }
   const bool whole = env_.structures.size() == world_->scene.structures.size();

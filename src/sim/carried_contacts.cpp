@@ -50,7 +50,7 @@ std::vector<NamedBody> bodies_of(const World& w) {
         w.header.terrain.vertices);  // without the walls below it, which depend on the blocks
   for (std::size_t i = 0; i < env.structures.size(); ++i)
     add(Partner::Kind::structure, i, "structure " + w.scene.structures[i].name,
-        env.structures[i].structure->snapshot().nodes);
+        env.structures[i].structure->built_nodes());
   return list;
 }
 

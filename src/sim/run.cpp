@@ -109,10 +109,10 @@ class Telling {
     std::vector<Pose> poses;
     for (int i = 0; i < static_cast<int>(w_.system->model().blocks.size()); ++i)
       poses.push_back(w_.pose(i, moment));
-    std::vector<Structure::Snapshot> snapshots;
+    std::vector<Structure::Fields> structures;
     for (const coupling::StructurePart& p : w_.system->environment().structures)
-      snapshots.push_back(p.structure->snapshot());
-    sink_.field(moment.time, poses, snapshots);
+      structures.push_back(p.structure->fields());
+    sink_.field(moment.time, poses, structures);
   }
 
   void progress() { sink_.progress(w_.time(), w_.scene.simulation.duration, counters(), residual_); }

@@ -34,7 +34,11 @@ class Sink {
   virtual bool quiet() const { return false; }
   virtual void history(const HistoryRow&) {}
   virtual void contacts(std::span<const ContactRow>) {}
-  virtual void field(double /*time*/, std::span<const Pose>, std::span<const Structure::Snapshot>) {}
+  /// Of several ranks all ask for the fields, and one writes them.
+  virtual void field(double /*time*/, std::span<const Pose>, std::span<const Structure::Fields> structures) {
+    for (const Structure::Fields& s : structures)
+      for (const auto& part : {s.shape, s.values}) part([](const Structure::Snapshot&) {});
+  }
   virtual void extend(std::span<const RunHeader::BlockInfo>) {}
   virtual void warning(const std::string& /*text*/) {}
   virtual void checkpoint(const Checkpoint&) {}

@@ -68,7 +68,7 @@ FinalState Simulation::final_state() const {
   for (std::size_t q = 0; q < parts.size(); ++q) {
     if (!parts[q].stepped()) continue;  // it has no history
     FinalState::Structure& out = state.structures[world_->scene.structures[q].name];
-    out.nodes = parts[q].structure->snapshot().nodes;
+    out.nodes = parts[q].structure->built_nodes();
     parts[q].structure->save(out.history);
   }
   keep_contacts(*world_, state);
@@ -103,7 +103,7 @@ std::vector<std::string> Simulation::start_from(const FinalState& state, const s
     const auto found = state.structures.find(name);
     if (found == state.structures.end() || !parts[q].stepped()) continue;
     Structure& structure = *parts[q].structure;
-    const std::vector<Vec3> nodes = structure.snapshot().nodes;
+    const std::vector<Vec3> nodes = structure.built_nodes();
     if (nodes != found->second.nodes) {
       problem(other_mesh(name, found->second.nodes, nodes),
               "give the structure the place, geometry and cell size it had in that run");
@@ -121,7 +121,9 @@ std::vector<std::string> Simulation::start_from(const FinalState& state, const s
     if (!parts[q].fixed_surface) {
       parts[q].index = std::make_unique<contact::SurfaceIndex>(structure.surface());
       w.displaced[q].clear();
-      for (const Vec3& u : structure.snapshot().displacement) w.displaced[q].push_back(u.norm());
+      structure.values([&](const Structure::Snapshot& part) {
+        for (const Vec3& u : part.displacement) w.displaced[q].push_back(u.norm());
+      });
     }
     lines.push_back(fmt::format("Structure {}: starts from the last state in {}, largest damage {:.4g}.",
                                 name, file, structure.damage_max()));

@@ -52,7 +52,7 @@ TEST(Bits, InstantsThatDifferByRoundingAreOne) {
   class Instants : public sim::Sink {
    public:
     void history(const sim::HistoryRow& row) override { rows.push_back(row); }
-    void field(double time, std::span<const Pose>, std::span<const Structure::Snapshot>) override {
+    void field(double time, std::span<const Pose>, std::span<const Structure::Fields>) override {
       frames.push_back(time);
     }
     void checkpoint(const sim::Checkpoint& state) override {

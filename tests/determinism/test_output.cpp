@@ -25,7 +25,7 @@ constexpr double g = 9.81;
 class Recorded : public sim::Sink {
  public:
   void history(const sim::HistoryRow& row) override { rows.push_back(row); }
-  void field(double time, std::span<const Pose> poses, std::span<const Structure::Snapshot>) override {
+  void field(double time, std::span<const Pose> poses, std::span<const Structure::Fields>) override {
     frames[time].assign(poses.begin(), poses.end());
   }
   void checkpoint(const sim::Checkpoint& state) override {

@@ -39,7 +39,7 @@ class RunSink : public sim::Sink {
   void history(const sim::HistoryRow& row) override { recorder_.history(row); }
   void contacts(std::span<const sim::ContactRow> rows) override { recorder_.contacts(rows); }
   void field(double time, std::span<const Pose> poses,
-             std::span<const Structure::Snapshot> structures) override {
+             std::span<const Structure::Fields> structures) override {
     recorder_.field(time, poses, structures);
   }
   void extend(std::span<const sim::RunHeader::BlockInfo> fragments) override { recorder_.extend(fragments); }

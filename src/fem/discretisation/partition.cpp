@@ -64,6 +64,17 @@ std::vector<NodeRange> ranges_of(const std::vector<char>& in) {
   return list;
 }
 
+void rows_of(std::size_t count, int width, const WriteRow& write, const TakeRows& take) {
+  const auto w = static_cast<std::size_t>(width);
+  std::vector<double> rows;
+  for (std::size_t begin = 0; begin < count; begin += rows_at_once) {
+    const std::size_t end = std::min(begin + rows_at_once, count);
+    rows.assign(w * (end - begin), 0.0);
+    for (std::size_t i = begin; i < end; ++i) write(static_cast<int>(i), &rows[w * (i - begin)]);
+    take(rows);
+  }
+}
+
 Partition::Partition(const HexMesh& whole, const std::vector<int>& common, const std::vector<double>& cost,
                      bool everywhere, Ranks& ranks)
     : ranks_(&ranks),
@@ -177,21 +188,19 @@ void Partition::gather(std::span<AlignedVector* const> fields) {
         for (const AlignedVector* field : fields)
           to = std::copy_n(&(*field)[4 * static_cast<std::size_t>(node)], 3, to);
       },
-      [&](const double* from) {
-        for (AlignedVector* field : fields) std::copy_n(from, 3, &(*field)[4 * n]), from += 3;
-        ++n;
+      [&](std::span<const double> rows) {
+        for (const double* from = rows.data(); from != rows.data() + rows.size(); ++n)
+          for (AlignedVector* field : fields) std::copy_n(from, 3, &(*field)[4 * n]), from += 3;
       });
 }
 
 void Partition::each(const std::vector<int>& numbers, std::size_t in_all, const std::function<bool(int)>& own,
-                     int width, const std::function<void(int, double*)>& write,
-                     const std::function<void(const double*)>& take) {
-  constexpr std::size_t at_once = 32768;  // so many numbers of the whole mesh: what is on its way stays small
+                     int width, const WriteRow& write, const TakeRows& take) {
   const auto w = static_cast<std::size_t>(width);
   std::vector<double> mine, values;
   std::size_t next = 0;
-  for (std::size_t begin = 0; begin < in_all; begin += at_once) {
-    const std::size_t end = std::min(begin + at_once, in_all);
+  for (std::size_t begin = 0; begin < in_all; begin += rows_at_once) {
+    const std::size_t end = std::min(begin + rows_at_once, in_all);
     mine.clear();
     for (; next < numbers.size() && static_cast<std::size_t>(numbers[next]) < end; ++next) {
       if (!own(static_cast<int>(next))) continue;
@@ -203,25 +212,41 @@ void Partition::each(const std::vector<int>& numbers, std::size_t in_all, const 
     values.resize(w * (end - begin));
     for (std::size_t at = 0; at < all.size(); at += w + 1)
       std::copy_n(&all[at + 1], w, &values[w * (static_cast<std::size_t>(all[at]) - begin)]);
-    for (std::size_t at = 0; at < values.size(); at += w) take(&values[at]);
+    take(values);
   }
 }
 
-void Partition::each_node(int width, const std::function<void(int, double*)>& write,
-                          const std::function<void(const double*)>& take) {
+void Partition::each_node(int width, const WriteRow& write, const TakeRows& take) {
   each(
       node_number_, nodes_in_all_, [this](int n) { return owns_node(n); }, width, write, take);
 }
 
-void Partition::each_cell(int width, const std::function<void(int, double*)>& write,
-                          const std::function<void(const double*)>& take) {
+void Partition::each_cell(int width, const WriteRow& write, const TakeRows& take) {
   each(
       cell_number_, cells_in_all_, [this](int cell) { return owns_cell(cell); }, width, write, take);
 }
 
-std::vector<double> Partition::records(int width, std::span<const double> mine) {
+std::vector<double> Partition::collect_at_first(std::span<const double> mine) {
+  const auto count = static_cast<double>(mine.size());
+  const std::vector<double> counts = collect({&count, 1});
+  std::vector<std::vector<double>> send(counts.size()), receive(counts.size());
+  if (!first_rank()) send[0].assign(mine.begin(), mine.end());
+  for (std::size_t r = 1; r < counts.size() && first_rank(); ++r)
+    receive[r].resize(static_cast<std::size_t>(counts[r]));
+  ranks_->exchange(send, receive);
+  if (!first_rank()) return {};
+  std::vector<double> all(mine.begin(), mine.end());
+  all.reserve(static_cast<std::size_t>(std::accumulate(counts.begin(), counts.end(), 0.0)));
+  for (std::vector<double>& part : receive) {
+    all.insert(all.end(), part.begin(), part.end());
+    std::vector<double>().swap(part);
+  }
+  return all;
+}
+
+std::vector<double> Partition::records(int width, std::span<const double> mine, For whom) {
   const auto w = static_cast<std::size_t>(width);
-  const std::vector<double> all = collect(mine);
+  const std::vector<double> all = whom == For::all ? collect(mine) : collect_at_first(mine);
   std::vector<std::size_t> order(all.size() / w);
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i * w;
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return all[a] < all[b]; });

@@ -27,6 +27,14 @@ using NodeRange = std::pair<int, int>;  // [first, last)
 /// Ranges of the numbers n with in[n] != 0, ascending.
 std::vector<NodeRange> ranges_of(const std::vector<char>& in);
 
+/// Rows of a table: one written by whoever has it; some thousand taken, in order.
+using WriteRow = std::function<void(int, double*)>;
+using TakeRows = std::function<void(std::span<const double>)>;
+constexpr std::size_t rows_at_once = 8192;
+
+/// Takes `count` rows of this process.
+void rows_of(std::size_t count, int width, const WriteRow& write, const TakeRows& take);
+
 class Partition {
  public:
   /// `common`: cells that every rank holds. `cost`: of a node; shares are equal in its sum.
@@ -78,19 +86,24 @@ class Partition {
   /// Makes fields (four numbers per node) current everywhere, where every rank holds the whole mesh.
   void gather(std::span<AlignedVector* const> fields);
   /// Every rank takes `width` numbers of every node or cell of the whole mesh, in its order, which the owner
-  /// writes.
-  void each_node(int width, const std::function<void(int, double*)>& write,
-                 const std::function<void(const double*)>& take);
-  void each_cell(int width, const std::function<void(int, double*)>& write,
-                 const std::function<void(const double*)>& take);
-  /// Records of `width` numbers from all ranks, ascending by the first one.
-  std::vector<double> records(int width, std::span<const double> mine);
+  /// writes: some thousand rows at a time.
+  void each_node(int width, const WriteRow& write, const TakeRows& take);
+  void each_cell(int width, const WriteRow& write, const TakeRows& take);
+  /// The same of anything that has `numbers` among `in_all`, ascending, and one owner.
+  void each(const std::vector<int>& numbers, std::size_t in_all, const std::function<bool(int)>& own,
+            int width, const WriteRow& write, const TakeRows& take);
+  /// Records of `width` numbers from all ranks, ascending by the first one; only the first rank is given them
+  /// where the others have no use for them.
+  enum class For { all, first };
+  std::vector<double> records(int width, std::span<const double> mine, For whom = For::all);
   /// Sums each entry over the ranks, in their order: the same bits everywhere.
   void sum(std::span<double> values);
   /// Greatest over the ranks.
   double largest(double value);
   /// The records of all ranks one after the other.
   std::vector<double> collect(std::span<const double> mine) { return ranks_->gather(mine); }
+  /// Empty but on the first rank.
+  std::vector<double> collect_at_first(std::span<const double> mine);
   /// The same where it is known how much each rank has.
   void collect(std::span<const double> mine, std::span<const int> count, double* all) {
     ranks_->gather(mine, count, all);
@@ -104,9 +117,6 @@ class Partition {
 
  private:
   static int here(const std::vector<int>& numbers, int whole);
-  void each(const std::vector<int>& numbers, std::size_t in_all, const std::function<bool(int)>& own,
-            int width, const std::function<void(int, double*)>& write,
-            const std::function<void(const double*)>& take);
   template <class Write, class Read>
   void exchange(std::size_t width, Write&& write, Read&& read) {
     for (std::size_t r = 0; r < send_.size(); ++r) {

@@ -298,76 +298,50 @@ std::vector<SeatedNode> FemStructure::seated_nodes() const {
   return seats;
 }
 
-Fragment FemStructure::detach(const std::vector<int>& whole_cells, const std::vector<SeatedNode>& seats) {
-  // On several ranks by an excerpt with numbers of its own, which all of them have; on one in the mesh
-  // itself.
-  std::optional<Excerpt> apart;
-  if (partition_) apart = excerpt(whole_cells);
-  const HexMesh& mesh = apart ? apart->mesh : mesh_;
-  std::vector<int> cells = whole_cells;
-  if (apart) std::iota(cells.begin(), cells.end(), 0);
-  const auto in = [](int n) { return static_cast<std::size_t>(n); };
-  const auto x_of = [&](int n) { return apart ? apart->position[in(n)] : position(n); };
-  const auto v_of = [&](int n) { return apart ? apart->velocity[in(n)] : velocity(n); };
-  const auto mass_of = [&](int n) { return apart ? apart->mass[in(n)] : mass_[in(n)]; };
-  const auto cells_at = [&](int n) { return apart ? apart->cells_at_node[in(n)] : cells_at_node_[in(n)]; };
-  const auto mass_of_cell = [&](int cell) {
-    return apart ? apart->cell_mass[in(cell)] : cell_mass_[in(cell)];
-  };
-
-  Fragment f;
-  std::map<int, double> share;  // node -> mass that leaves; of a hanging node that of what it follows
-  std::map<int, int> inside;    // node -> cells of the piece
-  f.elastic = link_energy(whole_cells);
-  for (const double energy :
-       of_cells(whole_cells, 1, [this](int cell, double*to) { *to = cell_energy(cell); }))
-    f.elastic += energy;
+/// Mass that leaves with each node of a piece; of a hanging node that of what it follows. A node that keeps
+/// no cell gives all it has: steel, and what rounding left.
+std::map<int, FemStructure::Leaving> FemStructure::leaving_nodes(const HexMesh& mesh,
+                                                                 const std::vector<int>& cells,
+                                                                 const Excerpt* apart) const {
+  std::map<int, Leaving> nodes;
   for (int cell : cells) {
     const std::array<double, 8> m = node_shares(mesh, cell, spec_.density);
     for (int a = 0; a < 8; ++a) {
       const int n = mesh.hexes[cell][a];
       const HangingNode* h = hanging_node(mesh, n);
-      share[n] += h != nullptr ? 0 : m[a];
+      nodes[n].mass += h != nullptr ? 0 : m[a];
       if (h != nullptr)
-        for (const auto& [master, weight] : h->masters) share[master] += weight * m[a];
+        for (const auto& [master, weight] : h->masters) nodes[master].mass += weight * m[a];
     }
-    for (int n : carriers(mesh, cell)) ++inside[n];
-    detached_volume_ += mass_of_cell(cell) / spec_.density;
+    for (int n : carriers(mesh, cell)) ++nodes[n].cells;
   }
-  std::map<int, bool> goes;  // whether the node keeps no cell
-  for (auto& [n, m] : share) {
-    // Steel and rounding: a node that keeps no cell gives all it has.
-    goes[n] = inside.at(n) == cells_at(n);
-    if (goes[n]) m = mass_of(n);
-    const Vec3 x = x_of(n), v = v_of(n);
-    f.mass += m;
-    f.centroid += m * x;
-    f.linear_momentum += m * v;
-    f.kinetic += 0.5 * m * v.squaredNorm();
+  for (auto& [n, node] : nodes) {
+    const auto i = static_cast<std::size_t>(n);
+    node.goes = node.cells == (apart != nullptr ? apart->cells_at_node[i] : cells_at_node_[i]);
+    if (node.goes) node.mass = apart != nullptr ? apart->mass[i] : mass_[i];
+    node.position = apart != nullptr ? apart->position[i] : position(n);
+    node.velocity = apart != nullptr ? apart->velocity[i] : velocity(n);
   }
-  f.centroid /= f.mass;
-  for (const auto& [n, m] : share) f.angular_momentum += m * (x_of(n) - f.centroid).cross(v_of(n));
+  return nodes;
+}
+
+/// The surface of a piece: vertices and triangles of `f`.
+void FemStructure::shape_of_piece(const HexMesh& mesh, const std::vector<int>& cells, double smallest,
+                                  const std::map<int, Leaving>& nodes, const std::vector<SeatedNode>& seated,
+                                  Fragment& f) const {
   std::vector<char> only(mesh.hexes.size(), 0);
   for (int cell : cells) only[cell] = 1;
   std::vector<SkinQuad> quads = skin(mesh, only);
   std::vector<Vec3> reference, present;
   std::vector<double> weight;
   std::map<int, std::size_t> at;
-  for (const auto& [n, m] : share) {
+  for (const auto& [n, node] : nodes) {
     at.emplace(n, at.size());
     reference.push_back(mesh.nodes[n]);
-    present.push_back(x_of(n));
-    weight.push_back(m);
+    present.push_back(node.position);
+    weight.push_back(node.mass);
   }
-  double smallest = std::numeric_limits<double>::infinity();
-  for (int cell : cells) smallest = std::min(smallest, mass_of_cell(cell) / spec_.density);
   std::vector<Vec3> points = straightened(reference, present, weight, bent * std::cbrt(smallest));
-  std::vector<SeatedNode> seated;
-  for (SeatedNode s : seats) {
-    if (!std::binary_search(whole_cells.begin(), whole_cells.end(), s.cell)) continue;
-    if (apart) s.node = apart->place(s.node);
-    seated.push_back(s);
-  }
   stand_on_pads(mesh, seated, quads, at, points);
   quads = cut_at_middles(mesh, quads);
   const ClosedSurface surface = close_surface(quads);
@@ -381,16 +355,55 @@ Fragment FemStructure::detach(const std::vector<int>& whole_cells, const std::ve
   }
   part_touching_edges(f.vertices, f.triangles, std::move(cell));
   merge_planar(f.vertices, f.triangles);
+}
+
+Fragment FemStructure::detach(const std::vector<int>& whole_cells, const std::vector<SeatedNode>& seats) {
+  // On several ranks by an excerpt with numbers of its own, which all of them have; on one in the mesh
+  // itself.
+  std::optional<Excerpt> excerpted;
+  if (partition_) excerpted = excerpt(whole_cells);
+  const Excerpt* const apart = excerpted ? &*excerpted : nullptr;
+  const HexMesh& mesh = apart != nullptr ? apart->mesh : mesh_;
+  std::vector<int> cells = whole_cells;
+  if (apart != nullptr) std::iota(cells.begin(), cells.end(), 0);
+  Fragment f;
+  f.elastic = link_energy(whole_cells);
+  for (const double energy :
+       of_cells(whole_cells, 1, [this](int cell, double*to) { *to = cell_energy(cell); }))
+    f.elastic += energy;
+  double smallest = std::numeric_limits<double>::infinity();
+  for (const int cell : cells) {
+    const auto i = static_cast<std::size_t>(cell);
+    const double volume = (apart != nullptr ? apart->cell_mass[i] : cell_mass_[i]) / spec_.density;
+    detached_volume_ += volume;
+    smallest = std::min(smallest, volume);
+  }
+  const std::map<int, Leaving> nodes = leaving_nodes(mesh, cells, apart);
+  for (const auto& [n, node] : nodes) {
+    f.mass += node.mass;
+    f.centroid += node.mass * node.position;
+    f.linear_momentum += node.mass * node.velocity;
+    f.kinetic += 0.5 * node.mass * node.velocity.squaredNorm();
+  }
+  f.centroid /= f.mass;
+  for (const auto& [n, node] : nodes)
+    f.angular_momentum += node.mass * (node.position - f.centroid).cross(node.velocity);
+  std::vector<SeatedNode> seated;
+  for (SeatedNode s : seats) {
+    if (!std::binary_search(whole_cells.begin(), whole_cells.end(), s.cell)) continue;
+    if (apart != nullptr) s.node = apart->place(s.node);
+    seated.push_back(s);
+  }
+  shape_of_piece(mesh, cells, smallest, nodes, seated, f);
   switch_off(whole_cells);
-  for (const auto& [of_piece, m] : share) {
-    const int n = apart ? node_here(apart->node[in(of_piece)]) : of_piece;
+  for (const auto& [of_piece, node] : nodes) {
+    const int n = apart != nullptr ? node_here(apart->node[static_cast<std::size_t>(of_piece)]) : of_piece;
     if (n < 0) continue;
-    if (goes[of_piece]) {
+    if (node.goes) {
       remove_node(n);
       continue;
     }
-    mass_[n] -= m;
-    weights_valid_ = false;
+    mass_[n] -= node.mass;
     for (int c = 0; c < 3; ++c)
       if (inverse_mass_[4 * n + c] > 0) inverse_mass_[4 * n + c] = 1 / mass_[n];
   }

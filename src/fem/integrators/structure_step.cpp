@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 
 #include "fem/materials/material_simd.hpp"
@@ -13,12 +15,14 @@ using material::V4, material::load4, material::store4;
 
 double sum_of(V4 a) { return (a[0] + a[2]) + (a[1] + a[3]); }
 
-/// What a step adds to the works, in sums of four.
-struct StepSums {
-  V4 damping{}, external{}, viscous{}, power{}, kinetic{}, internal{}, jump{};
-};
-
 }  // namespace
+
+/// Works of a step [J], but for `power` and `own` [W], `spent` cells and `breaking` segments: of this rank's
+/// part, then of all.
+struct FemStructure::StepWorks {
+  double contact = 0, damping = 0, external = 0, viscous = 0, power = 0, kinetic = 0, internal = 0,
+         gravity = 0, own = 0, plastic = 0, cracking = 0, stored = 0, spent = 0, breaking = 0, jumped = 0;
+};
 
 void FemStructure::moved() {
   discretisation_.distribute(u_);
@@ -158,18 +162,21 @@ void FemStructure::book_step_dependence(double h, double own, double strained) {
   books_.algorithmic -= less;
 }
 
-void FemStructure::correct(double t, double h, std::span<const NodeImpulse> given) {
-  std::vector<NodeImpulse> moved_on;
-  if (!mesh_.hanging.empty()) moved_on = discretisation_.condense(given);
-  for (const NodeImpulse& p : divided() ? given : std::span<const NodeImpulse>{})
-    if (const int n = partition_->node_here(p.node); n >= 0) moved_on.push_back({n, p.impulse});
-  const std::span<const NodeImpulse> impulses =
-      mesh_.hanging.empty() && !divided() ? given : std::span<const NodeImpulse>(moved_on);
-  const double kick = 0.5 * (h_last_ > 0 ? h_last_ + h : h);
+/// Of impulses on nodes of the whole those on nodes of this rank's part; what hangs gives its own to those
+/// that it follows.
+std::vector<NodeImpulse> FemStructure::impulses_here(std::span<const NodeImpulse> given) const {
+  if (!mesh_.hanging.empty()) return discretisation_.condense(given);
+  std::vector<NodeImpulse> here(given.begin(), given.end());
+  if (!divided()) return here;
+  for (NodeImpulse& p : here) p.node = partition_->node_here(p.node);
+  std::erase_if(here, [](const NodeImpulse& p) { return p.node < 0; });
+  return here;
+}
+
+void FemStructure::take_impulses(double h, std::span<const NodeImpulse> impulses) {
   for (int n : struck_) std::fill_n(&contact_impulse_[4 * static_cast<std::size_t>(n)], 3, 0.0);
   struck_.clear();
   contact_step_ = h;
-  ++steps_taken_;
   for (const NodeImpulse& p : impulses) {
     struck_.push_back(p.node);
     for (int c = 0; c < 3; ++c) {
@@ -180,22 +187,15 @@ void FemStructure::correct(double t, double h, std::span<const NodeImpulse> give
   }
   discretisation_.distribute(v_hat_);
   drag_ = 1;
-  watch_loads(t + h, h);  // by the forces of this step, before the displacements move on
-  // This rank's part of the works, then of all.
-  double contact = 0, gravity = h == h_last_ ? 0 : excess_of_gravity(kick, h),
-         own = h == h_last_ ? 0 : power_of_own_forces(kick);
-  for (const NodeImpulse& p : impulses) {
-    if (!own_node(p.node)) continue;
-    for (int c = 0; c < 3; ++c) {
-      const std::size_t i = 4 * static_cast<std::size_t>(p.node) + c;
-      contact += p.impulse[c] * 0.5 * (v_[i] + v_hat_[i]);
-    }
-  }
+}
+
+/// Moves all nodes known here; the works at own ones.
+void FemStructure::move_nodes(double h, double kick, StepWorks& works) {
   const bool loaded = !loads_.empty();
   const double* visc = f_visc_.empty() ? nullptr : f_visc_.data();
   const double* jump = jump_.empty() ? nullptr : jump_.data();
   const V4 fall{gravity_[0], gravity_[1], gravity_[2], 0}, none{};
-  StepSums sums;
+  V4 damping{}, external{}, viscous{}, power{}, kinetic{}, internal{}, jumped{};
   for (const auto& [first, last] : own_)
     for (int node = first; node < last; ++node) {
       const int i = 4 * node;
@@ -203,82 +203,99 @@ void FemStructure::correct(double t, double h, std::span<const NodeImpulse> give
       const V4 before = load4(&v_[i]), after = load4(&v_hat_[i]), f = load4(&f_int_[i]);
       store4(&u_[i], load4(&u_[i]) + h * after);
       store4(&v_[i], after);
-      sums.power += f * after;
-      sums.kinetic += m * after * after;
+      power += f * after;
+      kinetic += m * after * after;
       const V4 mean = material::select(load4(&inverse_mass_[i]) != none, 0.5 * (before + after),
                                        none);  // what is held does no work
-      sums.internal += kick * mean * f;
-      if (visc != nullptr) sums.viscous += kick * mean * load4(visc + i);
+      internal += kick * mean * f;
+      if (visc != nullptr) viscous += kick * mean * load4(visc + i);
       const V4 lost = jump != nullptr ? load4(jump + i) : none;
-      sums.jump += m * mean * lost;
+      jumped += m * mean * lost;
       if (alpha_ != 0)
-        sums.damping -= mean * (m * (after - before + lost) -
-                                kick * (load4(&f_ext_[i]) - f - (visc != nullptr ? load4(visc + i) : none)) -
-                                load4(&contact_impulse_[i]));
-      if (loaded) sums.external += kick * mean * (load4(&f_ext_[i]) - m * fall);
+        damping -= mean * (m * (after - before + lost) -
+                           kick * (load4(&f_ext_[i]) - f - (visc != nullptr ? load4(visc + i) : none)) -
+                           load4(&contact_impulse_[i]));
+      if (loaded) external += kick * mean * (load4(&f_ext_[i]) - m * fall);
     }
-  double damping = sum_of(sums.damping), external = sum_of(sums.external), viscous = sum_of(sums.viscous),
-         power = sum_of(sums.power), kinetic = sum_of(sums.kinetic), internal = sum_of(sums.internal);
-  if (partition_) {
-    partition_->exchange(v_hat_);
-    for (const auto& [first, last] : partition_->border_nodes())
-      for (int i = 4 * first; i < 4 * last; ++i) {
-        u_[i] += h * v_hat_[i];
-        v_[i] = v_hat_[i];
-      }
-    motion_changed();
-  }
-  const double bearing_loss = bearings_ && first_rank() ? bearings_->dissipation() : 0.0;
-  double plastic = (bars_ ? bars_->dissipation() : 0.0) + bearing_loss;
-  double cracking = damage_ ? damage_->dissipation() : 0.0;
-  if (laws_taken_) plastic = cracking = 0;  // a condensed step that was begun and dropped has booked them
-  double stored = stored_part_;
-  const std::vector<int> eroding = damage_ ? spent_cells() : std::vector<int>{};
-  auto spent = static_cast<double>(eroding.size());
-  double breaking = bars_ ? bars_->breaking() : 0.0;
-  double jumped = sum_of(sums.jump);
-  std::array<double*, 15> parts{&contact,  &damping,  &external, &viscous,  &power,
-                                &kinetic,  &internal, &gravity,  &own,      &plastic,
-                                &cracking, &stored,   &spent,    &breaking, &jumped};
-  if (partition_) {
-    std::array<double, parts.size()> values;
-    for (std::size_t k = 0; k < parts.size(); ++k) values[k] = *parts[k];
-    sum(values);
-    for (std::size_t k = 0; k < parts.size(); ++k) *parts[k] = values[k];
-  }
-  books_.contact_work += contact;
-  books_.damping_work += damping;
-  books_.external_work += external;
-  books_.bulk_viscosity_work += viscous;
-  books_.plastic_work += plastic;
-  books_.damage_work += cracking;
-  const double stored_before = h_last_ == 0 ? stored : stored_half_;
-  stored_half_ = stored + 0.5 * h * power;
+  works.damping = sum_of(damping), works.external = sum_of(external), works.viscous = sum_of(viscous);
+  works.power = sum_of(power), works.kinetic = 0.5 * sum_of(kinetic), works.internal = sum_of(internal);
+  works.jumped = sum_of(jumped);
+  if (!partition_) return;
+  partition_->exchange(v_hat_);
+  for (const auto& [first, last] : partition_->border_nodes())
+    for (int i = 4 * first; i < 4 * last; ++i) {
+      u_[i] += h * v_hat_[i];
+      v_[i] = v_hat_[i];
+    }
+  motion_changed();
+}
+
+/// Enters the works of a step of all ranks.
+void FemStructure::account(double h, double kick, const StepWorks& works) {
+  books_.contact_work += works.contact;
+  books_.damping_work += works.damping;
+  books_.external_work += works.external;
+  books_.bulk_viscosity_work += works.viscous;
+  books_.plastic_work += works.plastic;
+  books_.damage_work += works.cracking;
+  const double stored_before = h_last_ == 0 ? works.stored : stored_half_;
+  stored_half_ = works.stored + 0.5 * h * works.power;
   // What the laws took in the last condensed step is in its own books; here they are accepted.
-  books_.algorithmic += jumped;
+  books_.algorithmic += works.jumped;
   jump_.clear();
-  books_.algorithmic +=
-      internal - (stored_half_ - stored_before) - (h_last_ > 0 ? cracking + plastic : 0.0) - gravity;
+  books_.algorithmic += works.internal - (stored_half_ - stored_before) -
+                        (h_last_ > 0 ? works.cracking + works.plastic : 0.0) - works.gravity;
   if (h != h_last_)
-    book_step_dependence(h, own, h_last_ > 0 ? (2 * internal / kick - power - power_) / h_last_ : 0.0);
-  power_ = power;
+    book_step_dependence(h, works.own,
+                         h_last_ > 0 ? (2 * works.internal / kick - works.power - power_) / h_last_ : 0.0);
+  power_ = works.power;
   power_valid_ = true;
+}
+
+void FemStructure::correct(double t, double h, std::span<const NodeImpulse> given) {
+  const std::vector<NodeImpulse> impulses = impulses_here(given);
+  const double kick = 0.5 * (h_last_ > 0 ? h_last_ + h : h);
+  ++steps_taken_;
+  take_impulses(h, impulses);
+  watch_loads(t + h, h);  // by the forces of this step, before the displacements move on
+  StepWorks works;
+  if (h != h_last_) works.gravity = excess_of_gravity(kick, h), works.own = power_of_own_forces(kick);
+  for (const NodeImpulse& p : impulses) {
+    if (!own_node(p.node)) continue;
+    for (int c = 0; c < 3; ++c) {
+      const std::size_t i = 4 * static_cast<std::size_t>(p.node) + c;
+      works.contact += p.impulse[c] * 0.5 * (v_[i] + v_hat_[i]);
+    }
+  }
+  move_nodes(h, kick, works);
+  if (!laws_taken_) {  // else a condensed step that was begun and dropped has booked them
+    works.plastic =
+        (bars_ ? bars_->dissipation() : 0.0) + (bearings_ && first_rank() ? bearings_->dissipation() : 0.0);
+    works.cracking = damage_ ? damage_->dissipation() : 0.0;
+  }
+  works.stored = stored_part_;
+  const std::vector<int> eroding = damage_ ? spent_cells() : std::vector<int>{};
+  works.spent = static_cast<double>(eroding.size());
+  works.breaking = bars_ ? bars_->breaking() : 0.0;
+  auto numbers = std::bit_cast<std::array<double, sizeof(StepWorks) / sizeof(double)>>(works);
+  sum(numbers);
+  works = std::bit_cast<StepWorks>(numbers);
+  account(h, kick, works);
   h_last_ = h;
   time_ = t + h;
-  kinetic *= 0.5;
-  reference_kinetic_ = std::max(reference_kinetic_, kinetic);
+  reference_kinetic_ = std::max(reference_kinetic_, works.kinetic);
   // Rounding alone never wakes a structure at rest.
-  if ((kinetic > 1e-8 * reference_kinetic_ && kinetic > 1e-14 * stored) || !given.empty())
+  if ((works.kinetic > 1e-8 * reference_kinetic_ && works.kinetic > 1e-14 * works.stored) || !given.empty())
     still_ = false;
   else if (!still_)
     still_ = true, still_since_ = time_;
   if (bars_) {
     bars_->accept();
-    if (partition_ && breaking > 0) bars_->find_broken();
+    if (partition_ && works.breaking > 0) bars_->find_broken();
   }
   if (bearings_) bearings_->accept();
   if (damage_) {
-    if (spent > 0) erode(joined(eroding));
+    if (works.spent > 0) erode(joined(eroding));
     damage_->accept();
     if (bars_) bars_->see_cracks(*damage_, u_.data(), live_);
   }

@@ -348,21 +348,20 @@ std::string FemStructure::plan() const {
   return text;
 }
 
-/// `here`: what this process holds, as it holds it; else the whole, in its own order, on every process.
+/// `here`: what this process holds, as it holds it; else the whole, in its own order, on the first rank.
 void FemStructure::save(std::vector<double>& state, bool here) const {
   const bool gathers = partition_ && !here;
-  const auto nodes = [&](int width, const std::function<void(int, double*)>& write) {
-    if (gathers)
-      return partition_->each_node(
-          width, write, [&](const double* from) { state.insert(state.end(), from, from + width); });
-    state.resize(state.size() + static_cast<std::size_t>(width) * mass_.size());
-    double* to = state.data() + state.size() - static_cast<std::size_t>(width) * mass_.size();
-    for (int n = 0; n < static_cast<int>(mass_.size()); ++n, to += width) write(n, to);
+  const TakeRows take = [&](std::span<const double> rows) {
+    if (here || first_rank()) state.insert(state.end(), rows.begin(), rows.end());
+  };
+  const auto nodes = [&](int width, const WriteRow& write) {
+    return gathers ? each_node(width, write, take) : rows_of(mass_.size(), width, write, take);
   };
   const std::size_t nodes_in_all = gathers ? partition_->nodes_in_all() : mass_.size(),
                     cells_in_all = gathers ? partition_->cells_in_all() : live_.size();
-  state.reserve(state.size() + 10 * nodes_in_all +
-                cells_in_all);  // most of it: else twice as much is asked for on the way
+  if (here || first_rank())
+    state.reserve(state.size() + 10 * nodes_in_all +
+                  cells_in_all);  // most of it: else twice as much is asked for on the way
   state.insert(state.end(), {h_last_,
                              power_,
                              power_valid_ ? 1.0 : 0.0,
@@ -395,9 +394,8 @@ void FemStructure::save(std::vector<double>& state, bool here) const {
                                dust_potential_, eroded_volume_, detached_volume_});
     for (const Vec3* p : {&dust_momentum_, &dust_spin_}) state.insert(state.end(), p->data(), p->data() + 3);
     if (gathers)
-      partition_->each_cell(
-          1, [this](int cell, double* to) { *to = live_[cell]; },
-          [&](const double* from) { state.push_back(*from); });
+      each_cell(
+          1, [this](int cell, double* to) { *to = live_[cell]; }, take);
     else
       state.insert(state.end(), live_.begin(), live_.end());
     nodes(1, [this](int n, double* to) { *to = mass_[n]; });
@@ -406,8 +404,8 @@ void FemStructure::save(std::vector<double>& state, bool here) const {
     } else if (damage_ && gathers) {
       std::vector<double> records;
       damage_->save_records(records);
-      const std::vector<double> all = damage_->state_of(partition_->collect(records));
-      state.insert(state.end(), all.begin(), all.end());
+      records = damage_->state_of(partition_->collect_at_first(records));
+      state.insert(state.end(), records.begin(), records.end());
     } else if (damage_) {
       damage_->save(state);
     }
@@ -526,61 +524,83 @@ void FemStructure::start_over() {
   watch_stress(0);
 }
 
-Structure::Snapshot FemStructure::snapshot() const {
-  const auto of_node = [this](int n, double* to) {
-    to = std::copy_n(mesh_.nodes[n].data(), 3, to);
-    to = std::copy_n(&u_[4 * static_cast<std::size_t>(n)], 3, to);
-    std::copy_n(&v_[4 * static_cast<std::size_t>(n)], 3, to);
-  };
-  const auto of_cell = [this](int cell, double* to) {
-    const Mat3 strain = strain_at_centre(cell);  // where it is most accurate
-    const double tension = damage_ ? damage_->tension(cell) : 0,
-                 compression = damage_ ? damage_->compression(cell) : 0;
-    // In a damaged cell the effective stress is reduced by the larger damage: a measure for a picture, not
-    // for a check.
-    const Mat3 deviator =
-        2 * shear_ * (1 - std::max(tension, compression)) * (strain - strain.trace() / 3 * Mat3::Identity());
-    *to++ = live_[cell];
-    for (const int n : mesh_.hexes[cell]) *to++ = partition_ ? partition_->whole_node(n) : n;
-    *to++ = std::sqrt(1.5) * deviator.norm();
-    *to++ = tension;
-    *to++ = compression;
-    *to = damage_ ? damage_->crack_width(cell, u_.data()) : 0.0;
-  };
-  Snapshot s;
-  const std::size_t nodes = partition_ ? partition_->nodes_in_all() : mass_.size(),
-                    cells = partition_ ? partition_->cells_in_all() : live_.size();
-  for (std::vector<Vec3>* list : {&s.nodes, &s.displacement, &s.velocity}) list->reserve(nodes);
-  for (std::vector<double>* list :
-       {&s.stress_von_mises, &s.damage_tension, &s.damage_compression, &s.crack_width})
-    list->reserve(cells);
-  s.hexes.reserve(cells);
-  const auto take_node = [&](const double* from) {
-    s.nodes.emplace_back(from);
-    s.displacement.emplace_back(from + 3);
-    s.velocity.emplace_back(from + 6);
-  };
-  const auto take_cell = [&](const double* from) {
-    if (*from++ == 0) return;
-    std::array<int, 8>& hex = s.hexes.emplace_back();
-    for (int& n : hex) n = static_cast<int>(*from++);
-    s.stress_von_mises.push_back(*from++);
-    s.damage_tension.push_back(*from++);
-    s.damage_compression.push_back(*from++);
-    s.crack_width.push_back(*from);
-  };
-  constexpr int node_width = 9, cell_width = 13;
-  if (partition_) {
-    partition_->each_node(node_width, of_node, take_node);
-    partition_->each_cell(cell_width, of_cell, take_cell);
-  } else {
-    double values[std::max(node_width, cell_width)];
-    for (int n = 0; n < static_cast<int>(mass_.size()); ++n) of_node(n, values), take_node(values);
-    for (int cell = 0; cell < static_cast<int>(mesh_.hexes.size()); ++cell)
-      if (live_[cell]) of_cell(cell, values), take_cell(values);
-  }
-  if (bars_) bars_->snapshot(u_.data(), s);
-  return s;
+void FemStructure::each_node(int width, const WriteRow& write, const TakeRows& take) const {
+  if (partition_) return partition_->each_node(width, write, take);
+  rows_of(mass_.size(), width, write, take);
+}
+
+void FemStructure::each_cell(int width, const WriteRow& write, const TakeRows& take) const {
+  if (partition_) return partition_->each_cell(width, write, take);
+  rows_of(live_.size(), width, write, take);
+}
+
+void FemStructure::shape(const TakePart& take) const {
+  each_node(
+      3, [this](int n, double* to) { std::copy_n(mesh_.nodes[n].data(), 3, to); },
+      [&](std::span<const double> rows) {
+        Snapshot part;
+        for (std::size_t at = 0; at < rows.size(); at += 3) part.nodes.emplace_back(&rows[at]);
+        take(part);
+      });
+  constexpr int width = 9;
+  each_cell(
+      width,
+      [this](int cell, double* to) {
+        *to++ = live_[cell];
+        for (const int n : mesh_.hexes[cell]) *to++ = partition_ ? partition_->whole_node(n) : n;
+      },
+      [&](std::span<const double> rows) {
+        Snapshot part;
+        for (std::size_t at = 0; at < rows.size(); at += width)
+          if (rows[at] != 0) std::copy_n(&rows[at + 1], 8, part.hexes.emplace_back().begin());
+        take(part);
+      });
+  if (bars_) bars_->shape(take);
+}
+
+void FemStructure::values(const TakePart& take) const {
+  each_node(
+      6,
+      [this](int n, double* to) {
+        for (const AlignedVector* field : {&u_, &v_})
+          to = std::copy_n(&(*field)[4 * static_cast<std::size_t>(n)], 3, to);
+      },
+      [&](std::span<const double> rows) {
+        Snapshot part;
+        for (std::size_t at = 0; at < rows.size(); at += 6)
+          part.displacement.emplace_back(&rows[at]), part.velocity.emplace_back(&rows[at + 3]);
+        take(part);
+      });
+  constexpr int width = 5;
+  each_cell(
+      width,
+      [this](int cell, double* to) {
+        *to++ = live_[cell];
+        if (live_[cell] == 0) return;
+        const Mat3 strain = strain_at_centre(cell);  // where it is most accurate
+        const double tension = damage_ ? damage_->tension(cell) : 0,
+                     compression = damage_ ? damage_->compression(cell) : 0;
+        // In a damaged cell the effective stress is reduced by the larger damage: a measure for a picture,
+        // not for a check.
+        const Mat3 deviator = 2 * shear_ * (1 - std::max(tension, compression)) *
+                              (strain - strain.trace() / 3 * Mat3::Identity());
+        *to++ = std::sqrt(1.5) * deviator.norm();
+        *to++ = tension;
+        *to++ = compression;
+        *to = damage_ ? damage_->crack_width(cell, u_.data()) : 0.0;
+      },
+      [&](std::span<const double> rows) {
+        Snapshot part;
+        for (std::size_t at = 0; at < rows.size(); at += width) {
+          if (rows[at] == 0) continue;
+          part.stress_von_mises.push_back(rows[at + 1]);
+          part.damage_tension.push_back(rows[at + 2]);
+          part.damage_compression.push_back(rows[at + 3]);
+          part.crack_width.push_back(rows[at + 4]);
+        }
+        take(part);
+      });
+  if (bars_) bars_->values(u_.data(), take);
 }
 
 }  // namespace talus::fem

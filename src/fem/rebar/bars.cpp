@@ -416,29 +416,41 @@ Bars::Counts Bars::count(const std::vector<int>& segments) const {
   return {static_cast<int>(found.size()) - static_cast<int>(broken), static_cast<int>(broken)};
 }
 
-void Bars::snapshot(const double* u, Structure::Snapshot& out) const {
-  constexpr std::size_t width = 10;
-  std::vector<double> values;
-  for (std::size_t k = 0; k < segments(); ++k) {
-    if (!own(k)) continue;
+void Bars::shape(const Structure::TakePart& take) const {
+  for (std::size_t k = 0; k < segments_in_all_;) {
+    Structure::Snapshot part;
+    for (const std::size_t end = std::min(k + rows_at_once, segments_in_all_); k < end; ++k)
+      part.bars.push_back({2 * static_cast<int>(k), 2 * static_cast<int>(k) + 1});
+    take(part);
+  }
+}
+
+void Bars::values(const double* u, const Structure::TakePart& take) const {
+  constexpr std::size_t width = 9;
+  const auto write = [&](int segment, double* to) {
+    const auto k = static_cast<std::size_t>(segment);
     const auto [a, b] = bars_.ends(k, u);
-    values.push_back(number(k));
-    for (const Vec3* end : {&a, &b}) values.insert(values.end(), end->data(), end->data() + 3);
-    values.insert(values.end(), {old_strain_[k], bars_.pull(k, u, old_[k], slip_strain(k)).stress,
-                                 old_[k].broken > 0        ? 2.0
-                                 : old_[k].accumulated > 0 ? 1.0
-                                                           : 0.0});
-  }
-  if (partition_ != nullptr) values = partition_->records(width, values);
-  for (std::size_t at = 0; at < values.size(); at += width) {
-    const int first = static_cast<int>(out.bar_points.size());
-    out.bar_points.emplace_back(&values[at + 1]);
-    out.bar_points.emplace_back(&values[at + 4]);
-    out.bars.push_back({first, first + 1});
-    out.bar_strain.push_back(values[at + 7]);
-    out.bar_stress.push_back(values[at + 8]);
-    out.bar_state.push_back(static_cast<int>(values[at + 9]));
-  }
+    for (const Vec3* end : {&a, &b}) to = std::copy_n(end->data(), 3, to);
+    *to++ = old_strain_[k];
+    *to++ = bars_.pull(k, u, old_[k], slip_strain(k)).stress;
+    *to = old_[k].broken > 0 ? 2.0 : old_[k].accumulated > 0 ? 1.0 : 0.0;
+  };
+  const auto take_rows = [&](std::span<const double> rows) {
+    Structure::Snapshot part;
+    for (std::size_t at = 0; at < rows.size(); at += width) {
+      part.bar_points.emplace_back(&rows[at]);
+      part.bar_points.emplace_back(&rows[at + 3]);
+      part.bar_strain.push_back(rows[at + 6]);
+      part.bar_stress.push_back(rows[at + 7]);
+      part.bar_state.push_back(rows[at + 8]);
+    }
+    take(part);
+  };
+  if (partition_ != nullptr)
+    return partition_->each(
+        number_, segments_in_all_, [this](int k) { return own(static_cast<std::size_t>(k)); }, width, write,
+        take_rows);
+  rows_of(segments(), width, write, take_rows);
 }
 
 /// Accepted states of the segments, then how many numbers dowels have, and these.
@@ -454,7 +466,7 @@ void Bars::save(std::vector<double>& state, bool here) const {
                    {s.plastic, s.accumulated, s.back_stress, s.yield, s.broken, old_strain_[k]});
     if (slip_) slip_->write(k, records);
   }
-  if (gathers) records = partition_->records(static_cast<int>(width), records);
+  if (gathers) records = partition_->records(static_cast<int>(width), records, Partition::For::first);
   for (std::size_t at = gathers ? 1 : 0; at < records.size(); at += width)
     state.insert(state.end(), &records[at], &records[at] + state_width());
   if (!dowels_) return;
@@ -463,7 +475,7 @@ void Bars::save(std::vector<double>& state, bool here) const {
   if (gathers) {
     for (std::size_t at = 0; at < records.size(); at += rebar::DowelField::record_width)
       records[at] = number(static_cast<std::size_t>(records[at]));
-    records = partition_->records(rebar::DowelField::record_width, records);
+    records = partition_->records(rebar::DowelField::record_width, records, Partition::For::first);
   }
   state.push_back(static_cast<double>(records.size()));
   state.insert(state.end(), records.begin(), records.end());

@@ -81,8 +81,9 @@ class Bars {
   void ties(const std::function<void(int, int, int)>& visit) const;
   /// Of each of so many cells, whether an unbroken bar holds it to another.
   const std::vector<char>& tied(std::size_t cells) const;
-  void snapshot(const double* u, Structure::Snapshot& s) const;  ///< of the whole; asks the others
-  /// `here`: what this rank holds; else the whole, from and for any number of ranks.
+  void shape(const Structure::TakePart& take) const;  ///< of the whole; asks the others
+  void values(const double* u, const Structure::TakePart& take) const;
+  /// `here`: what this rank holds; else the whole, on the first rank, for any number of them.
   void save(std::vector<double>& state, bool here) const;
   std::size_t restore(std::span<const double> state, bool here);
 

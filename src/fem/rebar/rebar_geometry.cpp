@@ -15,21 +15,170 @@
 namespace talus::rebar {
 namespace {
 
-Problem problem(const std::string& file, int line, int column, const std::string& key,
-                const std::string& value, const std::string& rule, const std::string& remedy) {
+Problem problem(const std::string& key, const std::string& value, const std::string& rule,
+                const std::string& remedy) {
   Problem p;
-  p.file = file;
-  p.line = line;
-  p.column = column;
-  p.key = key;
-  p.value = value;
-  p.rule = rule;
-  p.remedy = remedy;
+  p.key = key, p.value = value, p.rule = rule, p.remedy = remedy;
   return p;
 }
 
 constexpr const char* header_remedy =
     "the header is bar,diameter,x,y,z,grade and optionally prestress, in any order";
+
+/// Bars of a table, a point in each row. Throws InputError with all that is wrong with it.
+class BarReader {
+ public:
+  BarReader(const std::string& text, const std::string& name)
+      : name_(name), separator_(table_separator(text)) {
+    std::istringstream in(text);
+    std::string line;
+    while (std::getline(in, line) && problems_.size() < enough) {
+      ++number_;
+      if (is_blank_row(line)) continue;
+      const std::vector<TableCell> cells = table_cells(line, separator_);
+      if (column_.empty())
+        read_header(cells);
+      else
+        read_row(cells);
+    }
+    check_all();
+  }
+  std::vector<Bar> bars() && { return std::move(bars_); }
+
+ private:
+  static constexpr std::size_t enough = 50;  // problems; a file of another kind would give one per line
+
+  void add(int line, int column, const std::string& key, const std::string& value, const std::string& rule,
+           const std::string& remedy) {
+    Problem& p = problems_.emplace_back(problem(key, value, rule, remedy));
+    p.file = name_, p.line = line, p.column = column;
+  }
+  void add(int column, const std::string& key, const std::string& value, const std::string& rule,
+           const std::string& remedy) {
+    add(number_, column, key, value, rule, remedy);
+  }
+
+  void read_header(const std::vector<TableCell>& cells) {
+    static const std::set<std::string> allowed{"bar", "diameter", "x", "y", "z", "grade", "prestress"};
+    std::string strangers, lacking;
+    int place = 0;
+    for (const TableCell& c : cells) {
+      const std::string title = column_name(c);
+      if (!allowed.count(title)) {
+        strangers += (strangers.empty() ? "" : ", ") + c.text;
+        if (place == 0) place = c.column;
+      } else if (!column_.emplace(title, static_cast<int>(&c - cells.data())).second) {
+        add(c.column, "rebar column", c.text, "given twice", header_remedy);
+      }
+    }
+    for (const char* needed : {"bar", "diameter", "x", "y", "z", "grade"})
+      if (!column_.count(needed)) lacking += (lacking.empty() ? "" : ", ") + std::string(needed);
+    if (!lacking.empty())
+      add(place, "rebar columns", lacking,
+          strangers.empty() ? "missing" : fmt::format("missing; there is {}", strangers), header_remedy);
+    else if (!strangers.empty())
+      add(place, "rebar column", strangers, "unknown column", header_remedy);
+    if (!problems_.empty()) throw InputError(problems_);
+    header_size_ = cells.size();
+  }
+
+  const TableCell& cell(const std::vector<TableCell>& cells, const char* key) const {
+    return cells[static_cast<std::size_t>(column_.at(key))];
+  }
+
+  double value(const std::vector<TableCell>& cells, const char* key) {
+    const TableCell& c = cell(cells, key);
+    const std::string digits = with_decimal_point(c, separator_);
+    double x = 0;
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), x);
+    if (error != std::errc{} || end != digits.data() + digits.size() || !std::isfinite(x))
+      add(c.column, key, c.text, "not a finite number", "SI units without a unit: metres, pascals");
+    return x;
+  }
+
+  void read_row(const std::vector<TableCell>& cells) {
+    if (cells.size() != header_size_)
+      return add(0, "rebar row", fmt::format("{} values", cells.size()),
+                 fmt::format("expected {} values as in the header", header_size_),
+                 separator_ == ',' && cells.size() > header_size_
+                     ? "are the commas decimal ones? Write decimal points, or separate the "
+                       "columns by semicolons"
+                     : "give each bar's point in a row of its own, all columns filled");
+    const std::size_t before = problems_.size();
+    const TableCell& id = cell(cells, "bar");
+    const double diameter = value(cells, "diameter"), x = value(cells, "x"), y = value(cells, "y"),
+                 z = value(cells, "z"),
+                 prestress = column_.count("prestress") ? value(cells, "prestress") : 0.0;
+    if (id.text.empty())
+      add(id.column, "bar", "", "a bar needs a name", "give the same name in each row of one bar");
+    if (problems_.size() == before && !(diameter > 0 && diameter <= 0.2))
+      add(cell(cells, "diameter").column, fmt::format("bar {} diameter", id.text),
+          fmt::format("{:g} m", diameter), "must be positive and at most 0.2 m",
+          diameter > 1 ? "diameters are in metres: 0.025, not 25" : "correct it");
+    if (problems_.size() > before) return;
+    if (bars_.empty() || bars_.back().name != id.text) {
+      if (!bars_.empty()) finished_.insert(bars_.back().name);
+      if (finished_.count(id.text))
+        return add(id.column, "bar", id.text, "its rows are not together",
+                   "give the points of one bar in consecutive rows");
+      begin_bar(cells, id.text, diameter, prestress);
+    } else if (bars_.back().diameter != diameter) {
+      add(cell(cells, "diameter").column, fmt::format("bar {} diameter", id.text),
+          fmt::format("{:g} m", diameter),
+          fmt::format("differs from {:g} m in line {}", bars_.back().diameter, bars_.back().line),
+          "one diameter for each bar");
+    }
+    const Vec3 point(x, y, z);
+    if (!bars_.back().points.empty() && (point - bars_.back().points.back()).norm() < 1e-9)
+      add(0, fmt::format("bar {}", id.text), "", "two consecutive points coincide", "remove one of the rows");
+    bars_.back().points.push_back(point);
+  }
+
+  void begin_bar(const std::vector<TableCell>& cells, const std::string& id, double diameter,
+                 double prestress) {
+    Bar bar;
+    bar.name = id;
+    bar.diameter = diameter;
+    bar.file = name_;
+    bar.line = number_;
+    try {
+      bar.steel =
+          material::steel_grade(cell(cells, "grade").text, fmt::format("bar {} grade", id), name_, number_);
+      bar.steel.prestress = prestress;
+      material::Steel check(bar.steel);
+    } catch (const InputError& e) {
+      for (Problem p : e.problems()) {
+        p.file = name_;
+        p.line = number_;
+        if (p.key == "steel.prestress")
+          p.key = fmt::format("bar {} prestress", id), p.column = cell(cells, "prestress").column;
+        problems_.push_back(p);
+      }
+    }
+    bars_.push_back(std::move(bar));
+  }
+
+  void check_all() {
+    const bool header = !column_.empty();
+    if (!header) add(1, 0, "rebar", "", "the file has no header", header_remedy);
+    for (const Bar& b : bars_)
+      if (b.points.size() < 2 && problems_.size() < enough)
+        add(b.line, 0, fmt::format("bar {}", b.name), "1 point", "a bar needs two points or more",
+            "add its end point as another row");
+    if (header && bars_.empty() && problems_.empty())
+      add(0, "rebar", "", "the file has no bars", "add rows, or drop the key");
+    if (!problems_.empty()) throw InputError(problems_);
+  }
+
+  std::string name_;
+  char separator_;
+  int number_ = 0;                     // of the line
+  std::map<std::string, int> column_;  // name -> position; empty: no header yet
+  std::size_t header_size_ = 0;
+  std::set<std::string> finished_;
+  std::vector<Problem> problems_;
+  std::vector<Bar> bars_;
+};
 
 }  // namespace
 
@@ -42,138 +191,7 @@ double Bar::length() const {
 std::vector<Bar> read_bars(const std::string& path) { return parse_bars(read_text(path), path); }
 
 std::vector<Bar> parse_bars(const std::string& text, const std::string& name) {
-  std::vector<Problem> problems;
-  std::vector<Bar> bars;
-  std::map<std::string, int> column;  // name -> position
-  std::set<std::string> finished;
-  std::istringstream in(text);
-  const char separator = table_separator(text);
-  std::string line;
-  int number = 0;
-  bool header = false;
-  std::size_t header_size = 0;
-  constexpr std::size_t enough = 50;  // problems; a file of another kind would give one per line
-  while (std::getline(in, line) && problems.size() < enough) {
-    ++number;
-    if (is_blank_row(line)) continue;
-    const std::vector<TableCell> cells = table_cells(line, separator);
-    if (!header) {
-      std::string strangers, lacking;
-      int place = 0;
-      for (const TableCell& c : cells) {
-        const std::string title = column_name(c);
-        static const std::set<std::string> allowed{"bar", "diameter", "x", "y", "z", "grade", "prestress"};
-        if (!allowed.count(title)) {
-          strangers += (strangers.empty() ? "" : ", ") + c.text;
-          if (place == 0) place = c.column;
-        } else if (!column.emplace(title, static_cast<int>(&c - cells.data())).second) {
-          problems.push_back(
-              problem(name, number, c.column, "rebar column", c.text, "given twice", header_remedy));
-        }
-      }
-      for (const char* needed : {"bar", "diameter", "x", "y", "z", "grade"})
-        if (!column.count(needed)) lacking += (lacking.empty() ? "" : ", ") + std::string(needed);
-      if (!lacking.empty())
-        problems.push_back(problem(
-            name, number, place, "rebar columns", lacking,
-            strangers.empty() ? "missing" : fmt::format("missing; there is {}", strangers), header_remedy));
-      else if (!strangers.empty())
-        problems.push_back(
-            problem(name, number, place, "rebar column", strangers, "unknown column", header_remedy));
-      if (!problems.empty()) throw InputError(problems);
-      header = true;
-      header_size = cells.size();
-      continue;
-    }
-    if (cells.size() != header_size) {
-      problems.push_back(problem(name, number, 0, "rebar row", fmt::format("{} values", cells.size()),
-                                 fmt::format("expected {} values as in the header", header_size),
-                                 separator == ',' && cells.size() > header_size
-                                     ? "are the commas decimal ones? Write decimal points, or separate the "
-                                       "columns by semicolons"
-                                     : "give each bar's point in a row of its own, all columns filled"));
-      continue;
-    }
-    bool good = true;
-    const auto value = [&](const char* key) {
-      const TableCell& c = cells[column[key]];
-      const std::string digits = with_decimal_point(c, separator);
-      double x = 0;
-      const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), x);
-      if (error != std::errc{} || end != digits.data() + digits.size() || !std::isfinite(x)) {
-        problems.push_back(problem(name, number, c.column, key, c.text, "not a finite number",
-                                   "SI units without a unit: metres, pascals"));
-        good = false;
-      }
-      return x;
-    };
-    const std::string id = cells[column["bar"]].text;
-    const double diameter = value("diameter");
-    const Vec3 point(value("x"), value("y"), value("z"));
-    const double prestress = column.count("prestress") ? value("prestress") : 0.0;
-    if (id.empty()) {
-      problems.push_back(problem(name, number, cells[column["bar"]].column, "bar", "", "a bar needs a name",
-                                 "give the same name in each row of one bar"));
-      good = false;
-    }
-    if (good && !(diameter > 0 && diameter <= 0.2)) {
-      problems.push_back(problem(name, number, cells[column["diameter"]].column,
-                                 fmt::format("bar {} diameter", id), fmt::format("{:g} m", diameter),
-                                 "must be positive and at most 0.2 m",
-                                 diameter > 1 ? "diameters are in metres: 0.025, not 25" : "correct it"));
-      good = false;
-    }
-    if (!good) continue;
-    if (bars.empty() || bars.back().name != id) {
-      if (!bars.empty()) finished.insert(bars.back().name);
-      if (finished.count(id)) {
-        problems.push_back(problem(name, number, cells[column["bar"]].column, "bar", id,
-                                   "its rows are not together",
-                                   "give the points of one bar in consecutive rows"));
-        continue;
-      }
-      Bar bar;
-      bar.name = id;
-      bar.diameter = diameter;
-      bar.file = name;
-      bar.line = number;
-      try {
-        bar.steel =
-            material::steel_grade(cells[column["grade"]].text, fmt::format("bar {} grade", id), name, number);
-        bar.steel.prestress = prestress;
-        material::Steel check(bar.steel);
-      } catch (const InputError& e) {
-        for (Problem p : e.problems()) {
-          p.file = name;
-          p.line = number;
-          if (p.key == "steel.prestress")
-            p.key = fmt::format("bar {} prestress", id), p.column = cells[column["prestress"]].column;
-          problems.push_back(p);
-        }
-      }
-      bars.push_back(std::move(bar));
-    } else if (bars.back().diameter != diameter) {
-      problems.push_back(
-          problem(name, number, cells[column["diameter"]].column, fmt::format("bar {} diameter", id),
-                  fmt::format("{:g} m", diameter),
-                  fmt::format("differs from {:g} m in line {}", bars.back().diameter, bars.back().line),
-                  "one diameter for each bar"));
-    }
-    if (!bars.back().points.empty() && (point - bars.back().points.back()).norm() < 1e-9)
-      problems.push_back(problem(name, number, 0, fmt::format("bar {}", id), "",
-                                 "two consecutive points coincide", "remove one of the rows"));
-    bars.back().points.push_back(point);
-  }
-  if (!header) problems.push_back(problem(name, 1, 0, "rebar", "", "the file has no header", header_remedy));
-  for (const Bar& b : bars)
-    if (b.points.size() < 2 && problems.size() < enough)
-      problems.push_back(problem(name, b.line, 0, fmt::format("bar {}", b.name), "1 point",
-                                 "a bar needs two points or more", "add its end point as another row"));
-  if (header && bars.empty() && problems.empty())
-    problems.push_back(
-        problem(name, number, 0, "rebar", "", "the file has no bars", "add rows, or drop the key"));
-  if (!problems.empty()) throw InputError(problems);
-  return bars;
+  return BarReader(text, name).bars();
 }
 
 namespace {
@@ -181,7 +199,7 @@ namespace {
 void check_member(const Member& m, const std::string& key, double diameter, double cover, double inset,
                   std::vector<Problem>& problems) {
   const auto bad = [&](const char* name, double v, const char* rule, const char* remedy) {
-    problems.push_back(problem("", 0, 0, key + "." + name, fmt::format("{:g} m", v), rule, remedy));
+    problems.push_back(problem(key + "." + name, fmt::format("{:g} m", v), rule, remedy));
   };
   if (!(m.width > 0)) bad("width", m.width, "must be positive", "give the section");
   if (m.section == Member::Section::rectangular && !(m.depth > 0))
@@ -207,8 +225,8 @@ std::vector<Bar> longitudinal_bars(const Member& m, const LongitudinalRule& rule
   const double inset = rule.cover + rule.stirrup_diameter + 0.5 * rule.diameter;
   check_member(m, key, rule.diameter, rule.cover, inset, problems);
   if (rule.bars < 4)
-    problems.push_back(problem("", 0, 0, key + ".bars", fmt::format("{}", rule.bars), "must be at least 4",
-                               "one bar in each corner"));
+    problems.push_back(
+        problem(key + ".bars", fmt::format("{}", rule.bars), "must be at least 4", "one bar in each corner"));
   if (!problems.empty()) throw InputError(problems);
 
   std::vector<std::array<double, 2>> at;
@@ -246,7 +264,7 @@ std::vector<Bar> longitudinal_bars(const Member& m, const LongitudinalRule& rule
       for (int i = 1; i <= along_y; ++i) at.push_back({sx * a, b * (double(i) / (along_y + 1) - 0.5)});
   }
   if (apart < rule.diameter)
-    throw InputError(problem("", 0, 0, key + ".bars", fmt::format("{}", rule.bars),
+    throw InputError(problem(key + ".bars", fmt::format("{}", rule.bars),
                              fmt::format("bars of {:.3g} mm would lie {:.3g} mm apart, one in another",
                                          1e3 * rule.diameter, 1e3 * apart),
                              "fewer bars, or thinner ones"));
@@ -269,11 +287,11 @@ std::vector<Bar> stirrups(const Member& m, const StirrupRule& rule, const std::s
   const double inset = rule.cover + 0.5 * rule.diameter;
   check_member(m, key, rule.diameter, rule.cover, inset, problems);
   if (!(rule.spacing > rule.diameter))
-    problems.push_back(problem("", 0, 0, key + ".spacing", fmt::format("{:g} m", rule.spacing),
+    problems.push_back(problem(key + ".spacing", fmt::format("{:g} m", rule.spacing),
                                "must be above the diameter", "0.2 m"));
   if (!problems.empty()) throw InputError(problems);
   if (m.length / rule.spacing > 1e5)
-    throw InputError(problem("", 0, 0, key + ".spacing", fmt::format("{:g} m", rule.spacing),
+    throw InputError(problem(key + ".spacing", fmt::format("{:g} m", rule.spacing),
                              "gives more than 100000 stirrups", "0.2 m"));
   const int count = std::max(1, static_cast<int>(std::floor(m.length / rule.spacing + 1e-9)));
   const double first = 0.5 * (m.length - (count - 1) * rule.spacing);

@@ -315,8 +315,8 @@ struct SyntheticRun {
       }
       r.history(row(t, present(t)));
       if (k % per_field == 0) {
-        std::vector<Structure::Snapshot> s;
-        if (structure) s.push_back(snapshot(t));
+        std::vector<Structure::Fields> s;
+        if (structure) s.push_back(Structure::fields(snapshot(t)));
         r.field(t, poses(t, present(t)), s);
       }
       each(k);

@@ -24,7 +24,8 @@ TEST(Journal, TheWholeOneOfTheFuzzersCorpusIsOfThePresentFormat) {
          rest.size() >= 3;) {  // as tests/fuzz/fuzz_journal.cpp takes it apart
       std::uint16_t length = 0;
       std::memcpy(&length, rest.data() + 1, 2);
-      writer.append(static_cast<io::RecordKind>(static_cast<unsigned char>(rest[0])), rest.substr(3, length));
+      const auto kind = static_cast<unsigned char>(rest[0]);
+      writer.append(static_cast<io::RecordKind>(kind % 16), rest.substr(3, length), kind / 16U);
       rest.remove_prefix(3U + length);
     }
   }

@@ -289,7 +289,8 @@ TEST(Report, ColoursOfBarsReachToWhereMostOfThemLie) {
     Structure::Snapshot s = run.snapshot(0);
     for (std::size_t i = 0; i < s.bar_strain.size(); ++i) s.bar_strain[i] = 1e-5F * static_cast<float>(i + 1);
     s.bar_strain[7] = -0.421F;
-    recorder.field(0, run.poses(0, run.blocks), {&s, 1});
+    const Structure::Fields fields = Structure::fields(s);
+    recorder.field(0, run.poses(0, run.blocks), {&fields, 1});
     recorder.finish({});
   }
   io::ReportData data(options.directory);
