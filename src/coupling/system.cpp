@@ -448,7 +448,7 @@ void CoupledSystem::widen() {
     if (f.kind == Partner::Kind::block &&
         !(f.way <= model_.blocks[static_cast<std::size_t>(f.index)].shape->radius))
       throw NumericalFailure(
-          fmt::format("t = {:.6g} s: block {} goes {:.3g} m in the smallest stretch, farther than its size",
+          fmt::format("t = {:.6g} s: block {} moves {:.3g} m in the shortest macro step, more than its size",
                       state_.time, model_.blocks[static_cast<std::size_t>(f.index)].name, f.way));
   // Each of them is a new one, or went farther than twice what it did the last time: the tries end.
   for (const Farther& f : escapes_) wider_.push_back({f.kind, f.index, 2 * f.way});

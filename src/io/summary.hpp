@@ -175,7 +175,7 @@ class SummaryBuilder {
   sim::LedgerRow first_, last_;
   bool any_ = false, springs_ = false;  // a row was there; contacts held energy
   double algorithmic_step_ = 0, algorithmic_from_ = 0, algorithmic_to_ = 0,
-         ledger_time_ = 0;  // between which rows the scheme made or took most [J], [s]
+         ledger_time_ = 0;  // between which rows the numerical energy error was largest [J], [s]
   double time_ = 0, kinetic_peak_ = 0, residual_worst_ = 0, residual_worst_time_ = 0;
 };
 

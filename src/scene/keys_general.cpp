@@ -259,7 +259,7 @@ std::vector<Key> general_keys() {
        .type = Type::choice,
        .fallback = "\"report\"",
        .doc = "`strict` fails the run (exit code 1) when a gate is broken: force, moment and impulse of both "
-              "sides of a structure's interface, the ledger's residual, energy made by the scheme, in all "
+              "sides of a structure's interface, the ledger's residual, numerical energy gain, in all "
               "and in one step; `report` only says so. Valid in every scene.",
        .choices = {"strict", "report"}},
       {.path = "coupling.exchanges_per_rise",

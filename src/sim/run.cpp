@@ -247,7 +247,7 @@ RunResult Simulation::run(Sink& sink, const std::atomic<int>* stop) {
     const double scale = w.energy_peak > 0 ? 1 / energy_scale(w) : 0;
     result.message =
         audit_failure(result.audit, scale * std::abs(ledger.residual),
-                      scale * std::max(0.0, -ledger.by_the_scheme()), scale * result.counters.worst_gain);
+                      scale * std::max(0.0, -ledger.numerical_dissipation()), scale * result.counters.worst_gain);
     if (!result.message.empty()) result.exit_code = 1;
   }
   return result;

@@ -1,5 +1,5 @@
 // The drift of closed hard contacts led back to gap >= 0 and that of fixed points to their places, its energy
-// booked.
+// accounted for.
 #include "coupling/drift/drift_correction.hpp"
 
 #include <algorithm>

@@ -178,7 +178,7 @@ void remember_all(const IslandContext& in, Step& step, IslandReport& report, boo
       return x.partner != y.partner ? x.partner < y.partner : x.feature < y.feature;
     });
   };
-  // Springs whose contact is no longer found take their energy along: booked as the scheme's loss, but for
+  // Springs whose contact is no longer found take their energy along: numerical dissipation, but for
   // what a structure's cells took with them. What their shear springs held slips away.
   std::vector<double> held(step.bodies.size()), torn(step.bodies.size()), slipped(step.bodies.size());
   step.each_body([&](const Body& b) {

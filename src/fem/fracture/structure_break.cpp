@@ -79,7 +79,7 @@ void FemStructure::switch_off(const std::vector<int>& cells) {
   if (partition_) partition_->exchange_numbers(cells_at_node_);
 }
 
-/// Removes cells: their stored energy is booked, that of their bars and bearings too, and the mass of their
+/// Removes cells: their stored energy is accounted for, that of their bars and bearings too, and the mass of their
 /// nodes stays where other cells hold it. A node without cells would fly on for ever: its mass is dust, and
 /// leaves with its motion. A free body keeps it, and with it its mass and momenta to the last digit.
 void FemStructure::drop_orphans(const std::vector<int>& cells) {
