@@ -54,7 +54,7 @@ extern "C" void on_signal(int number) {
   if (number == SIGINT) std::signal(number, SIG_DFL);
 }
 
-/// Before the first step there is nothing to save: the exit code is told at once.
+/// Before the first step there is nothing to save: the program exits at once.
 extern "C" void on_early_signal(int number) {
   constexpr char text[] = "talus: interrupted before the first step; nothing was written\n";
   [[maybe_unused]] const auto written = ::write(STDERR_FILENO, text, sizeof text - 1);

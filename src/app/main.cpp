@@ -40,8 +40,8 @@ int dispatch(const CLI::App& cli, const Options& options) {
   return found->second(options);
 }
 
-/// Arrays of megabytes lie in the heap from the start, which is not given back in between and grows by
-/// megabytes: pages once touched serve the next array. glibc comes to the same two thresholds by itself, one
+/// Arrays of megabytes are allocated in the heap from the start, which is not trimmed in between and grows by
+/// megabytes: pages once mapped serve the next array. glibc comes to the same two thresholds by itself, one
 /// freed array at a time.
 void keep_pages() {
 #ifdef __GLIBC__

@@ -441,8 +441,8 @@ std::vector<std::size_t> CoupledSystem::join_met(const BlockPairs& met, double d
   return due;
 }
 
-/// What is moved out of something that it was jammed in goes its way however short the stretch: its
-/// neighbours are looked for as far as it went.
+/// A block that is pushed out of an overlap moves that far however short the macro step: neighbours are
+/// searched for as far as it went.
 void CoupledSystem::widen() {
   for (const Farther& f : escapes_)
     if (f.kind == Partner::Kind::block &&

@@ -170,7 +170,7 @@ SummaryBuilder::Through SummaryBuilder::loaded_through(std::size_t structure) co
   if (first_strike(structure) != nullptr) return {};
   std::vector<char> seen(structures_.size(), 0);
   seen[structure] = 1;
-  // From it outwards to the nearest that was struck; what is told is the neighbour by which the way begins.
+  // From it outwards to the nearest that was struck; the result is the neighbour by which that path begins.
   std::vector<std::pair<std::size_t, int>> ring{{structure, -1}};
   for (std::size_t k = 0; k < ring.size(); ++k) {
     const auto [at, by] = ring[k];

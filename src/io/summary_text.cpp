@@ -221,12 +221,13 @@ json SummaryBuilder::of_confidence() const {
     confidence.push_back({{"quantity", quantity}, {"level", level}, {"basis", std::move(basis)}});
   };
   say("energy and momentum ledger", "verified",
-      fmt::format("every loss is accounted for where it occurs; of {} the worst residual of this run is {:.2g}, "
-                  "the numerical {} {:.2g}",
-                  moved ? "the greatest kinetic energy"
-                        : "the kinetic energy of all blocks at 1 cm/s, which none reached,",
-                  share(residual_worst_), last_.numerical_dissipation() < 0 ? "energy gain" : "dissipation",
-                  share(last_.numerical_dissipation())));
+      fmt::format(
+          "every loss is accounted for where it occurs; of {} the worst residual of this run is {:.2g}, "
+          "the numerical {} {:.2g}",
+          moved ? "the greatest kinetic energy"
+                : "the kinetic energy of all blocks at 1 cm/s, which none reached,",
+          share(residual_worst_), last_.numerical_dissipation() < 0 ? "energy gain" : "dissipation",
+          share(last_.numerical_dissipation())));
   if (steps_ == Steps::scheme_1988)
     say("motion of blocks for the given terrain and contact parameters", "extrapolated",
         "the scheme of 1988: how far blocks rebound, turn and creep depends on its step and its springs "

@@ -1,5 +1,5 @@
-// The run: the world advances stretch by stretch, rows are read off the steps that they fall into, the sink
-// is told.
+// The run: the world advances by macro steps, rows are interpolated in the steps that they fall into and
+// passed to the sink.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -245,9 +245,9 @@ RunResult Simulation::run(Sink& sink, const std::atomic<int>* stop) {
   if (s.coupling.strict && result.exit_code == 0) {
     const LedgerRow ledger = w.ledger(w.now());
     const double scale = w.energy_peak > 0 ? 1 / energy_scale(w) : 0;
-    result.message =
-        audit_failure(result.audit, scale * std::abs(ledger.residual),
-                      scale * std::max(0.0, -ledger.numerical_dissipation()), scale * result.counters.worst_gain);
+    result.message = audit_failure(result.audit, scale * std::abs(ledger.residual),
+                                   scale * std::max(0.0, -ledger.numerical_dissipation()),
+                                   scale * result.counters.worst_gain);
     if (!result.message.empty()) result.exit_code = 1;
   }
   return result;

@@ -56,8 +56,8 @@ void judge(CaseRun& c, const Stress& q, const Method& m) {
   for (const auto& b : header.blocks)  // at rest: a thousandth of the size in height, of all blocks, since
                                        // the projection of drift may move each by 5e-10 of its size
     if (!b.fixed) most += b.mass * 9.81 * 1e-3 * q.size;
-  // Contacts and energy are met at the ends of steps; rows within them come as near as the accuracy. What the
-  // rows at ends of macro steps show is told.
+  // Contacts and energy are met at the ends of steps; rows within them come as near as the accuracy. The
+  // rows at ends of macro steps are judged.
   const double macro = o.simulation->world().system->longest_stretch();
   const auto ends_step = [&](std::size_t i) {
     return m.kind == Method::Kind::paper || i + 1 == o.rows.size() ||

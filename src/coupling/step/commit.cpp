@@ -15,8 +15,8 @@
 
 namespace talus::coupling {
 namespace {
-/// Most that a step leads a spring at rest further in [m]: let go, it swings on that with 0.3 of the speed
-/// that counts as none, whatever its stiffness.
+/// Largest correction of a spring at rest in a step [m]: its free oscillation has 0.3 of the speed that
+/// counts as none, whatever its stiffness.
 double led_in_quietly(const Touch& t) {
   return t.rate_sq > 0 ? 0.3 * t.quiet_speed / std::sqrt(t.rate_sq) : 0.0;
 }

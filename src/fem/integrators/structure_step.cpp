@@ -231,7 +231,8 @@ void FemStructure::correct(double t, double h, std::span<const NodeImpulse> give
   const double bearing_loss = bearings_ && first_rank() ? bearings_->dissipation() : 0.0;
   double plastic = (bars_ ? bars_->dissipation() : 0.0) + bearing_loss;
   double cracking = damage_ ? damage_->dissipation() : 0.0;
-  if (laws_taken_) plastic = cracking = 0;  // a condensed step that was begun and dropped has accounted for them
+  if (laws_taken_)
+    plastic = cracking = 0;  // a condensed step that was begun and dropped has accounted for them
   double stored = stored_part_;
   const std::vector<int> eroding = damage_ ? spent_cells() : std::vector<int>{};
   auto spent = static_cast<double>(eroding.size());

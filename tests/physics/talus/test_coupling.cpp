@@ -311,7 +311,8 @@ TEST(Audit, EachGateFailsTheRun) {
             std::string::npos);
   EXPECT_NE(sim::audit_failure(sound, 0.02, 0, 0).find("energy residual"), std::string::npos);
   EXPECT_NE(sim::audit_failure(sound, 0, 0.02, 0).find("numerical energy gain over"), std::string::npos);
-  EXPECT_NE(sim::audit_failure(sound, 0, 0, 0.02).find("numerical energy gain of one step"), std::string::npos);
+  EXPECT_NE(sim::audit_failure(sound, 0, 0, 0.02).find("numerical energy gain of one step"),
+            std::string::npos);
 }
 
 TEST(OneWay, PutsTheRecordedLoadsOnTheStructure) {

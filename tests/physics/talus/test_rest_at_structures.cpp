@@ -69,9 +69,9 @@ TEST(RestAtStructures, WedgeBetweenStumpsComesToRest) {
 }
 
 /// Cubes that come down gently on a beam of coarse cells without damping, also where it leans: the largest
-/// numerical energy gain, of the largest kinetic energy. Pressed, a block's velocity is that of the half step; taken
-/// for that of full steps each bounce made m g h v, 2 g h / v of what it brought. Friction that opposed the
-/// slip at the end of a condensed step drove what had turned round within it: 2 and 5 %.
+/// numerical energy gain, of the largest kinetic energy. Pressed, a block's velocity is that of the half
+/// step; taken for that of full steps each bounce made m g h v, 2 g h / v of what it brought. Friction that
+/// opposed the slip at the end of a condensed step drove what had turned round within it: 2 and 5 %.
 TEST(RestAtStructures, GentleLandingsMakeNothing) {
   struct Landing {
     double gap = 1e-4, friction = 0.5;

@@ -72,8 +72,8 @@ TEST(StructureEnergy, BlockThatTurnsInACushion) {
   EXPECT_LT(numerical_energy_error(s), 0.01);
 }
 
-/// A flat cube comes through the cushion's elastic range within one step: what that step stored was accounted for as
-/// crushed, and as much as numerical gain, 2.5 % of the energy.
+/// A flat cube comes through the cushion's elastic range within one step: what that step stored was accounted
+/// for as crushed, and as much as numerical gain, 2.5 % of the energy.
 TEST(StructureEnergy, FlatCubeThatBeginsToCrush) {
   SceneText s =
       scene(0.012, "40 GPa", 0.3,

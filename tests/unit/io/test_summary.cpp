@@ -26,7 +26,8 @@ TEST(Summary, SummaryWarnsOfNumericalDissipation) {
   EXPECT_TRUE(warnings(9.9e3).empty());
   EXPECT_TRUE(warnings(-9.9e3).empty());
   ASSERT_EQ(warnings(2.5e4).size(), 1u);
-  EXPECT_NE(warnings(2.5e4)[0].find("numerical dissipation of 25 kJ, 2.5 %"), std::string::npos) << warnings(2.5e4)[0];
+  EXPECT_NE(warnings(2.5e4)[0].find("numerical dissipation of 25 kJ, 2.5 %"), std::string::npos)
+      << warnings(2.5e4)[0];
   EXPECT_NE(warnings(2.5e4)[0].find("between t = 0.2 and 0.3 s"), std::string::npos) << warnings(2.5e4)[0];
   EXPECT_NE(warnings(-2.5e4)[0].find("numerical energy gain"), std::string::npos);
 }
