@@ -253,7 +253,8 @@ std::string SummaryBuilder::elastic_warning(std::size_t i) const {
   const std::string pressed = part(p.compression, "of compression"), pulled = part(p.tension, "of tension");
   if (pressed.empty() && pulled.empty()) return "";
   return fmt::format(
-      "{} is elastic in this run (damage = \"none\") and bears what concrete cannot: {}{}{}. Its forces, "
+      "{} is elastic in this run (damage = \"none\") and exceeds the strength of concrete: {}{}{}. Its "
+      "forces, "
       "displacements and the blocks' rebound are those of a material without strength limit; "
       "run it with damage = \"concrete\"",
       header_.structures[i].name, pressed, pressed.empty() || pulled.empty() ? "" : ", ", pulled);

@@ -246,13 +246,13 @@ json SummaryBuilder::of_confidence() const {
         break;
       case Taken::one_way:
         say("impulse and momentum passed to the structure", "extrapolated",
-            "blocks struck its undeformed skin as a fixed surface, their forces were put on it "
-            "(coupling.scheme = \"one-way\"): it takes them in full, and did not give way to them");
+            "blocks struck its undeformed surface as a fixed one, their forces were then applied to it "
+            "(coupling.scheme = \"one-way\"): it gets them in full and did not yield to them");
         break;
       case Taken::nothing:
         say("forces and impulses on the structure", "extrapolated",
-            "a fixed surface that nothing passes to and that does not respond (coupling.scheme = \"rigid\"); "
-            "only what blocks do to it is told");
+            "a fixed surface that does not respond (coupling.scheme = \"rigid\"); only the forces of blocks "
+            "on it are reported");
         break;
     }
     if (taken_ == Taken::nothing) return confidence;

@@ -149,7 +149,7 @@ std::vector<Problem> initial_overlaps(World& world, const coupling::KnownPairs& 
   for (std::size_t q = 0; q < moved_into.size(); ++q)
     if (const MovedInto& m = moved_into[q]; m.blocks > 0)
       world.report(fmt::format(
-          "structure {}: {} moved its skin into {} by up to {:.3g} m; they touch at the start",
+          "structure {}: {} moved its surface into {} by up to {:.3g} m; they touch at the start",
           world.scene.structures[q].name, known ? "the run before" : "gravity preload",
           m.blocks == 1 ? "block " + m.first : fmt::format("{} blocks, {} among them,", m.blocks, m.first),
           m.deepest));

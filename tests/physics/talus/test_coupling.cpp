@@ -129,7 +129,7 @@ TEST(Preload, MayMoveASkinIntoABlockThatIsFlush) {
     const sim::Simulation simulation(
         scene::read_scene_text(beside_a_column(stiffness, 0, "gravity"), "/test.toml"),
         [&](const std::string& line) { told += line + "\n"; });
-    EXPECT_NE(told.find("gravity preload moved its skin into block B by up to 5"), std::string::npos)
+    EXPECT_NE(told.find("gravity preload moved its surface into block B by up to 5"), std::string::npos)
         << stiffness << told;
     const Outcome o = run_scene(beside_a_column(stiffness, 0, "gravity"));
     ASSERT_TRUE(o.ok()) << o.result.message;
