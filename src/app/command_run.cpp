@@ -75,8 +75,8 @@ std::string left_out(const scene::Scene& scene, const sim::RunResult& result) {
   if (scheme == Scheme::two_way) return {};
   if (scheme == Scheme::rigid)
     return fmt::format(
-        "Scheme rigid: the structures took no energy, and the blocks struck what does not give; {} tells by "
-        "how much that differs.",
+        "Scheme rigid: the structures took no energy and did not deform; {} shows how "
+        "much that matters.",
         both_ways);
   return fmt::format(
       "Scheme one-way: {:.4g} J of work on the structures were taken from no block; in one system ({}) they "

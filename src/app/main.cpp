@@ -125,7 +125,7 @@ int main(int argc, char** argv) {
   } catch (const std::system_error& error) {  // of the standard output
     text = fmt::format("talus: cannot go on: {}", error.what());
   } catch (const std::bad_alloc&) {
-    text = "talus: not enough memory; talus check tells how much the scene needs";
+    text = "talus: not enough memory; talus check reports how much the scene needs";
   } catch (const std::exception& error) { text = fmt::format("talus: internal error: {}", error.what()); }
   return app::end_together(text, code, true);
 }
