@@ -20,7 +20,7 @@ using sim::HistoryRow;
 
 constexpr double nothing =
     1e-8;  // [m/s^2] a contact force over the block's mass: what a solver's tolerance leaves is less
-constexpr int coarse_ground_side = 400;  // nodes of the coarse grid that tells where the terrain ends
+constexpr int coarse_ground_side = 400;  // nodes of the coarse grid that shows where the terrain ends
 
 }  // namespace
 

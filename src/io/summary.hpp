@@ -72,7 +72,7 @@ class SummaryBuilder {
   void extend(std::span<const sim::RunHeader::BlockInfo> blocks);
   void add(const sim::HistoryRow& row);
   void add(std::span<const sim::ContactRow> rows);
-  /// A sentence that the run told while it went on.
+  /// A warning of the run.
   void add_warning(std::string text) { header_.warnings.push_back(std::move(text)); }
   /// When each block left the model [s]; NaN: it did not.
   std::vector<double> left() const;

@@ -306,7 +306,7 @@ Problem warning_at(const scene::Scene& scene, const std::string& key) {
 }  // namespace
 
 std::vector<Problem> Simulation::warnings() const {
-  constexpr double day = 86400, impact = 0.5;  // [s]: a blow and its first swing
+  constexpr double day = 86400, impact = 0.5;  // [s]: an impact and the first oscillation after it
   const World& w = *world_;
   std::vector<Problem> found = w.scene.warnings;
   const auto& parts = w.system->environment().structures;

@@ -117,7 +117,7 @@ class Telling {
 
   void progress() { sink_.progress(w_.time(), w_.scene.simulation.duration, counters(), residual_); }
 
-  /// Everything of an instant that nothing has been told of yet: where a run failed is what one wants to see.
+  /// Everything of an instant that has not been recorded yet: where a run failed is what one wants to see.
   void failure() {
     contacts();
     if (w_.time() <= last_row_) return;
@@ -188,7 +188,7 @@ RunResult Simulation::run(Sink& sink, const std::atomic<int>* stop) {
   }
   const int checkpoint_steps = s.output.checkpoint_steps > 0 ? s.output.checkpoint_steps : 200;
   long since_checkpoint = 0;
-  std::vector<double> rows;  // that the next stretch may reach
+  std::vector<double> rows;  // that the next macro step may reach
   try {
     while (duration - w.time() > 1e-12 * duration) {
       const double end = w.rows_end_steps() ? std::min(histories.next(), fields.next()) : duration;
