@@ -74,7 +74,7 @@ std::unique_ptr<CLI::App> make_cli(Options& options) {
   scene_options(
       *app->add_subcommand(
           "check",
-          "Tell every problem of a scene at once, then what will be computed, what is left out and why"),
+          "Report every error of a scene at once, or what will be computed, what is left out and why"),
       options);
 
   auto* cut = app->add_subcommand("cut", "Cut the rock mass alone: blocks as files, volumes, stereonet");

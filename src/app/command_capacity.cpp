@@ -41,8 +41,8 @@ std::string plain(const json& of, const char* key) {
 }
 
 /// A member of which a tenth is gone, whose top has come off, or that the run left leaning beyond use (class
-/// 4 of the summary), has no capacity as a pier: what its stump bears between two plates that neither move
-/// aside nor tilt is told beside it, and is no reserve.
+/// 4 of the summary), has no capacity as a pier: what its stump carries between two plates that neither
+/// move aside nor tilt is printed beside it, and is no reserve.
 bool is_lost(const Member& member, const MemberState& state, const json& said) {
   constexpr double share = 0.1;
   return said.value("damage_class", json()) == 4 || !std::isfinite(state.drift[0]) ||

@@ -35,7 +35,7 @@ Held held_so_far() {
 int command_check(const Options& options) {
   scene::Scene scene = scene::read_scene(options.input, options.overrides());
   const bool drawn = scene.ensemble.has_value();
-  scene.ensemble.reset();  // of which the plan of the ensemble tells, not a warning
+  scene.ensemble.reset();  // which the plan of the ensemble states, not a warning
   std::vector<Problem> problems;
   std::vector<std::string> plan;
   std::string title;

@@ -43,8 +43,8 @@ bool follows_terrain(const StructureSpec& spec) {
   return spec.kind == "viaduct" && has("deck_level") && !has("pier_height");
 }
 
-/// The skin of the structure alone, as it stands before the blow: under its permanent load, or as an earlier
-/// run left it.
+/// The surface of the structure alone, as it stands before the blow: under its permanent load, or as an
+/// earlier run left it.
 TriangleSurface standing_skin(scene::Scene scene) {
   sim::Simulation alone(std::move(scene));
   carry_over(alone, false);

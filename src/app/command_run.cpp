@@ -54,7 +54,7 @@ extern "C" void on_signal(int number) {
   if (number == SIGINT) std::signal(number, SIG_DFL);
 }
 
-/// Before the first step there is nothing to save: the exit code is told at once.
+/// Before the first step there is nothing to save: the program exits at once.
 extern "C" void on_early_signal(int number) {
   constexpr char text[] = "talus: interrupted before the first step; nothing was written\n";
   [[maybe_unused]] const auto written = ::write(STDERR_FILENO, text, sizeof text - 1);
@@ -75,8 +75,8 @@ std::string left_out(const scene::Scene& scene, const sim::RunResult& result) {
   if (scheme == Scheme::two_way) return {};
   if (scheme == Scheme::rigid)
     return fmt::format(
-        "Scheme rigid: the structures took no energy, and the blocks struck what does not give; {} tells by "
-        "how much that differs.",
+        "Scheme rigid: the structures took no energy and did not deform; {} shows how "
+        "much that matters.",
         both_ways);
   return fmt::format(
       "Scheme one-way: {:.4g} J of work on the structures were taken from no block; in one system ({}) they "

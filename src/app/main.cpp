@@ -40,8 +40,8 @@ int dispatch(const CLI::App& cli, const Options& options) {
   return found->second(options);
 }
 
-/// Arrays of megabytes lie in the heap from the start, which is not given back in between and grows by
-/// megabytes: pages once touched serve the next array. glibc comes to the same two thresholds by itself, one
+/// Arrays of megabytes are allocated in the heap from the start, which is not trimmed in between and grows by
+/// megabytes: pages once mapped serve the next array. glibc comes to the same two thresholds by itself, one
 /// freed array at a time.
 void keep_pages() {
 #ifdef __GLIBC__
@@ -125,7 +125,7 @@ int main(int argc, char** argv) {
   } catch (const std::system_error& error) {  // of the standard output
     text = fmt::format("talus: cannot go on: {}", error.what());
   } catch (const std::bad_alloc&) {
-    text = "talus: not enough memory; talus check tells how much the scene needs";
+    text = "talus: not enough memory; talus check reports how much the scene needs";
   } catch (const std::exception& error) { text = fmt::format("talus: internal error: {}", error.what()); }
   return app::end_together(text, code, true);
 }

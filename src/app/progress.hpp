@@ -22,7 +22,7 @@ class ProgressLine {
   double first_time_ = -1;
 };
 
-/// What the build of a world tells while it lasts: the plan of large structures at once, what is being solved
+/// Progress of the build of a world: the plan of large structures at once, what is being solved
 /// once that takes longer than a moment. Other reports are not for who waits.
 class BuildProgress {
  public:

@@ -74,8 +74,8 @@ void complete_flat(const HullPair& pair, const Axis& of_a, const Axis& of_b, con
   points.front().area = closest;
 }
 
-/// True if the line of the centres parts the two by more than the margin, as it does most candidates of a
-/// heap.
+/// True if the line of the centres separates the two by more than the margin, as for most candidates of a
+/// pile.
 bool apart_along(const Hull& a, const Hull& b, const Vec3& between, double margin) {
   double low, high, unused;
   a.extent(between, unused, high);

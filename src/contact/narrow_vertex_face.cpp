@@ -329,7 +329,8 @@ void vertex_face(const Search& s, const Patch& T, const Patch& V, bool first,
                  std::vector<ContactPoint>& out) {
   thread_local std::vector<Ball> balls;
   enclose(T, balls);
-  constexpr std::size_t many = 64;  // triangles from which on a vertex far before all of them is told at once
+  constexpr std::size_t many =
+      64;  // triangles from which on vertices far before all of them are rejected together
   thread_local std::vector<Bunch> bunches;
   if (T.triangles.size() > many) bunch(balls, bunches);
   const Target target{s, T, V, first, balls, out};

@@ -1,7 +1,7 @@
 /// H = 1 + sum J_i^T D_i J_i over the pairs of bodies that touch, and its factor.
 ///
-/// In large problems open contacts, most of those of a heap, are left out of the pattern too: it holds the
-/// pairs of what is closed now or was not long ago, and is found anew when another pair closes, or once it
+/// In large problems open contacts (most of a pile's) are left out of the pattern too: it holds the pairs of
+/// contacts that are closed now or were not long ago, and is found anew when another pair closes, or once it
 /// has become much too large.
 #pragma once
 #include <cstdint>

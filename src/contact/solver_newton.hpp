@@ -65,7 +65,7 @@ class Newton {
   ///
   ///   sum d u_n(v') = sum d u_n(v) + (v' - v) . J_n^T d <= sum d u_n(v) + (|v| + V) |J_n^T d|,
   ///
-  /// so that where this is negative some u_n is below it over sum d. [m/s], 0: nothing is told.
+  /// so that where this is negative some u_n is below it over sum d. [m/s], 0: nothing is known.
   double contradiction(const System& system);
 
   Hessian* hessian_;

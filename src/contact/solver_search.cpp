@@ -249,14 +249,15 @@ bool Search::run(const SolveSettings& settings, SolveReport& report) {
     return true;
   if (spent()) return false;
 
-  // A heap nearly at rest, of which no more than a part of its speed is asked: sweeps get there from the last
-  // impulses, a path does not.
+  // A large island near rest with a tolerance relative to its speed: sweeps converge from the last impulses,
+  // the interior-point method does not.
   if (!small && sufficient_ > 10 * tolerance_ && swept_while_it_pays()) return true;
 
   report.tier = 'B';
 
-  // Cold: the interior point from the warm start, at half the distance its residual tells (fewest iterations
-  // over problems of moving heaps). The Newton method finishes, since the regions are known by then.
+  // Cold: the interior point from the warm start, at half the distance its residual indicates (fewest
+  // iterations over problems of moving piles). The Newton method finishes, since the regions are known by
+  // then.
   double finished = INFINITY;  // the best that was tried last [m/s]
   int fruitless = 0;           // tries since the best was last halved
   const auto finish = [&] {

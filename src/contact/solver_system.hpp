@@ -109,8 +109,8 @@ struct System {
   }
   /// Its normal component alone.
   double relative_normal(const Touch& t, const double* x) const { return rows<1>(t, x)[0]; }
-  /// True if it bears nothing and parts, as most of those listed in a heap do: solved as it is, which its
-  /// normal row alone tells.
+  /// True if it has no impulse and opens, as most contacts listed in a large island do: solved as it is,
+  /// which follows from its normal equation alone.
   bool open_still(const Touch& t, const Vec3& p, const double* v) const {
     return t.opens && p == Vec3::Zero() && relative_normal(t, v) + t.bias.x() >= 0;
   }

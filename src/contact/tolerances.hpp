@@ -1,6 +1,7 @@
 /// Tolerances of contact among blocks and of their steps that no law of the scene gives. All are relative, to
-/// a size, a speed or `simulation.accuracy`. Not here: those of structures' skins (skin_*.cpp, touch_*.cpp),
-/// of the solver (solver_*.cpp) and of how closely it solves (closeness.cpp), which stand there.
+/// a size, a speed or `simulation.accuracy`. Not here: those of structures' surfaces (skin_*.cpp,
+/// touch_*.cpp), of the solver (solver_*.cpp) and of how closely it solves (coupling/solution/closeness.cpp),
+/// which stand there.
 ///
 /// L  size of the smallest block of an island [m]     V  speed of an island, at least (g L)^(1/2) [m/s]
 /// r  radius of a block [m]                           d  inradius of the thinner of two blocks [m]
@@ -20,9 +21,9 @@ inline double square(double x) { return x * x; }
 // X(name, value, what it is relative to, why)
 #define TALUS_TOLERANCES(X)                                                                                 \
   /* Time */                                                                                                \
-  X(same_instant, 1e-9, "stretch or step",                                                                  \
-    "times as near to each other are one, so that no sliver is stepped")                                    \
-  X(time_round_off, 1e-12, "stretch", "what is left of a stretch is nothing")                               \
+  X(same_instant, 1e-9, "macro step or step",                                                               \
+    "times closer to each other are the same, so that no step of that length is taken")                     \
+  X(time_round_off, 1e-12, "macro step", "a remaining interval this short is none")                         \
   /* Speeds */                                                                                              \
   X(still, 1e-9, "V", "slower is the round-off of a solution to 1e-12 of V with a thousand contacts")       \
   X(slips, 1e-6, "V",                                                                                       \
@@ -36,11 +37,11 @@ inline double square(double x) { return x * x; }
   X(touch_gap, 1e-7, "L", "closed: far above round-off at a kilometre, far below any accuracy")             \
   X(near_gap, 1e-3, "accuracy L", "closed as well, if it moves slower than a bounce that shows")            \
   X(located_gap, 1e-10, "L", "how near to the surface an impact is located")                                \
-  X(flush, 1e-8, "L", "steps between neighbouring faces as low are none")                                   \
-  X(row_reach, 5e-3, "L", "touches as near are rows of a heap's step, though they cannot close within it")  \
+  X(flush, 1e-8, "L", "lower steps between neighbouring faces are none")                                    \
+  X(row_reach, 5e-3, "L", "nearer contact points enter the equations of a time step of a large island")     \
   X(listed_near, 2e-3, "L",                                                                                 \
     "contact points of hard ground as near are kept: twice what the drift looks for")                       \
-  X(drift_near, 1e-3, "L", "touches as near are rows of the correction of drift")                           \
+  X(drift_near, 1e-3, "L", "nearer contact points enter the correction of drift")                           \
   X(overlap_none, 1e-9, "L", "overlap at the start of a step that the guard of corrections does not count") \
   X(late_overlap, 1e-3, "L", "overlap of hollow blocks beyond their motion that is left where it is")       \
   X(cluster_gap, 1e-5, "r", "what is as near belongs to one island")                                        \
@@ -49,10 +50,11 @@ inline double square(double x) { return x * x; }
   X(through, 1e-3, "d", "depth at which a pair with hard contacts has gone into each other")                \
   X(through_springs, 2e-2, "d", "the same of a pair on springs")                                            \
   X(carried_way, 3e-3, "r", "as far points of a pair that touches are carried along before it is searched") \
-  X(skin_ahead, 0.15, "r", "vertices of a structure's skin as near are watched one by one")                 \
-  X(woken_by, 1e-3, "r", "way of a structure's skin that wakes what sleeps on it")                          \
+  X(skin_ahead, 0.15, "r", "nearer vertices of a structure's boundary surface are watched one by one")      \
+  X(woken_by, 1e-3, "r", "displacement of a structure's boundary surface that wakes blocks at rest on it")  \
   X(on_skin, 1e-2, "r", "a point as near to a new piece lies on its surface")                               \
-  X(structure_near, 2e-2, "L", "a touch at a structure that comes as near within the step is a row")        \
+  X(structure_near, 2e-2, "L",                                                                              \
+    "a contact point at a structure that comes nearer within the step enters its equations")                \
   X(same_place, 1e-9, "r, or sides of a face",                                                              \
     "points as near to each other are one; a shared side belongs to both")                                  \
   /* Drift */                                                                                               \
@@ -65,11 +67,11 @@ inline double square(double x) { return x * x; }
   X(bond_yields, 1e-3, "bond's bound", "the same of a bond that may break: more than its solution leaves")  \
   X(follows_law, 1e-6, "impulse", "how well the force of a spring's row meets its law")                     \
   X(same_stiffness, 1e-9, "stiffness, energy", "springs as alike are the same, an energy as small is none") \
-  X(level_law, 1e-6, "stiffness", "slope that the row of a level stretch of a law still has")               \
+  X(level_law, 1e-6, "stiffness", "least slope of a contact equation where a law is level")                 \
   X(rolling_bound, 0.1, "accuracy", "how well the bound of a rolling couple meets the normal force found")  \
   /* Error and energy of a step */                                                                          \
   X(pass_error, 0.1, "accuracy", "between the last two passes of a step, over L")                           \
-  X(gain, 0.05, "accuracy", "energy that a step may make, over what it moves and stores")                   \
+  X(gain, 0.05, "accuracy", "numerical energy gain of a step, over what it moves and stores")               \
   X(stop_located, 1e-2, "pass_error",                                                                       \
     "way by which sliding on would be wrong, from which on the stop is located")                            \
   X(rocking_arm, 0.1, "accuracy L", "shift of the force of a face that bounces on springs")                 \

@@ -27,7 +27,7 @@ std::string fragment_name(std::string_view structure, int serial);
 
 /// Whether a name is that of some piece of the structure, now or later.
 bool is_fragment_name(std::string_view name, std::string_view structure);
-/// What is told of such a name where it is another's.
+/// The rule that an error states where such a name is another's.
 std::string fragment_name_rule(std::string_view structure);
 inline constexpr const char* fragment_name_remedy = "choose another name, or set coupling.fragments = false";
 

@@ -13,7 +13,7 @@ Problem problem_of(std::string key, std::string value, std::string rule, std::st
 /// Throws InputError with that one problem.
 [[noreturn]] void reject(std::string key, std::string value, std::string rule, std::string remedy);
 
-/// Collects what a set of numbers falls short of, so that all of it is told at once.
+/// Collects the requirements that a set of numbers misses, so that all are reported at once.
 class Requirements {
  public:
   void require(bool good, const char* key, double value, const char* rule, const char* remedy);

@@ -12,7 +12,7 @@ struct Counters {
   long flights = 0, structure_steps = 0,
        condensed_steps = 0;  // steps of structures while blocks are at them: explicit, condensed
   double worst_residual = 0, worst_penetration = 0, last_step = 0;
-  // Per step of the ledger, none of it hidden in another column [J]: energy that the scheme made, in all and
+  // Per step of the ledger, none of it hidden in another column [J]: numerical energy gain, in all and
   // in the worst step, and dissipation that was undone.
   double gained = 0, worst_gain = 0, undone = 0;
   double crush_depth = 0, crush_share = 0;  // greatest depth crushed [m], and over the thickness of its layer

@@ -308,7 +308,7 @@ std::optional<Member> Ensemble::run(long index, const std::atomic<int>* stop) {
   const double largest = std::max(path.largest_kinetic(), world.energy_peak),
                scale = largest > 0 ? 1 / largest : 0;
   m.energy_residual = scale * ledger.residual;
-  m.numerical_gain = scale * std::max(0.0, -ledger.by_the_scheme());
+  m.numerical_gain = scale * std::max(0.0, -ledger.numerical_dissipation());
   m.reach_angle = reach_angle(m);
   path.finish(m);
   const auto& blocks = world.system->model().blocks;

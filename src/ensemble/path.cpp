@@ -16,7 +16,7 @@ namespace talus::ensemble {
 namespace {
 
 constexpr double piece =
-    1e-3;  // longest part of a stretch with contact within which the path is one cubic [s]
+    1e-3;  // longest part of a macro step with contact within which the path is one cubic [s]
 constexpr double apart = 0.1;  // a block that has not touched a structure for so long hits it anew [s]
 
 /// A block at an instant.
@@ -314,7 +314,7 @@ class Path::Watcher {
   double cell_;
   std::function<void()>& after_;
   std::vector<Segment> segments_;
-  bool made_again_ = false;  // stretches can be
+  bool made_again_ = false;  // macro steps can be
   double largest_ = 0;
   std::vector<Crossing> crossings_;
   std::vector<Hit> hits_;

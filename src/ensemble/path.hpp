@@ -1,11 +1,11 @@
-/// What a member's blocks pass and strike on their way, from their states at the ends of the stretches of its
-/// run and, where that is not enough, from states within: no step of the run ends because of a line, and no
-/// output interval matters.
+/// What a member's blocks pass and strike on their way, from their states at the ends of the macro steps of
+/// its run and, where that is not enough, from states within: no step of the run ends because of a line, and
+/// no output interval matters.
 ///
-/// Within a stretch in free flight the path is the parabola through both states, and the time at a line
-/// follows in closed form. Else the stretch is made again in pieces of at most 1 ms; within a piece the path
-/// is the cubic through both states (Hermite), its place on the line is found by bisection, and the state
-/// there is computed by steps to that very time.
+/// Within a macro step in free flight the path is the parabola through both states, and the time at a line
+/// follows in closed form. Else the macro step is made again in pieces of at most 1 ms; within a piece the
+/// path is the cubic through both states (Hermite), its place on the line is found by bisection, and the
+/// state there is computed by steps to that very time.
 #pragma once
 #include <functional>
 #include <map>
@@ -43,12 +43,12 @@ class Path {
   Path(const Path&) = delete;
   Path& operator=(const Path&) = delete;
 
-  double largest_kinetic() const;  // of all blocks together, at ends of stretches [J]
+  double largest_kinetic() const;  // of all blocks together, at ends of macro steps [J]
   /// The crossings since the last call, in order of time.
   std::vector<Crossing> take_crossings();
   /// Crossings, hits and cells so far go into the member.
   void finish(Member& member);
-  /// Called after each stretch.
+  /// Called after each macro step.
   std::function<void()> after;
 
  private:

@@ -13,7 +13,8 @@
 ///
 /// These energies depend on h: where it changes from h1 to h2 at t_n, the motion as it was, they change by
 /// -(h2^2 - h1^2)/8 a . f, a the acceleration and f what the structure does by itself, gravity and internal
-/// forces. What that is on the average over the phases of whatever rings is booked apart, as step_dependence:
+/// forces. What that is on the average over the phases of whatever rings is accounted for apart, as
+/// step_dependence:
 ///
 ///   (h2^2 - h1^2)/8 Q,   Q = 1/2 v . (df_int/dt) + 1/2 a . f,
 ///                        v . (df_int/dt) = v_{n-1/2} . (f_int,n - f_int,n-1) / h1
@@ -445,7 +446,8 @@ class FemStructure : public Structure, public RefinableStructure, public Divided
   AlignedVector inverse_mass_;                    // nodes x 4, 0 where held
   AlignedVector f_int_, f_visc_, f_ext_, v_hat_;  // f_visc_ empty without damage
   bool forces_valid_ = false, weights_valid_ = false,
-       laws_taken_ = false;  // laws_taken_: what they evaluated at the present state is accepted and booked
+       laws_taken_ =
+           false;  // laws_taken_: what they evaluated at the present state is accepted and accounted for
   double forces_time_ = 0;
   double stored_part_ = 0;   // elastic energy now, this rank's part
   std::vector<int> struck_;  // nodes with an entry in contact_impulse_

@@ -142,8 +142,8 @@ void FemStructure::progress(const std::string& what) const {
     report_(fmt::format("progress: structure {}: {}", spec_.name, what));
 }
 
-/// What hangs on supports must be held by them wherever a static solution is asked for; elsewhere a part may
-/// swing, hence rotate.
+/// Parts connected to supports must be held by them wherever a static solution is needed; elsewhere a part
+/// may move as a pendulum, hence rotate.
 void FemStructure::check_supports(const HexMesh& mesh) {
   if (supports_.none) return;
   const std::optional<LoosePart> loose =

@@ -335,7 +335,7 @@ Overlap CheckedSurface::crossing(const CheckedBody& body, const Pose& pose, doub
     });
   }
   if (!deepest.intersect && body.pieces().size() > 0) {
-    // No crossing: the body is wholly on one side, and a point well within it tells which.
+    // No crossing: the body is wholly on one side, and a point well within it shows which.
     Vec3 within = Vec3::Zero();
     for (const Vec3& v : body.pieces()[0].vertices)
       within += pose.world(v) / static_cast<double>(body.pieces()[0].vertices.size());

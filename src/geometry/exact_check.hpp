@@ -56,7 +56,7 @@ Overlap deepest_intersection(const CheckedBody& a, const Pose& pose_a, const Che
 Overlap deepest_intersection(const Polyhedron& a, const Pose& pose_a, const Polyhedron& b, const Pose& pose_b,
                              double tolerance);
 
-/// Terrain or a skin, indexed for checks of many bodies.
+/// Terrain or a surface, indexed for checks of many bodies.
 class CheckedSurface {
  public:
   explicit CheckedSurface(const TriangleSurface& surface);

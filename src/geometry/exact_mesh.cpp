@@ -185,7 +185,7 @@ Mesh repaired(const Mesh& input, Mesh& mesh, RepairReport& report, double weld_t
     report.triangles_added += static_cast<int>(patch.size());
   }
   Mesh out = from_cgal(sm);
-  // By the volume, not by an extreme vertex: a surface that encloses nothing has no vertex that tells.
+  // By the volume, not by an extreme vertex: a surface that encloses nothing has no vertex that shows it.
   if (CGAL::is_closed(sm) && signed_volume(out.vertices, out.triangles) < 0) {
     for (auto& t : out.triangles) std::swap(t[1], t[2]);
     report.turned_inside_out = true;

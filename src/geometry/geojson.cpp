@@ -104,9 +104,8 @@ std::string remedy_for_degrees(const Eigen::AlignedBox2d& limits) {
   if (limits.isEmpty() || limits.min().x() < -180 || limits.max().x() > 180 || limits.min().y() < -90 ||
       limits.max().y() > 90)
     return {};
-  return "these look like degrees of longitude and latitude, which GIS programs write into GeoJSON unless "
-         "told "
-         "otherwise: export it again in the terrain's coordinate system, or ogr2ogr -t_srs EPSG:... "
+  return "these look like degrees of longitude and latitude, which GIS programs write into GeoJSON by "
+         "default: export it again in the terrain's coordinate system, or ogr2ogr -t_srs EPSG:... "
          "out.geojson "
          "in.geojson";
 }

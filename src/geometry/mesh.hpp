@@ -10,7 +10,7 @@
 /// A block must be a closed surface: each edge used by exactly two triangles, once in each direction, no
 /// triangle of no area, no two triangles that cross, and a volume above 1e-12 of the bounding box.
 /// `read_closed_mesh` states every violation with the edge or face and what to do. Nothing is repaired
-/// silently: `repair` is a separate call, and it tells what it did.
+/// silently: `repair` is a separate call, and it reports what it did.
 #pragma once
 #include <array>
 #include <string>
@@ -55,7 +55,7 @@ std::vector<Problem> closed_mesh_problems(const Mesh& mesh, const std::string& f
 /// `read_mesh` and `closed_mesh_problems`; throws InputError with all problems. A mesh that is closed and
 /// consistent but inside out is an error too: which side is rock is never guessed.
 Mesh read_closed_mesh(const std::string& path);
-/// Parts of a closed surface that hang together by vertices and enclose matter; cavities do not count.
+/// Parts of a closed surface that are connected by vertices and enclose matter; cavities do not count.
 int body_count(const Mesh& mesh);
 
 /// Signed volume enclosed by a closed mesh [m^3].

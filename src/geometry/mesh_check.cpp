@@ -86,7 +86,7 @@ std::vector<Problem> closed_mesh_problems(const Mesh& mesh, const std::string& f
     while (j < half.size() && half[j].key == half[i].key) forward += half[j++].forward;
     const int n = static_cast<int>(j - i), a = static_cast<int>(half[i].key >> 32),
               b = static_cast<int>(half[i].key & 0xffffffffu);
-    const auto key = [&] { return fmt::format("mesh edge {}-{}", a, b); };  // told of few edges
+    const auto key = [&] { return fmt::format("mesh edge {}-{}", a, b); };  // reported for few edges
     const auto where = [&] { return point(v[a]) + " to " + point(v[b]); };
     if (n == 1) {
       if (++open <= most_reported)

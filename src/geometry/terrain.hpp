@@ -4,7 +4,7 @@
 ///   scene coordinates = map coordinates - origin
 ///
 /// Grid nodes are cell centres; each quad is split from its lower left to its upper right node. A triangle
-/// with a NODATA corner does not exist, and the place is remembered: `over_hole` tells a block over a hole
+/// with a NODATA corner does not exist, and the place is remembered: `over_hole` reports a block over a hole
 /// from one beside the terrain. Solid lies on one side unless `two_sided`: the faces of a mesh are oriented
 /// by connectivity, each sheet so that most of its plan area faces up, and overhanging faces keep that
 /// orientation (terrain_sheets.hpp).

@@ -113,7 +113,7 @@ Problem warning(const std::string& name, std::string value, std::string rule, st
 
 std::string place_text(const Vec3& p) { return fmt::format("[{:.8g}, {:.8g}, {:.6g}]", p.x(), p.y(), p.z()); }
 
-/// Rims of the open sheets: border sides that hang together by their ends.
+/// Rims of the open sheets: border sides that are connected by their ends.
 std::size_t rims(const Triangles& triangles, const Neighbours& next, std::size_t vertices) {
   std::vector<int> parent(vertices, -1);  // -1: not at the border
   const auto root = [&](int v) {

@@ -1,7 +1,7 @@
 /// The ground as a solid: a one-sided surface ends in vertical walls.
 ///
 /// Without them the solid below the surface would have no side: what rolls over the border, or over the rim
-/// of a hole, would swing in under the surface and be pushed out of it from below, with energy from nowhere.
+/// of a hole, would move in under the surface and be pushed out of it from below, a spurious energy gain.
 #pragma once
 #include <span>
 

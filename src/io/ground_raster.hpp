@@ -1,4 +1,4 @@
-/// A triangle surface as heights on a grid: what the report's map draws, and what tells where the terrain
+/// A triangle surface as heights on a grid: what the report's map draws, and what shows where the terrain
 /// ends.
 #pragma once
 #include <array>

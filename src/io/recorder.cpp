@@ -102,7 +102,7 @@ void Recorder::Impl::paraview(const FieldRow& row, bool write) {
 void Recorder::Impl::grow() {
   constexpr std::uint64_t large = 256u << 20;
   if (journal->position() < (built_at < large ? built_at + built_at / 2 : 4 * built_at)) return;
-  journal->sync();  // also tells a journal that was removed
+  journal->sync();  // also detects a journal that was removed
   build_results(options.directory, nullptr, journal->position());
   write_pvd();
   built_at = journal->position();

@@ -63,7 +63,7 @@ class Recorder {
   std::uint64_t checkpoint();
   /// Builds results.h5, .xdmf, .pvd, summary.json. A status that is no end (has_ended) keeps the journal, so
   /// that the run can be resumed. `state` goes into results.h5, for a later run to start from. summary.json
-  /// is swapped in last: where it tells of the end, all else is there. Returns its text.
+  /// is swapped in last: once it shows the end, all else is there. Returns its text.
   std::string finish(const Outcome& outcome, const sim::FinalState* state = nullptr);
 
   JsonLog& log();  // log.jsonl

@@ -92,7 +92,7 @@ void check_corners(const std::vector<std::array<int, 3>>& triangles, std::size_t
         throw std::out_of_range("a triangle names a vertex that is not there");
 }
 
-/// A journal that is whole by its checksum may still be none of ours: whoever reads a shape goes by its
+/// A journal that is whole by its checksum may still be of another program: whoever reads a shape goes by its
 /// indices.
 void check_shape(const Polyhedron& s) {
   check_corners(s.triangles, s.vertices.size());

@@ -2,7 +2,7 @@
 ///
 /// The page itself (report/) is bundled when Talus is built and lies in the program; what is added here is
 /// the data, decimated to a budget so that the file stays below 20 MB whatever the run: poses of the blocks
-/// at up to 3000 instants (denser around impacts), the skin of each structure, terrain of at most some
+/// at up to 3000 instants (denser around impacts), the surface of each structure, terrain of at most some
 /// 150,000 triangles, histories by minimum and maximum per interval.
 #pragma once
 #include <filesystem>

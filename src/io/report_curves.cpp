@@ -47,15 +47,16 @@ void ledger(ReportData& d) {
   std::vector<double> potential = read("potential");
   const double lowest = *std::min_element(potential.begin(), potential.end());
   for (double& p : potential) p -= lowest;  // only differences mean something, and the plot stays readable
-  std::vector<std::pair<std::string, std::vector<double>>> where{{"kinetic", read("kinetic")},
-                                                                 {"potential (above its lowest)", potential},
-                                                                 {"strain", read("strain")},
-                                                                 {"contact", read("contact")},
-                                                                 {"friction", read("friction_work")},
-                                                                 {"damping", read("damping_work")},
-                                                                 {"damage", read("damage_work")},
-                                                                 {"algorithmic", read("algorithmic")},
-                                                                 {"external work", read("external_work")}};
+  std::vector<std::pair<std::string, std::vector<double>>> where{
+      {"kinetic", read("kinetic")},
+      {"potential (above its lowest)", potential},
+      {"strain", read("strain")},
+      {"contact", read("contact")},
+      {"friction", read("friction_work")},
+      {"damping", read("damping_work")},
+      {"damage", read("damage_work")},
+      {"numerical (algorithmic)", read("algorithmic")},
+      {"external work", read("external_work")}};
   for (const auto& [name, dataset] : std::initializer_list<std::pair<const char*, const char*>>{
            {"yielding", "yield_work"}, {"ploughing", "ploughing_work"}, {"vegetation", "vegetation_work"}})
     if (d.file.exists(std::string("/ledger/") + dataset))

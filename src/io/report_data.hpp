@@ -1,7 +1,7 @@
 /// What goes into report.html, gathered from results.h5 and summary.json by the add_... functions. Internal
 /// to io.
 ///
-/// Arrays go to `blob` (docs/output.md tells none of them: the page is their only reader), everything else to
+/// Arrays go to `blob` (not in docs/output.md: the page is their only reader), everything else to
 /// `meta`. Points are stored relative to the local origin that add_site() chooses from `region`, so that it
 /// comes after all that has a place.
 #pragma once

@@ -69,7 +69,7 @@ json bars(ReportData& d, const std::string& key, const Path& path, const std::ve
           {"frames", frames}};
 }
 
-/// One structure: its skin in epochs of one topology, and frames of values on it, all on one scale.
+/// One structure: its surface in epochs of one topology, and frames of values on it, all on one scale.
 class StructureFrames {
  public:
   StructureFrames(ReportData& d, std::size_t index, const std::string& name, const std::vector<double>& time)
@@ -127,7 +127,7 @@ class StructureFrames {
     return d_.file.exists(path(k, "hexes")) ? d_.file.dims(path(k, "hexes"))[0] : 0;
   }
 
-  /// Of a frame of the skin, in the mean: what has lost cells takes less.
+  /// Of a frame of the surface, in the mean: what has lost cells takes less.
   std::size_t skin_bytes() const {
     if (time_.empty() || cells(0) == 0) return 0;
     double sum = 0;
@@ -255,7 +255,7 @@ class StructureFrames {
   json epochs_ = json::array(), frames_ = json::array();
   std::vector<std::int32_t> hexes_;
   Skin outer_;
-  std::vector<int> used_;  // nodes of the skin
+  std::vector<int> used_;  // nodes of the surface
   Values before_;
   int stored_ = -1;
   float stress_max_ = 0, displacement_max_ = 0, crack_max_ = 0;

@@ -33,17 +33,17 @@ HistoryWriter::HistoryWriter(Hdf5File& file, const sim::RunHeader& header, std::
   make(l + "friction_work", {nt}, "J", "dissipated by friction since the start");
   make(l + "damping_work", {nt}, "J", "dissipated by damping and restitution since the start");
   make(l + "yield_work", {nt}, "J",
-       "crushed out of ground and cushions whose laws harden or end, since the start");
-  make(l + "ploughing_work", {nt}, "J",
-       "taken by the ground in the way of what slides in it since the start");
-  make(l + "vegetation_work", {nt}, "J", "taken by the drag of vegetation since the start");
+       "dissipated by ground and cushions whose laws harden or end, since the start");
+  make(l + "ploughing_work", {nt}, "J", "dissipated by ploughing through the ground since the start");
+  make(l + "vegetation_work", {nt}, "J", "dissipated by the drag of vegetation since the start");
   make(l + "damage_work", {nt}, "J", "dissipated by damage and plasticity since the start");
-  make(l + "algorithmic", {nt}, "J", "dissipated by the time integration since the start");
+  make(l + "algorithmic", {nt}, "J",
+       "numerical dissipation since the start, negative: energy gain; with step_dependence");
   make(l + "external_work", {nt}, "J", "work of prescribed loads since the start");
   make(l + "residual", {nt}, "J", "energy now + dissipated - energy at the start - external work");
   make(l + "step_dependence", {nt}, "J",
-       "part of algorithmic that is no loss: by how much less the energy of structures reads for the length "
-       "of their explicit steps");
+       "part of algorithmic that is no loss: decrease of the leapfrog energy of structures by longer "
+       "explicit steps");
   make(l + "linear_momentum", {nt, 3}, "kg m/s", "of blocks and structures");
   make(l + "angular_momentum", {nt, 3}, "kg m^2/s", "of blocks and structures, about the scene origin");
   std::size_t row = 0;

@@ -49,8 +49,8 @@ Count count(const std::filesystem::path& journal, std::uint64_t limit) {
   return c;
 }
 
-/// From what the recorder kept of the scene. The wording of a remedy hangs on it, no more: what is not there
-/// counts as by accuracy.
+/// From what the recorder kept of the scene. Only the wording of a remedy depends on it: without it steps
+/// count as by accuracy.
 Steps steps_of(const std::filesystem::path& directory) {
   const std::filesystem::path file = directory / "scene.resolved.json";
   if (!std::filesystem::exists(file)) return Steps::by_accuracy;

@@ -20,7 +20,7 @@ using sim::HistoryRow;
 
 constexpr double nothing =
     1e-8;  // [m/s^2] a contact force over the block's mass: what a solver's tolerance leaves is less
-constexpr int coarse_ground_side = 400;  // nodes of the coarse grid that tells where the terrain ends
+constexpr int coarse_ground_side = 400;  // nodes of the coarse grid that shows where the terrain ends
 
 }  // namespace
 
@@ -146,7 +146,7 @@ void SummaryBuilder::add(const HistoryRow& row) {
   for (std::size_t i = 0; i < row.position.size() && i < blocks_.size(); ++i) add_block(i, row);
   for (std::size_t i = 0; i < row.structures.size() && i < structures_.size(); ++i) add_structure(i, row);
   if (!any_) first_ = row.ledger;
-  if (const double step = row.ledger.by_the_scheme() - last_.by_the_scheme();
+  if (const double step = row.ledger.numerical_dissipation() - last_.numerical_dissipation();
       any_ && std::abs(step) > std::abs(algorithmic_step_)) {
     algorithmic_step_ = step;
     algorithmic_from_ = ledger_time_;
@@ -170,7 +170,7 @@ SummaryBuilder::Through SummaryBuilder::loaded_through(std::size_t structure) co
   if (first_strike(structure) != nullptr) return {};
   std::vector<char> seen(structures_.size(), 0);
   seen[structure] = 1;
-  // From it outwards to the nearest that was struck; what is told is the neighbour by which the way begins.
+  // From it outwards to the nearest that was struck; the result is the neighbour by which that path begins.
   std::vector<std::pair<std::size_t, int>> ring{{structure, -1}};
   for (std::size_t k = 0; k < ring.size(); ++k) {
     const auto [at, by] = ring[k];
@@ -203,8 +203,7 @@ double SummaryBuilder::failed_before_strike(std::size_t structure) const {
              : loss;
 }
 
-/// What lessens the energy that the scheme itself takes or makes in contacts, by the keys that this run's
-/// steps go by.
+/// What reduces the numerical energy error of contacts, by the keys that choose this run's steps.
 std::string SummaryBuilder::against_algorithmic() const {
   const std::string springs =
       springs_ ? "; if springs sink by more than a tenth of a block, a stiffer interface.normal_stiffness"
@@ -214,16 +213,15 @@ std::string SummaryBuilder::against_algorithmic() const {
     case Steps::fixed: return "set a shorter simulation.step, or simulation.accuracy in its place" + springs;
     case Steps::scheme_1988: break;
   }
-  return "it is the scheme of 1988 that does so: see whether it lessens with a shorter simulation.step, or "
-         "take simulation.method = \"talus\"";
+  return "the scheme of 1988 has it: try a shorter simulation.step, or simulation.method = \"talus\"";
 }
 
-/// Energy that the scheme itself takes or makes: how much, when, and what the run has that can lessen it.
+/// Numerical dissipation or energy gain: how much, when, and which keys of this run can reduce it.
 std::string SummaryBuilder::algorithmic_warning() const {
-  const double sum = last_.by_the_scheme();
+  const double sum = last_.numerical_dissipation();
   std::string text =
-      fmt::format("the scheme itself {} {}, {:.2g} % of the largest kinetic energy, {} (energy.algorithmic)",
-                  sum > 0 ? "took" : "made", engineering(std::abs(sum), "J"),
+      fmt::format("numerical {} of {}, {:.2g} % of the largest kinetic energy, {} (energy.algorithmic)",
+                  sum > 0 ? "dissipation" : "energy gain", engineering(std::abs(sum), "J"),
                   100 * std::abs(sum) / kinetic_peak_, engineering(kinetic_peak_, "J"));
   if (algorithmic_step_ / sum > 0.5)
     text += fmt::format(", most of it between t = {:.6g} and {:.6g} s", algorithmic_from_, algorithmic_to_);
@@ -233,7 +231,7 @@ std::string SummaryBuilder::algorithmic_warning() const {
   if (contacts) text += " Contacts: " + against_algorithmic() + ".";
   if (!structures_.empty())
     text += fmt::format(
-        " Structures: their sub-steps are their own; see whether it lessens with {}a lower "
+        " Structures choose their own sub-steps: try {}a lower "
         "structure.critical_step_fraction.",
         header_.blocks.empty() ? "" : "a higher coupling.exchanges_per_rise or ");
   text.pop_back();
@@ -255,7 +253,8 @@ std::string SummaryBuilder::elastic_warning(std::size_t i) const {
   const std::string pressed = part(p.compression, "of compression"), pulled = part(p.tension, "of tension");
   if (pressed.empty() && pulled.empty()) return "";
   return fmt::format(
-      "{} is elastic in this run (damage = \"none\") and bears what concrete cannot: {}{}{}. Its forces, "
+      "{} is elastic in this run (damage = \"none\") and exceeds the strength of concrete: {}{}{}. Its "
+      "forces, "
       "displacements and the blocks' rebound are those of a material without strength limit; "
       "run it with damage = \"concrete\"",
       header_.structures[i].name, pressed, pressed.empty() || pulled.empty() ? "" : ", ", pulled);
@@ -276,7 +275,7 @@ std::vector<std::string> SummaryBuilder::warnings(const json& formulas) const {
   list.insert(list.end(), header_.warnings.begin(), header_.warnings.end());
   const double scale =
       std::max(kinetic_peak_, std::abs(last_.external_work));  // a load that is put on slowly moves little
-  if (std::abs(last_.by_the_scheme()) > allowed * scale && kinetic_peak_ > least_kinetic())
+  if (std::abs(last_.numerical_dissipation()) > allowed * scale && kinetic_peak_ > least_kinetic())
     list.push_back(algorithmic_warning());
   for (std::size_t i = 0; i < structures_.size(); ++i)
     if (const double loss = failed_before_strike(i); loss >= 0)

@@ -72,7 +72,7 @@ class SummaryBuilder {
   void extend(std::span<const sim::RunHeader::BlockInfo> blocks);
   void add(const sim::HistoryRow& row);
   void add(std::span<const sim::ContactRow> rows);
-  /// A sentence that the run told while it went on.
+  /// A warning of the run.
   void add_warning(std::string text) { header_.warnings.push_back(std::move(text)); }
   /// When each block left the model [s]; NaN: it did not.
   std::vector<double> left() const;
@@ -175,7 +175,7 @@ class SummaryBuilder {
   sim::LedgerRow first_, last_;
   bool any_ = false, springs_ = false;  // a row was there; contacts held energy
   double algorithmic_step_ = 0, algorithmic_from_ = 0, algorithmic_to_ = 0,
-         ledger_time_ = 0;  // between which rows the scheme made or took most [J], [s]
+         ledger_time_ = 0;  // between which rows the numerical energy error was largest [J], [s]
   double time_ = 0, kinetic_peak_ = 0, residual_worst_ = 0, residual_worst_time_ = 0;
 };
 

@@ -183,7 +183,7 @@ void SummaryBuilder::member_lines(std::size_t i, std::vector<std::string>& lines
     });
     lines.push_back(
         fmt::format("{}: V_dyn/V_Rd = {:.2f} at most (shear against its design resistance, EN 1992-1-1 6.2). "
-                    "It is elastic in this run: what breaks was not computed.",
+                    "It is elastic in this run: damage was not computed.",
                     whole(*most->first), most->second.use_design));
     return;
   }

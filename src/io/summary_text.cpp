@@ -200,7 +200,7 @@ json SummaryBuilder::of_energy() const {
           {"vegetation_work", last_.vegetation_work},
           {"damage_work", last_.damage_work},
           {"algorithmic", last_.algorithmic},
-          {"algorithmic_relative", kinetic_peak_ > 0 ? std::abs(last_.by_the_scheme()) / scale : 0.0},
+          {"algorithmic_relative", kinetic_peak_ > 0 ? std::abs(last_.numerical_dissipation()) / scale : 0.0},
           {"step_dependence", last_.step_dependence},
           {"external_work", last_.external_work},
           {"residual_end", last_.residual},
@@ -221,12 +221,13 @@ json SummaryBuilder::of_confidence() const {
     confidence.push_back({{"quantity", quantity}, {"level", level}, {"basis", std::move(basis)}});
   };
   say("energy and momentum ledger", "verified",
-      fmt::format("every loss is booked where it occurs; of {} the worst residual of this run is {:.2g}, and "
-                  "the scheme itself {} {:.2g}",
-                  moved ? "the greatest kinetic energy"
-                        : "the kinetic energy of all blocks at 1 cm/s, which none reached,",
-                  share(residual_worst_), last_.by_the_scheme() < 0 ? "made" : "took",
-                  share(last_.by_the_scheme())));
+      fmt::format(
+          "every loss is accounted for where it occurs; of {} the worst residual of this run is {:.2g}, "
+          "the numerical {} {:.2g}",
+          moved ? "the greatest kinetic energy"
+                : "the kinetic energy of all blocks at 1 cm/s, which none reached,",
+          share(residual_worst_), last_.numerical_dissipation() < 0 ? "energy gain" : "dissipation",
+          share(last_.numerical_dissipation())));
   if (steps_ == Steps::scheme_1988)
     say("motion of blocks for the given terrain and contact parameters", "extrapolated",
         "the scheme of 1988: how far blocks rebound, turn and creep depends on its step and its springs "
@@ -245,13 +246,13 @@ json SummaryBuilder::of_confidence() const {
         break;
       case Taken::one_way:
         say("impulse and momentum passed to the structure", "extrapolated",
-            "blocks struck its undeformed skin as a fixed surface, their forces were put on it "
-            "(coupling.scheme = \"one-way\"): it takes them in full, and did not give way to them");
+            "blocks struck its undeformed surface as a fixed one, their forces were then applied to it "
+            "(coupling.scheme = \"one-way\"): it gets them in full and did not yield to them");
         break;
       case Taken::nothing:
         say("forces and impulses on the structure", "extrapolated",
-            "a fixed surface that nothing passes to and that does not respond (coupling.scheme = \"rigid\"); "
-            "only what blocks do to it is told");
+            "a fixed surface that does not respond (coupling.scheme = \"rigid\"); only the forces of blocks "
+            "on it are reported");
         break;
     }
     if (taken_ == Taken::nothing) return confidence;

@@ -107,9 +107,9 @@ std::vector<Key> contact_keys() {
        .min = 0},
       {.path = "interface.slip_friction",
        .type = Type::table,
-       .doc =
-           "Friction that grows with the way slid, mu(s) = friction + (most - friction) 2/pi atan(s/length), "
-           "and falls back in flight: ground that is heaped up before a block. A way belongs to a block.",
+       .doc = "Friction that grows with the sliding distance s, mu(s) = friction + (most - friction) 2/pi "
+              "atan(s/length), and falls back in flight: ground that piles up before a block. Each block has "
+              "its own s.",
        .source = "Leine et al. 2014"},
       {.path = "interface.slip_friction.most",
        .type = Type::friction,
@@ -119,7 +119,7 @@ std::vector<Key> contact_keys() {
       {.path = "interface.slip_friction.length",
        .type = Type::quantity,
        .dimension = length,
-       .doc = "Way slid after which it has grown by half.",
+       .doc = "Sliding distance at which friction has grown by half of the difference.",
        .required = "always in interface.slip_friction",
        .min = 0,
        .above = true},
@@ -127,7 +127,7 @@ std::vector<Key> contact_keys() {
        .type = Type::quantity,
        .dimension = rate,
        .fallback = "0 1/s",
-       .doc = "Rate at which the way is forgotten out of contact: ds/dt = -recovery s.",
+       .doc = "Rate at which the sliding distance decays out of contact: ds/dt = -recovery s.",
        .min = 0},
       {.path = "interface.vegetation",
        .type = Type::table,
@@ -266,8 +266,8 @@ std::vector<Key> contact_keys() {
        .type = Type::quantity,
        .dimension = pressure,
        .fallback = "0 Pa",
-       .doc = "With crushing: resistance of the ground in the way of what slides in it, over the area in the "
-              "way.",
+       .doc = "With crushing: resistance of the ground to a block that slides in it, over depth times the "
+              "root of the contact area.",
        .min = 0},
       {.path = "interface.contact_law.ploughing_density",
        .type = Type::quantity,

@@ -18,7 +18,7 @@ std::vector<Key> ensemble_keys() {
        .required = "unless file is given"},
       {.path = "line.file",
        .type = Type::path,
-       .doc = "GeoJSON with lines in map coordinates, in place of points; `site.origin` is taken off.",
+       .doc = "GeoJSON with lines in map coordinates, in place of points; `site.origin` is subtracted.",
        .required = "unless points are given"},
 
       {.path = "ensemble",
@@ -43,7 +43,7 @@ std::vector<Key> ensemble_keys() {
       {.path = "ensemble.precision.quantity",
        .type = Type::choice,
        .fallback = "\"energy\"",
-       .doc = "What is looked at there.",
+       .doc = "Quantity whose percentile is to be that precise.",
        .choices = {"energy", "speed", "height"}},
       {.path = "ensemble.precision.percentile",
        .type = Type::quantity,

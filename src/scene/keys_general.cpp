@@ -174,9 +174,8 @@ std::vector<Key> general_keys() {
        .type = Type::vector,
        .dimension = length,
        .fallback = "[0.0, 0.0, 0.0]",
-       .doc =
-           "Map coordinates of the scene's origin, taken off the coordinates of the terrain, the breaklines "
-           "and the polygons when they are read; a slope of site.face stays where its crest says."},
+       .doc = "Map coordinates of the scene's origin, subtracted from those of the terrain, the breaklines "
+              "and the polygons when they are read; a slope of site.face stays where its crest says."},
       {.path = "site.area",
        .type = Type::tables,
        .doc = "Parts of the terrain with a material of their own; the last that covers a place holds."},
@@ -259,7 +258,7 @@ std::vector<Key> general_keys() {
        .type = Type::choice,
        .fallback = "\"report\"",
        .doc = "`strict` fails the run (exit code 1) when a gate is broken: force, moment and impulse of both "
-              "sides of a structure's interface, the ledger's residual, energy made by the scheme, in all "
+              "sides of a structure's interface, the ledger's residual, numerical energy gain, in all "
               "and in one step; `report` only says so. Valid in every scene.",
        .choices = {"strict", "report"}},
       {.path = "coupling.exchanges_per_rise",

@@ -150,11 +150,10 @@ std::vector<Key> structure_keys() {
       {.path = "structure.refine.where",
        .type = Type::choice,
        .fallback = "\"region\"",
-       .doc =
-           "In the region, from the start; or where blocks are about to strike, found from their paths "
-           "before each blow (again before later ones elsewhere that bring a twentieth of the strongest): "
-           "cells are halved there until they are as small as asked, and end there with nodes that hang (as "
-           "long as nothing of it has cracked; a structure with supports, coupling.scheme = \"two-way\").",
+       .doc = "In the region, from the start; or where blocks are about to strike, found from their paths "
+              "before each blow (again before later ones elsewhere that bring a twentieth of the strongest): "
+              "cells are halved there until they are as small as asked, and end there in hanging nodes (as "
+              "long as nothing of it has cracked; a structure with supports, coupling.scheme = \"two-way\").",
        .choices = {"region", "impact"}},
       {.path = "structure.refine.reach",
        .type = Type::quantity,
@@ -166,7 +165,7 @@ std::vector<Key> structure_keys() {
        .type = Type::boolean,
        .fallback = "false",
        .doc = "The finer cells end at the border of the zone: cells that it cuts are halved until they are "
-              "as small as asked, nodes between cells of two sizes hang (for every kind, file meshes too). "
+              "as small as asked, with hanging nodes between two sizes (for every kind, file meshes too). "
               "false: the mesh's planes crowd in the zone and go on along each axis to the far side."},
       {.path = "structure.support",
        .type = Type::supports,
@@ -321,8 +320,8 @@ std::vector<Key> structure_keys() {
        .type = Type::choice,
        .fallback = "\"auto\"",
        .doc = "Time integration; auto takes the cheapest that is accurate. While blocks are at it: explicit "
-              "sub-steps, or condensed long steps (auto: where nothing grows, no blow comes and all that "
-              "touches it rests; implicit, modal: also where blocks move at it; explicit: never).",
+              "sub-steps, or condensed long steps (auto: where no damage grows, no block is about to strike "
+              "and all blocks at it rest; implicit, modal: also where blocks move at it; explicit: never).",
        .choices = {"auto", "explicit", "implicit", "modal"}},
       {.path = "structure.critical_step_fraction",
        .type = Type::quantity,

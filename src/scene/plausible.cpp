@@ -190,7 +190,7 @@ void warn_of_bars_through_stirrups(const std::vector<View>& rules) {
     }
 }
 
-/// Angles without a unit: a whole number is hardly one of radians; of others the plan tells the degrees.
+/// Angles without a unit: a whole number is hardly one of radians; of others the plan states the degrees.
 void warn_of_bare_angles(const Node& table, const std::string& path, const Reading& in) {
   for (const Node::Entry& entry : table.entries) {
     const std::string below = path.empty() ? entry.key : path + "." + entry.key;

@@ -78,9 +78,9 @@ void check_scheme(const Simulation& s, const Coupling& c, const View& view) {
   if (s.method == Simulation::Method::dda1988 && view.has("scheme") && c.scheme == Coupling::Scheme::two_way)
     view.problem("scheme",
                  "method \"dda-1988\" does not couple both ways: its blocks strike a structure's undeformed "
-                 "skin as a fixed surface",
-                 "take scheme = \"one-way\" (the structure feels their forces; what is taken if you leave "
-                 "scheme out), \"rigid\", or method \"talus\"");
+                 "surface as a fixed one",
+                 "take scheme = \"one-way\" (the structure gets their forces; the default with this "
+                 "method), \"rigid\", or method \"talus\"");
 }
 
 void read_coupling_and_output(Reading& in, const View& root) {

@@ -61,7 +61,8 @@ void read_materials(Reading& in, const View& root) {
   for (const View& view : root.tables("material")) {
     Material m;
     m.name = in.name(view, "name", "", taken);
-    m.f_cm = view.has("f_cm") && !view.get("f_cm") ? 30e6 : view.number("f_cm");  // a bad one is told of once
+    m.f_cm =
+        view.has("f_cm") && !view.get("f_cm") ? 30e6 : view.number("f_cm");  // a bad one is reported once
     m.density = view.has("density") && !view.get("density")
                     ? 2500
                     : view.maybe("density").value_or(m.f_cm > 0 ? 2450 : 0);

@@ -279,7 +279,7 @@ std::vector<Entry> read_entries(Reading& in, const View& root) {
 }
 
 /// The entry that holds for a pair: exact before one "*" before two. Two one-star entries that differ are a
-/// contradiction; two of the same pair were told of.
+/// contradiction; two of the same pair were reported.
 const Entry* match(const std::vector<Entry>& entries, const std::string& a, const std::string& b,
                    bool& contradiction) {
   contradiction = false;
@@ -323,7 +323,7 @@ Needs needed_pairs(const Scene& scene) {
   for (const StructureSpec& s : scene.structures) bodies.push_back({s.material, false, true});
   Needs needs;
   const auto pair = [](int a, int b) { return std::pair(std::min(a, b), std::max(a, b)); };
-  // Many blocks share few materials: one look per material, and the count tells whether a material can meet
+  // Many blocks share few materials: one look per material, and the count shows whether a material can meet
   // itself.
   std::map<std::pair<int, bool>, int> count;
   for (const Body& b : bodies) ++count[{b.material, b.moves}];

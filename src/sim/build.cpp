@@ -94,7 +94,7 @@ std::unique_ptr<World> Builder::build() {
                                  [](const coupling::StructurePart& part) { return part.stepped(); });
   if (steps)
     settings.longest_stretch =
-        std::max(settings.longest_stretch, s.output.history_interval);  // there rows end stretches
+        std::max(settings.longest_stretch, s.output.history_interval);  // there rows end macro steps
   sort_blocks();
   world_->system = std::make_unique<coupling::CoupledSystem>(std::move(model_), std::move(state_),
                                                              std::move(env_), settings);

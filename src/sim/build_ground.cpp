@@ -134,9 +134,10 @@ void Builder::check_buried(std::size_t i) {
           fmt::format(
               "its centroid lies {:.6g} m below the terrain, which is solid and stands at z = {:.6g} there",
               above - c.z(), above),
-          fmt::format("raise it to about z = {:.6g}, and from there by what talus check tells; or set "
-                      "site.two_sided for a sheet that has nothing below",
-                      above + model_.blocks[i].shape->radius));
+          fmt::format(
+              "raise it to about z = {:.6g}, then correct it by the height that talus check reports; or set "
+              "site.two_sided for a sheet that has nothing below",
+              above + model_.blocks[i].shape->radius));
 }
 
 void Builder::check_ground() {

@@ -149,7 +149,7 @@ void Builder::warn_of_no_strikes(const StructureSpec& spec) {
                  .file = {},
                  .key = fmt::format("structure.{}.refine", spec.name),
                  .value = "where = \"impact\"",
-                 .rule = "has no effect: with this coupling.scheme blocks strike a skin that stays as it is",
+                 .rule = "has no effect: with this coupling.scheme blocks strike the undeformed surface",
                  .remedy = "take scheme \"two-way\", or refine in a region"}});
 }
 
@@ -273,14 +273,15 @@ void Builder::warn_of_sudden_weight() {
     p.key = fmt::format("structure.{}.preload", specs[q].name);
     p.value = "none";
     p.rule = fmt::format(
-        "no preload covers both it and what holds it ({}): its weight comes onto them at once at t = 0, they "
-        "swing about where they would stand, by up to twice the weight, and reactions, forces, drift and "
+        "no preload covers both it and what holds it ({}): its weight acts on them at once at t = 0, they "
+        "oscillate about their position at rest with up to twice the weight, and reactions, forces, drift "
+        "and "
         "damage include that",
         under);
     p.remedy =
-        "let them come to rest in a run of its own without blocks, with damping_ratio in the interface "
-        "between them, and start from its results.h5 (simulation.initial_state); or look at a run without "
-        "blocks for what is the weight's";
+        "let them come to rest in a separate run without blocks, with damping_ratio in the interface "
+        "between them, and start from its results.h5 (simulation.initial_state); or subtract the figures of "
+        "a run without blocks";
     world_->scene.warnings.push_back(std::move(p));
   }
 }

@@ -74,7 +74,7 @@ class Builder {
   /// The nearest point of the structure is followed, but not one of another place altogether.
   void warn_of_no_strikes(const StructureSpec& spec);
   void check_probes(const StructureSpec& spec, const Box3& bounds);
-  /// Structures with a law between their materials may touch: nodes of the finer skin against faces of the
+  /// Structures with a law between their materials may touch: nodes of the finer surface against faces of the
   /// coarser one.
   void pair_structures();
   void pair_grounds();

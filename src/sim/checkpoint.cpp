@@ -178,7 +178,7 @@ Checkpoint Simulation::save() const {
     const coupling::StructurePart& part = w.system->environment().structures[q];
     if (!part.stepped()) continue;
     part.structure->save(c.numbers[fmt::format("structure{}", q)]);
-    // An index that lags behind its skin decides what is near until something comes near: it is history.
+    // An index that lags behind its surface decides what is near until something comes near: it is history.
     Writer index(c.numbers[fmt::format("index{}", q)]);
     if (part.lagging_index)
       for (const Vec3& x : part.index->surface().vertices) index(x);
@@ -340,7 +340,7 @@ void Simulation::restore(const Checkpoint& c) {
     coupling::StructurePart& part = structures[q];
     if (!part.stepped()) continue;
     part.structure->restore(numbers(fmt::format("structure{}", q)));
-    if (part.fixed_surface) continue;  // blocks strike its undeformed skin
+    if (part.fixed_surface) continue;  // blocks strike its undeformed surface
     TriangleSurface skin = part.structure->surface();
     const std::vector<double>& lagging = numbers(fmt::format("index{}", q));
     part.lagging_index = !lagging.empty();

@@ -67,8 +67,8 @@ struct LedgerRow {
   }
   double step_dependence = 0;  // part of `algorithmic` that is no loss: what energies of structures in
                                // explicit steps read lower by for the length of their steps
-  /// What the time integration took (> 0) or made (< 0) [J].
-  double by_the_scheme() const { return algorithmic - step_dependence; }
+  /// Numerical dissipation (> 0) or numerical energy gain (< 0) of the time integration and of contact [J].
+  double numerical_dissipation() const { return algorithmic - step_dependence; }
   Vec3 linear_momentum = Vec3::Zero(), angular_momentum = Vec3::Zero();
 };
 

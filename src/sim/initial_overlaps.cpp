@@ -18,7 +18,7 @@ constexpr double touching = 1e-9;  // overlap over the block's size that is none
 /// To the next millimetre, so that what is read off is enough.
 double round_up(double x) { return std::ceil(1e3 * x + 1e-6) / 1e3; }
 
-/// How far the face of a structure's skin that a touch lies on has moved from where the scene has it [m].
+/// How far the face of a structure's surface that a touch lies on has moved from where the scene has it [m].
 double displaced(const World& world, int structure, int triangle) {
   const std::vector<double>& moved = world.displaced[static_cast<std::size_t>(structure)];
   if (moved.empty()) return 0;
@@ -39,7 +39,7 @@ double raise_of(const coupling::Touch& t) {
   return t.at.normal.z() > steepest ? (t.offset - t.at.gap) / t.at.normal.z() : 0.0;
 }
 
-/// Blocks that one structure's skin has moved into.
+/// Blocks that one structure's surface has moved into.
 struct MovedInto {
   int blocks = 0;
   double deepest = 0;  // [m]
@@ -149,7 +149,7 @@ std::vector<Problem> initial_overlaps(World& world, const coupling::KnownPairs& 
   for (std::size_t q = 0; q < moved_into.size(); ++q)
     if (const MovedInto& m = moved_into[q]; m.blocks > 0)
       world.report(fmt::format(
-          "structure {}: {} moved its skin into {} by up to {:.3g} m; they touch at the start",
+          "structure {}: {} moved its surface into {} by up to {:.3g} m; they touch at the start",
           world.scene.structures[q].name, known ? "the run before" : "gravity preload",
           m.blocks == 1 ? "block " + m.first : fmt::format("{} blocks, {} among them,", m.blocks, m.first),
           m.deepest));

@@ -98,7 +98,7 @@ std::string time_line(const World& w) {
   if (!w.paper && moving > few && largest > unlike * smallest)
     return fmt::format(
         "CPU time: unknown. The volumes of the {} blocks that move lie between {:.2g} and {:.2g} m^3: how "
-        "long it takes to solve the contacts of slivers among blocks cannot be told before.",
+        "long it takes to solve the contacts of slivers among blocks cannot be predicted.",
         moving, smallest, largest);
   const TimeBound bound = time_bound(w);
   if (bound.most < 1.5) return "CPU time: about a second or less.";
@@ -206,8 +206,8 @@ std::string start_line(const World& w) {
     if (std::isfinite(height)) start.add(height);
   }
   if (!(start.least <= start.most)) return "";
-  return fmt::format("Start: {} m above the ground, plumb under the lowest corner.{}", start.text(3, 1e-6),
-                     dip_line(w));
+  return fmt::format("Start: {} m above the ground, vertically below the lowest corner.{}",
+                     start.text(3, 1e-6), dip_line(w));
 }
 
 std::string mass_text(double mass) {
@@ -306,7 +306,7 @@ Problem warning_at(const scene::Scene& scene, const std::string& key) {
 }  // namespace
 
 std::vector<Problem> Simulation::warnings() const {
-  constexpr double day = 86400, impact = 0.5;  // [s]: a blow and its first swing
+  constexpr double day = 86400, impact = 0.5;  // [s]: an impact and the first oscillation after it
   const World& w = *world_;
   std::vector<Problem> found = w.scene.warnings;
   const auto& parts = w.system->environment().structures;
@@ -374,10 +374,10 @@ std::vector<std::string> Simulation::plan() const {
     if (!s.structures.empty())
       lines.push_back(
           s.coupling.scheme == scene::Coupling::Scheme::one_way
-              ? "Method dda-1988: structures do not give way to blocks (scheme one-way): their undeformed "
-                "skin is a fixed surface, its contact forces are put on them in each step."
-              : "Method dda-1988: structures are fixed surfaces (scheme rigid): what blocks do to them is "
-                "told, they do not respond.");
+              ? "Method dda-1988: structures do not react on blocks (scheme one-way): their undeformed "
+                "surface is fixed, its contact forces act on them in each step."
+              : "Method dda-1988: structures are fixed surfaces (scheme rigid): impacts on them are "
+                "reported, they do not respond.");
     for (const std::string& line : w.paper->scheme.plan(model, s.laws)) lines.push_back(line);
   } else if (s.simulation.step) {
     lines.push_back(
@@ -411,8 +411,8 @@ std::vector<std::string> Simulation::plan() const {
           "Structure {}: {} elements, {} degrees of freedom{}.", s.structures[i].name, st.elements(),
           st.dofs(),
           env.structures[i].one_way
-              ? "; blocks strike its undeformed skin as a fixed surface, their loads are put on it afterwards"
-          : env.structures[i].fixed_surface ? "; its skin is a fixed surface, it is not stepped"
+              ? "; blocks strike its undeformed surface as a fixed one, their loads act on it afterwards"
+          : env.structures[i].fixed_surface ? "; it is a fixed surface and not stepped"
                                             : ""));
       std::string text = st.plan();
       std::size_t from = 0;

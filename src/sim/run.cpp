@@ -1,5 +1,5 @@
-// The run: the world advances stretch by stretch, rows are read off the steps that they fall into, the sink
-// is told.
+// The run: the world advances by macro steps, rows are interpolated in the steps that they fall into and
+// passed to the sink.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -117,7 +117,7 @@ class Telling {
 
   void progress() { sink_.progress(w_.time(), w_.scene.simulation.duration, counters(), residual_); }
 
-  /// Everything of an instant that nothing has been told of yet: where a run failed is what one wants to see.
+  /// Everything of an instant that has not been recorded yet: where a run failed is what one wants to see.
   void failure() {
     contacts();
     if (w_.time() <= last_row_) return;
@@ -188,7 +188,7 @@ RunResult Simulation::run(Sink& sink, const std::atomic<int>* stop) {
   }
   const int checkpoint_steps = s.output.checkpoint_steps > 0 ? s.output.checkpoint_steps : 200;
   long since_checkpoint = 0;
-  std::vector<double> rows;  // that the next stretch may reach
+  std::vector<double> rows;  // that the next macro step may reach
   try {
     while (duration - w.time() > 1e-12 * duration) {
       const double end = w.rows_end_steps() ? std::min(histories.next(), fields.next()) : duration;
@@ -245,9 +245,9 @@ RunResult Simulation::run(Sink& sink, const std::atomic<int>* stop) {
   if (s.coupling.strict && result.exit_code == 0) {
     const LedgerRow ledger = w.ledger(w.now());
     const double scale = w.energy_peak > 0 ? 1 / energy_scale(w) : 0;
-    result.message =
-        audit_failure(result.audit, scale * std::abs(ledger.residual),
-                      scale * std::max(0.0, -ledger.by_the_scheme()), scale * result.counters.worst_gain);
+    result.message = audit_failure(result.audit, scale * std::abs(ledger.residual),
+                                   scale * std::max(0.0, -ledger.numerical_dissipation()),
+                                   scale * result.counters.worst_gain);
     if (!result.message.empty()) result.exit_code = 1;
   }
   return result;

@@ -1,4 +1,4 @@
-/// What worlds of variants of one scene have in common: the terrain, its search tree, the skins of rigid
+/// What worlds of variants of one scene have in common: the terrain, its search tree, the surfaces of rigid
 /// structures. Read once, never changed after.
 #pragma once
 #include <map>

@@ -42,7 +42,7 @@ class Sink {
   virtual void extend(std::span<const RunHeader::BlockInfo>) {}
   virtual void warning(const std::string& /*text*/) {}
   virtual void checkpoint(const Checkpoint&) {}
-  /// After every stretch: t, duration, statistics, relative energy residual.
+  /// After every macro step: t, duration, statistics, relative energy residual.
   virtual void progress(double /*time*/, double /*duration*/, const RunCounters&, double /*residual*/) {}
 };
 
@@ -95,7 +95,7 @@ class Simulation {
   std::vector<std::string> departed() const;
 
   World& world();
-  /// In the order of the scene; null where the skin is a fixed surface.
+  /// In the order of the scene; null where the surface is fixed.
   std::vector<Structure*> structures();
 
  private:

@@ -15,7 +15,7 @@ constexpr double least_share = 0.05;  // of the strongest blow so far: weaker on
 constexpr double reach_of_size =
     0.5;  // how far around the first contact cells are halved, of the block's size, unless the scene says
 
-/// Springs that a block presses at the structure's skin, or that another structure does, are kept by nodes
+/// Springs that a block presses at the structure's surface, or that another structure does, are kept by nodes
 /// that would be others: no cell is halved as long as there are any.
 bool pressed(const coupling::SystemState& state, int q) {
   const std::uint64_t partner = coupling::Partner{coupling::Partner::Kind::structure, q}.id();

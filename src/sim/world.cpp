@@ -116,8 +116,8 @@ Moment World::paper_now() const {
 }
 
 /// Steps of equal length on the run's own clock, up to the first whose end reaches a row, or for as long as a
-/// stretch; structures of scheme "one-way" take the forces of each step. While nothing touches them they stay
-/// behind, at the system's time.
+/// macro step; structures of scheme "one-way" take the forces of each step. While nothing touches them they
+/// stay behind, at the system's time.
 bool World::advance_paper(double end, std::span<const double> rows, const std::atomic<int>* stop) {
   PaperScheme& p = *paper;
   const double dt = paper_step(scene), from = p.time, same = 1e-9 * dt;

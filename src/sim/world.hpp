@@ -48,21 +48,22 @@ class World {
   std::vector<char> told_unsupported;          // per structure; empty: none
   std::vector<std::string> notes;              // what was left out and why
   Report report;
-  /// Is told of every step of method dda-1988 with the time and the blocks before it; empty: nobody.
+  /// Gets every step of method dda-1988 with the time and the blocks before it; empty: nobody.
   std::function<void(double from, const dda::State& before)> watch_paper;
   double energy_start = 0;  // [J]
-  double energy_peak = 0;  // largest kinetic energy at the ends of stretches so far, the residual's scale [J]
+  double energy_peak =
+      0;  // largest kinetic energy at the ends of macro steps so far, the residual's scale [J]
   bool built_energy = false;
   bool restored = false;  // goes on from a checkpoint: what is due at its time has been recorded
 
   double time() const { return paper ? paper->time : system->state().time; }
-  /// Advances by one stretch of the system or some steps of dda-1988, to `end` at the latest and then
+  /// Advances by one macro step of the system or some steps of dda-1988, to `end` at the latest and then
   /// exactly; false if `stop` became non-zero before. `rows`: ascending times that rows are wanted at; the
   /// motion does not depend on them, unless a structure takes steps (rows_end_steps).
   bool advance(double end, std::span<const double> rows, const std::atomic<int>* stop = nullptr);
   /// Longest time that advance() goes on for [s].
   double longest_advance() const;
-  /// True if rows can be taken at the ends of stretches alone: a structure takes steps, whose histories are
+  /// True if rows can be taken at the ends of macro steps alone: a structure takes steps, whose histories are
   /// those of its own state.
   bool rows_end_steps() const;
   /// Now, or at one of the rows of the last advance().
@@ -86,7 +87,7 @@ class World {
     double energy = 0;  // of the block [J]
   };
   std::vector<StruckPlace> struck;
-  /// Gives structure `q` the finer cells of its struck places, with all that it is the skin of.
+  /// Gives structure `q` the finer cells of its struck places, with all that it is the surface of.
   bool refine_structure(int q);
 
   // Results list blocks as the scene does, then fragments; the system has those of the scene in the order of
@@ -111,8 +112,8 @@ class World {
 };
 
 /// Blocks that overlap something at the present state, one problem each. What overlaps a structure by no more
-/// than its skin has moved from where the scene has it touches it (method talus). `known`: pairs that stand
-/// to each other as a run has left them.
+/// than its surface has moved from where the scene has it touches it (method talus). `known`: pairs that
+/// stand to each other as a run has left them.
 std::vector<Problem> initial_overlaps(World&, const coupling::KnownPairs& known = {});
 /// How far up a block at this pose has to be moved until it overlaps no plane, terrain or fixed block that
 /// would bear it [m].

@@ -222,7 +222,7 @@ Copied pendulum_scene() {
   const double from = 30 * deg,
                period = 4 * std::sqrt(5.0 / 12 / (0.5 * g)) * std::comp_ellint_1(std::sin(from / 2));
   Copied c{.id = "pendulum",
-           .title = "swings on fixed points",
+           .title = "pendulum on fixed points",
            .source = "elliptic integral",
            .duration = 0.75 * period,
            .pitch = Vec3(0, 1.02, 0)};

@@ -74,10 +74,10 @@ void strike(CaseRun& c, const Shape& shape, double stiffness, double pressure, d
   double depth = 0, algorithmic = 0;
   for (const sim::HistoryRow& r : o.rows) {
     depth = std::max(depth, shape.height - r.position[0].z());
-    algorithmic = std::max(algorithmic, std::abs(r.ledger.by_the_scheme()));
+    algorithmic = std::max(algorithmic, std::abs(r.ledger.numerical_dissipation()));
   }
   c.relative(title + "greatest depth [m]", "energy over the area across the motion", deepest, depth, allowed);
-  c.absolute(title + "energy booked as algorithmic, over that of the impact", "ledger", 0,
+  c.absolute(title + "numerical energy error over the energy of the impact", "ledger", 0,
              algorithmic / energy, 0.005);
   if (crushes)
     c.relative(title + "energy crushed [J]", "what does not come back", energy - o.last().ledger.kinetic,

@@ -365,7 +365,7 @@ std::vector<Case> invariant_cases() {
           {suite, "G3", "friction that changes on the way", coulomb, true, friction_that_changes},
           {suite, "G4", "momenta of a free cluster", "Newton", true, free_cluster},
           {suite, "G5", "a pile on a smooth floor keeps its speed", "Newton", true, smooth_floor},
-          {suite, "G6", "an elastic heap makes no energy", "energy", true, elastic_heap},
+          {suite, "G6", "an elastic pile gains no energy", "energy", true, elastic_heap},
           {suite, "G7", "drilling resistance stops a spin", coulomb, true, drilling},
           {suite, "G9", "boxes that tumble, in any frame", "Newton", true, frames},
           {suite, "G10", "a pebble of 0.1 mm anywhere", coulomb, true, pebble},

@@ -56,8 +56,8 @@ void judge(CaseRun& c, const Stress& q, const Method& m) {
   for (const auto& b : header.blocks)  // at rest: a thousandth of the size in height, of all blocks, since
                                        // the projection of drift may move each by 5e-10 of its size
     if (!b.fixed) most += b.mass * 9.81 * 1e-3 * q.size;
-  // Contacts and energy are met at the ends of steps; rows within them come as near as the accuracy. What the
-  // rows at ends of macro steps show is told.
+  // Contacts and energy are met at the ends of steps; rows within them come as near as the accuracy. The
+  // rows at ends of macro steps are judged.
   const double macro = o.simulation->world().system->longest_stretch();
   const auto ends_step = [&](std::size_t i) {
     return m.kind == Method::Kind::paper || i + 1 == o.rows.size() ||
@@ -378,7 +378,7 @@ std::vector<Stress> scenes() {
   add("E29", "arch of seven, too thin: it falls", [](const M& m) {
     return arch_text(m, 7, 0.05, 0.7, 0.5);
   }).size = 0.05;
-  add("E30", "heap of eight dodecahedra", [=](const M& m) {
+  add("E30", "pile of eight dodecahedra", [=](const M& m) {
     SceneText s = start(m, 1, 0.5);
     s.plane(up).plane(Vec3(1, 0, 0.5), Vec3(-1, 0, 0)).plane(Vec3(-1, 0, 0.5), Vec3(1, 0, 0));
     std::string list;
@@ -429,7 +429,7 @@ std::vector<Stress> scenes() {
     }
     return s.plane(up).str();
   };
-  auto& permuted = add("E53", "heap of twenty cubes", [=](const M& m) { return heap(m, 1); });
+  auto& permuted = add("E53", "pile of twenty cubes", [=](const M& m) { return heap(m, 1); });
   permuted.size = 0.5;
   permuted.more = [=](CaseRun& c, const Outcome& o) {
     const Outcome other = run_scene(heap(M::by_accuracy(1e-3), 7));
@@ -440,7 +440,7 @@ std::vector<Stress> scenes() {
              other.last().orientation[i] == o.last().orientation[n] &&
              other.last().velocity[i] == o.last().velocity[n];
     }
-    c.holds("heap of twenty cubes: the same bits when listed in another order", "same bits", same);
+    c.holds("pile of twenty cubes: the same bits when listed in another order", "same bits", same);
   };
   const auto heavy = [&](const std::string& id, const std::string& title, double size,
                          const std::function<std::string(const M&)>& text) -> Stress& {

@@ -76,14 +76,14 @@ void judge_interface(CaseRun& c, const Outcome& o, const std::string& title, dou
   for (const sim::HistoryRow& r : o.rows) {
     energy = std::max(energy, r.ledger.kinetic);
     worst = std::max(worst, std::abs(r.ledger.residual));
-    made = std::max(made, -r.ledger.by_the_scheme());
-    taken = std::max(taken, r.ledger.by_the_scheme());
+    made = std::max(made, -r.ledger.numerical_dissipation());
+    taken = std::max(taken, r.ledger.numerical_dissipation());
   }
   c.absolute(title + ": energy residual over the energy of the impact", "first law", 0, worst / energy,
              residual);
-  c.absolute(title + ": made by the scheme over the energy of the impact", "first law", 0, made / energy,
+  c.absolute(title + ": numerical energy gain over the energy of the impact", "first law", 0, made / energy,
              residual);
-  c.absolute(title + ": taken by the scheme over the energy of the impact", "first law", 0, taken / energy,
+  c.absolute(title + ": numerical dissipation over the energy of the impact", "first law", 0, taken / energy,
              residual)
       .judged = taken_judged;
 }

@@ -37,7 +37,7 @@ double window_mean(const std::vector<ContactSample>& samples, const Vec3& direct
 
 /// What holds after every run with a structure: forces and moments in balance to 1e-12, the impulse on the
 /// structure is the momentum the blocks lost to 1e-9 (without gravity and other partners), works on both
-/// sides as booked, ledger closed to `residual` of the energy of the impact.
+/// sides as recorded, ledger closed to `residual` of the energy of the impact.
 void judge_interface(CaseRun& c, const Outcome& o, const std::string& title, double residual,
                      bool taken_judged = true);
 

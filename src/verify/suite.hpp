@@ -130,7 +130,7 @@ struct Report {
   std::vector<CurvePoint> curves;
   bool passed() const;
 };
-/// `suite` empty: all. `progress` is told every result as it comes.
+/// `suite` empty: all. `progress` gets every result as it comes.
 Report run_suites(const std::string& suite, bool quick,
                   const std::function<void(const CaseResult&)>& progress = {}, const std::string& only = {});
 

@@ -119,7 +119,7 @@ expect("half of critical damping", check(base + column % ("6", "1 m") + "damping
 expect("sand grain", check(base.replace('"1 m"', '"1 um"')), 0, "smaller than a cubic millimetre")
 expect("map height", check(base, "--set", "block.B.position=[80, 80, 2400]"), 0, "starts 2379 m above the terrain under it (z = 21)")
 # A box of 1 m: its corner at x = 80.5, z = 39.5 stands over ground at z = 21.125.
-expect("height at the start", check(base.replace('"sphere"\ndiameter = "1 m"', '"box"\nsize = [1, 1, 1]')), 0, "Start: 18.4 m above the ground, plumb under the lowest corner. The ground under them dips by")
+expect("height at the start", check(base.replace('"sphere"\ndiameter = "1 m"', '"box"\nsize = [1, 1, 1]')), 0, "Start: 18.4 m above the ground, vertically below the lowest corner. The ground under them dips by")
 expect("no friction", check(base.replace("friction = 0.6\n", "")), 2, "add friction = ...; Friction: an angle with a unit", absent=["(a coefficient"])
 expect("in the ground", check(base, "--set", "block.B.position=[80, 80, 21.3]"), 2, "raise it by 0.201 m or more, to z = 21.501")
 expect("out of the ground", check(base, "--set", "block.B.position=[80, 80, 21.501]"), 0, "No problems found")

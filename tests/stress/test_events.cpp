@@ -48,7 +48,7 @@ TEST(Events, LedgerClosesWhereRowsContradictEachOther) {
 }
 
 /// Onsets in islands too large for events: what the impacts take and the height that blocks keep are one
-/// account, the scheme makes nothing.
+/// account: no numerical energy gain.
 TEST(Events, OnsetsOfAHeapMakeNoEnergy) {
   SceneText text(verify::Method::by_accuracy(1e-3), 0.2);
   text.history(0.01)

@@ -1,5 +1,5 @@
-// The drift of closed hard contacts led back to gap >= 0 and that of fixed points to their places, its energy
-// booked.
+// Drift correction: closed hard contacts to gap >= 0 and fixed points to their places, its energy accounted
+// for.
 #include "coupling/drift/drift_correction.hpp"
 
 #include <algorithm>
@@ -44,7 +44,7 @@ std::vector<Vec3> DriftCorrection::moments_of_way() {
 
 std::map<std::pair<std::uint64_t, int>, double> DriftCorrection::deepest_by_motion() const {
   constexpr double known_before =
-      0.05;  // of the block size: what earlier projections of jammed blocks may have left
+      0.05;  // of the block size: what earlier projections of over-constrained blocks may have left
   std::map<std::pair<std::uint64_t, int>, double> bounds;
   for (const CandidatePair& pair : in_.island->pairs) {
     if (pair.a.kind != Partner::Kind::block) continue;
@@ -69,7 +69,7 @@ double DriftCorrection::correct(double h) {
   const double tolerance = std::max(0.5 * contact::tolerances().drift * thinnest, 5e-16 * far);
   const std::map<std::pair<std::uint64_t, int>, double> deepest_of = deepest_by_motion();
   // Of pieces with hollows a feature can look as deep as the piece is wide, though the two have hardly moved:
-  // led back along it, they would fly into others.
+  // corrected along it, they would fly into others.
   const auto believed = [&](const Touch& t) {
     if (t.stiffness > 0 || in_.deformable_structure(t)) return false;
     const auto bound = deepest_of.find({t.a.id(), t.b});
@@ -95,7 +95,7 @@ double DriftCorrection::correct(double h) {
   search_.find(h);
   search_.keep_late_overlaps();
   double deepest = deepest_touch(), drifted = farthest_point();
-  // Sub-steps at a structure drift by a ten-millionth of a block each: led back once it shows, to a tenth of
+  // Sub-steps at a structure drift by a ten-millionth of a block each: corrected once it shows, to a tenth of
   // that.
   const double shows = in_.leapfrog() ? std::max(tolerance, contact::tolerances().drift_at_structures *
                                                                 in_.settings.accuracy * 0.5 * thinnest)
@@ -104,7 +104,7 @@ double DriftCorrection::correct(double h) {
   const double left = in_.leapfrog() ? std::max(tolerance, 0.1 * shows)
                       : in_.large()  ? std::max(tolerance, 1e-8 * thinnest)
                                      : tolerance;
-  // What is led back by d turns rows by d / L: they are no closer than that to the blocks' own gaps. Of a
+  // A correction by d turns normals by d / L: they are no closer than that to the blocks' own gaps. Of a
   // time-stepped island a pass that comes as close saves one, and its search of rows; and only what is as
   // near as a column of blocks could move becomes a row.
   const auto closeness = [&] {
@@ -123,8 +123,8 @@ double DriftCorrection::correct(double h) {
   std::vector<char> taken;                    // per touch
   std::vector<double> fall, turning;          // energies that the motion takes, per body [J]
   double least = std::max(deepest, drifted);  // so far
-  int fruitless = 0;  // passes in a row that did not halve it, those without a solution twice: what is jammed
-                      // stays in each other
+  int fruitless = 0;  // passes in a row that did not halve it, those without a solution twice:
+                      // over-constrained bodies stay in each other
   for (int pass = 0; pass < 24 && (pass == 0 || std::max(deepest, drifted) > left) && fruitless < 4; ++pass) {
     ++report_.counters.projections;
     begin_step(in_, step_, 0, true);

@@ -1,4 +1,4 @@
-/// The drift of closed hard contacts led back to gap >= 0 and that of fixed points to their places (theory:
+/// Drift correction: closed hard contacts to gap >= 0 and fixed points to their places (theory:
 /// docs/theory/contact.md, (4)).
 #pragma once
 #include <cstdint>

@@ -32,8 +32,7 @@ CrossingSearch::CrossingSearch(const IslandContext& in, Step& step, const Contac
     : in_(in), step_(step), search_(search), motion_(in, step, motions_of_bodies(in, step)) {}
 
 /// Hard features of a pair that are in each other at the end of the step, deeper than is left to the
-/// projection, and no rows of it. Each is told once in a step: what was met before and is no row yet will be
-/// none.
+/// projection, and no rows of it. Each is returned once in a step.
 std::vector<Touch> CrossingSearch::unforeseen(std::size_t pair, std::span<const Touch> known) const {
   std::vector<Touch> found;
   find_touches(in_.model, in_.state, in_.env, in_.island->pairs[pair], 0, in_.history, found);

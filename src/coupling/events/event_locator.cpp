@@ -27,10 +27,10 @@ EventLocator::EventLocator(const IslandContext& in, Step& step, IslandReport& re
 
 double EventLocator::first_impact() const {
   // Earliest onset of a pair that is not in closed contact already, on the motion just computed. Across
-  // internal edges pairs touch without contact: as widely as contacts are told, else they would meet again
-  // and again. One in closed contact that goes far may go through the other beside its rows, and then have no
-  // contact at the end: no deeper than a part of its thickness, which drift stays far below, and springs
-  // mostly.
+  // internal edges pairs touch without contact: within the reach of the contact search, else they would meet
+  // again and again. One in closed contact that goes far may go through the other beside its rows, and then
+  // have no contact at the end: no deeper than a part of its thickness, which drift stays far below, and
+  // springs mostly.
   const StepMotion motion(in_, step_, false), way(in_, step_, true);
   double first = 2;
   std::size_t t = 0;  // touches follow the order of the pairs

@@ -366,7 +366,7 @@ void RowAssembly::fill_row(Touch& t, double h, bool first_pass) {
   t.frame = contact_frame(path.n_mid);
   contact::ProblemContact c = step_.problem.contacts[static_cast<std::size_t>(t.row)];
   Vec3 u_ref = Vec3::Zero(),
-       u_before = Vec3::Zero();  // J v_ref, and by the velocities that work is told of at the start
+       u_before = Vec3::Zero();  // J v_ref, and by the velocities at the start that work is accounted with
   // Positions at the end by theta: about the point that keeps the angular momentum, c_n + (1 - theta) (c_np -
   // c_n).
   const bool from_start = in_.leapfrog();

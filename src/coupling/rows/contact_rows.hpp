@@ -50,8 +50,8 @@ void write_jacobian(double* to, const Mat3& frame, const Vec3& arm, const Mat3& 
 
 /// Points of blocks that stay where they are: a row each after all others, of a contact that pulls and shears
 /// as much as it must (`bound` [N s]). At rest at the end of the step (h = 0: of the impulse). The
-/// trapezoid's drift is not led back by speed, whose energy a short step after a long one would make without
-/// bound, but by the projection.
+/// trapezoidal rule's drift is not corrected by speed, which would gain energy without bound where a short
+/// step follows a long one, but by the projection.
 template <class Bodies>
 void add_held_rows(contact::ContactProblem& problem, const dda::Model& model, const Bodies& bodies, double h,
                    double bound) {

@@ -22,9 +22,9 @@ contact::SolveSettings how_closely(const StepToSolve& s) {
   const double lasting = std::max(blocks_in_sub_step ? std::max(s.h, ordinary) : s.h,
                                   std::sqrt(s.length / std::max(s.gravity, 1e-12)));
   const double allowed = s.h > 0 ? 0.1 * s.accuracy * s.length / lasting / settings.velocity_scale : 0;
-  const double part = s.large && !s.small && s.h > 0
-                          ? 2
-                          : 1;  // of that: in large heaps a path spends as much again on the last half
+  const double part =
+      s.large && !s.small && s.h > 0 ? 2 : 1;  // of that: in large islands the interior-point method spends
+                                               // half of its work on the last factor of two
   const double coarse =
       std::clamp(s.accuracy / 1e-3, 1.0, 100.0);  // round-off is asked for at the finer accuracies alone
   settings.tolerance = s.small ? (s.sub_step ? 1e-9 : 1e-12) * coarse
@@ -48,15 +48,15 @@ contact::SolveSettings how_closely(const StepToSolve& s) {
   else if (s.small)
     settings.sufficient = s.provisional ? 1e-7 : 1e-10 * coarse;
   else if (blocks_in_sub_step)
-    settings.sufficient = std::max(settings.tolerance, s.accuracy);  // of a search that stalls
-  else if (s.still)  // where the sticking touches of a heap contradict each other: 1e-9 of the island's
+    settings.sufficient = std::max(settings.tolerance, s.accuracy);  // where iteration stagnates
+  else if (s.still)  // where sticking contacts of a large island are over-constrained: 1e-9 of the island's
                      // speed, or what a block at rest may move by
     settings.sufficient = std::max(1e-5, s.at_rest / settings.velocity_scale);
   else if (s.h > 0 && s.heap)
     settings.sufficient = (2 / part) * settings.tolerance;
-  // Blows that run through a large heap, and loads that shift in one that comes to rest, are solved over the
-  // next steps: where hundreds of factorisations get no farther a fiftieth of what moves is taken, of creep
-  // up to 1e-3 of the island's speed, but never a third of what moves.
+  // Impacts that propagate through a large island, and loads that shift in one that comes to rest, are solved
+  // over the next steps: where hundreds of factorisations get no farther a fiftieth of what moves is taken,
+  // of creep up to 1e-3 of the island's speed, but never a third of what moves.
   if (s.large && !s.small && s.h > 0) {
     if (s.still)
       settings.most_factorisations = 200;
@@ -92,8 +92,8 @@ bool judge(const StepToSolve& s, const contact::SolveSettings& settings, Patienc
   if (!r.converged && patience.last_resort && s.sub_step && r.residual <= 0.1 * s.accuracy) take();
   if (r.converged && !s.small && r.residual > settings.tolerance) r.tier = 'C';
   const bool certified = r.converged && !stalled;
-  // A step like any other, though it proves no rest: of a heap far less than is taken where it creeps, and
-  // what shorter steps or the convex problem would leave no smaller.
+  // A step like any other, though it proves no rest: far less than is accepted of a large island that creeps,
+  // and what shorter steps or the convex problem would leave no smaller.
   if (!r.converged && s.still && !s.small && s.h > 0 &&
       r.residual <= (s.heap ? std::max(s.accuracy, 1e-2) : s.accuracy))
     take();

@@ -7,7 +7,7 @@
 ///                                     island's
 ///
 /// What is at rest is solved as closely as a proof of rest asks: to 1e-9 of the island's speed, or where the
-/// search stalls, to 1e-6 g h, which is what a block at rest may move by.
+/// iteration stagnates, to 1e-6 g h, which is what a block at rest may move by.
 #pragma once
 #include "contact/problem.hpp"
 
@@ -21,9 +21,9 @@ struct StepToSolve {
                        // 0: they are not [m/s]
   bool provisional = false;  // its rows are made again about its solution
   bool heap = false;         // many blocks, no structure
-  bool large = false;        // of so many blocks that a path from where they nearly rest ends nowhere nearer
-  bool sub_step = false;     // explicit, at a structure
-  bool blocks = false;       // some take part
+  bool large = false;  // near rest the interior-point method does not improve a warm start of so many blocks
+  bool sub_step = false;  // explicit, at a structure
+  bool blocks = false;    // some take part
   bool sprung =
       false;  // contacts on springs among blocks, which make steps far shorter than the accuracy asks for
   double speed = 0, fastest = 0;  // that the island can have, of its blocks against their mean motion [m/s]

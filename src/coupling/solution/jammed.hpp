@@ -1,6 +1,6 @@
-/// What rows ask of a body that is jammed. A hard contact may ask for more than that nothing comes nearer:
-/// restitution asks for a rebound, a place inside a structure's skin to be led out. A body between two sides
-/// that ask so cannot leave both: no impulse is large enough, however short the step.
+/// Contact equations of over-constrained bodies. A hard contact may demand more than no approach: restitution
+/// demands a rebound, an overlap with a structure's surface its correction. A body between two sides with
+/// such demands cannot leave both: no impulse is large enough, however short the step.
 #pragma once
 #include <span>
 
@@ -17,9 +17,9 @@ void spare_jammed(std::span<const Touch> touches, double closed, double kept,
                   contact::ContactProblem& problem);
 
 /// Gap that a hard contact at a structure, now `gap`, may keep at the end of a step of length h [m]. One that
-/// is inside already (a face found late, a corner that came round) is led out at a thousandth of the speed
-/// `moving` that blocks really have there [m/s]: at once would be a blow out of nothing, and where all rests
-/// every motion asked for is one that nobody had: jammed pieces would be driven against friction for ever.
+/// is inside already (a face found late, a corner that came round) is corrected at a thousandth of the speed
+/// `moving` that blocks really have there [m/s]: faster correction would inject energy, and where all is at
+/// rest over-constrained pieces would be driven against friction for ever.
 double left_inside(double gap, double moving, double h);
 
 /// After a step of length h could not be solved: no hard row asks for motion any more, which can always be
@@ -31,10 +31,10 @@ bool ask_for_no_motion(std::span<const Touch> touches, contact::ContactProblem& 
 ///
 ///   u >= -epsilon w p,   w = n . J A^-1 J^T n   [1/kg]
 ///
-/// Among jammed bodies all impulses that balance each other solve the rows; handed on from step to step as a
-/// start they grow without bound, and what a residual leaves times these is energy. So the least ones are the
-/// solution, whatever the rows ask. In steps of h a row that bears N times a body's weight sinks at epsilon N
-/// g h.
+/// Among over-constrained bodies all impulses that balance each other solve the rows; handed on from step to
+/// step as a start they grow without bound, and what a residual leaves times these is energy. So the least
+/// ones are the solution, whatever the rows ask. In steps of h a row that bears N times a body's weight sinks
+/// at epsilon N g h.
 void give_a_little(std::span<const Touch> touches, double epsilon, contact::ContactProblem& problem);
 
 }  // namespace talus::coupling

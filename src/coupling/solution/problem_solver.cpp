@@ -18,15 +18,15 @@
 namespace talus::coupling {
 namespace {
 
-constexpr double may_sink =
-    1e-5;  // of a block: all of a large island, in a step whose solution is taken where its search stalls
+constexpr double may_sink = 1e-5;   // of a block: all of a large island, in a step whose solution is accepted
+                                    // where iteration stagnates
 constexpr double may_creep = 2e-6;  // the same of one that moves by less than 1e-3 of its speed
 constexpr double far_off =
     100;  // times the work allowed, from which on sweeps do not bring a large island near to it either
 constexpr double hopeless = 4;  // times the work allowed, from which on a large island is left as its sweeps
                                 // leave it: Newton's method got there in a tenth of all tries
 
-/// Sweeps from what solved a problem while they take a twentieth of the work unearned at a time, down to
+/// Sweeps from what solved a problem while they reduce the spurious work by a twentieth at a time, down to
 /// `most` [J], the residual within `limit` [m/s]. What is left of it in a pile at rest lies on thousands of
 /// contacts, whose regions a factorisation would have to know. The work left.
 double sweep_while_it_pays(contact::ContactSolver& solver, contact::ContactProblem& problem, double limit,
@@ -51,11 +51,11 @@ double sweep_while_it_pays(contact::ContactSolver& solver, contact::ContactProbl
   return work;
 }
 
-/// On from what solved a problem, until its contacts give no more than `most` work unearned to what moves [J]
+/// On from what solved a problem, until its contacts do no more than `most` spurious work on what moves [J]
 /// or it gets no farther: by sweeps, by Newton's method, where it is far more and no `large` island by the
-/// whole search: a path from where a large one nearly rests ends nowhere nearer, Newton's method with a
-/// strong proximal term does. `scale`: a velocity beside which the residual is so small that Newton's method
-/// goes first [m/s].
+/// whole iteration: near rest of a large one the interior-point method does not improve, Newton's method with
+/// a strong proximal term does. `scale`: a velocity beside which the residual is so small that Newton's
+/// method goes first [m/s].
 contact::SolveReport solve_closer(contact::ContactSolver& solver, contact::ContactProblem& problem,
                                   const contact::SolveSettings& settings, bool large, double scale,
                                   double most, contact::SolveReport r) {
@@ -86,9 +86,9 @@ contact::SolveReport solve_closer(contact::ContactSolver& solver, contact::Conta
   return r;
 }
 
-/// What is taken where its search stalls leaves residuals of one sign, which add up along a tower: sinking by
-/// them and lifted again, it would move by itself. Of more than `bearable` unearned work [J; `most` is what a
-/// step may have] the whole search of smaller islands solves the problem.
+/// A solution accepted where iteration stagnates has residuals of one sign, which add up along a tower: it
+/// sinks by them, is corrected, and would move by itself. Above `bearable` spurious work [J; `most` is what a
+/// step may have] the problem is solved by the whole iteration of smaller islands.
 contact::SolveReport solve_soundly(contact::ContactSolver& solver, contact::ContactProblem& problem,
                                    const contact::SolveSettings& settings, double most, double bearable) {
   if (!(settings.stalled > 0)) return solver.solve(problem, settings);
@@ -154,15 +154,15 @@ bool ProblemSolver::solve(double h, Effort effort) {
   for (const Body& b : step_.bodies)
     weight += in_.model.blocks[static_cast<std::size_t>(b.block)].mass * in_.model.gravity.norm();
   const double most =
-      in_.settings.accuracy * kinetic_energy(step_, &Body::v0);  // unearned work of a step [J]
+      in_.settings.accuracy * kinetic_energy(step_, &Body::v0);  // spurious work of a step [J]
   const auto attempt = [&] {
     contact::SolveReport r =
         solve_soundly(solver_, step_.problem, settings, most,
                       std::max(10 * most, (step_.fastest > 1e-3 * in_.scale.speed ? may_sink : may_creep) *
                                               in_.scale.length * weight));
     // In a tower residuals of one sign add up from block to block, and the projection lifts again what has
-    // sunk: gravity would drive on what hardly moves, for ever; loads that part throw it. What all contacts
-    // do unearned together is to be a small part of the motion.
+    // sunk: gravity would drive on what hardly moves, for ever; loads that part throw it. The spurious
+    // work of all contacts together is to be a small part of the motion.
     if (r.converged && !r.stalled && moves)
       r = solve_closer(solver_, step_.problem, settings, step.large, in_.scale.speed, most, r);
     work_ += static_cast<double>(step_.problem.contacts.size()) *
@@ -187,8 +187,8 @@ bool ProblemSolver::solve(double h, Effort effort) {
     settings.stalled = 0;
     settings.sufficient = step.sub_step ? std::max(1e-6, 1e-2 * in_.settings.accuracy) : 1e-6;
     for (contact::ProblemContact& c :
-         step_.problem
-             .contacts) {  // a little give: what is jammed between friction cones has no largest force
+         step_.problem.contacts) {  // small compliance: between friction cones an over-constrained body has
+                                    // no largest force
       c.compliance.array() += 1e-7 * normal_compliance(in_, step_, c);
       c.impulse.setZero();
     }

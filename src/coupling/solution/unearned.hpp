@@ -1,5 +1,4 @@
-/// What a contact problem that is solved up to a residual gives to bodies in motion that Coulomb's law has
-/// nothing of.
+/// Spurious work: what the residual of a contact problem does to bodies in motion, beyond Coulomb's law.
 ///
 ///   W = sum p_n |u_n| + max(0, p_t . u_t)   over contacts of what moves
 ///     + sum |p . u_R|                       where it meets what rests

@@ -8,8 +8,8 @@
 ///   sum [W(s d_n + h_- u_-) + W(s d_n)] / 2 = sum [W(d_n + h_- u_-) + W(d_n)] / 2 + what was held
 ///
 /// with W the work of the law, d_n the indentation at the start of the step, h_- u_- what the step before
-/// left of it. Likewise the shear springs by their elongations. What no other can take is lost, and booked so
-/// where the memory of it ends.
+/// left of it. Likewise the shear springs by their elongations. What no other can take is lost, and accounted
+/// for where the memory of it ends.
 #pragma once
 #include <functional>
 #include <span>

@@ -16,7 +16,7 @@
 /// A/k) and on (deeper, up to that), so that nothing is crushed by a name.
 ///
 /// with d the indentation, W its energy, and the offset the feature's own, or that of the nearest one alike.
-/// What d differs from the geometry is the contact's offset from then on; it is led out slowly
+/// What d differs from the geometry is the contact's offset from then on; it is corrected slowly
 /// (step/commit.cpp). What appears where nothing was held starts unloaded, however deep it is. Shear
 /// elongations go on in the new plane of contact and are shortened where they would hold more than there was.
 #pragma once

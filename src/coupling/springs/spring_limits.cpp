@@ -129,7 +129,7 @@ double spring_limit(const IslandContext& in, const Step& step, double h, bool ti
   for (const Touch& t : step.touches) {
     if (t.stiffness == 0 || !t.energetic || (in.leapfrog() && in.deformable_structure(t)))
       continue;  // there the rise of the force decides
-    // The trapezoid turns half a swing of rate w and speed V into one that is longer by pi/w (h w)^2/12,
+    // The trapezoidal rule lengthens half a period of frequency w and speed V by pi/w (h w)^2/12,
     // which leaves its end off by V times that. A quarter of what the accuracy allows is asked for, and 2 w =
     // sqrt(rate_sq).
     const double rate = t.swing_rate, allowed = 6 / std::numbers::pi * in.settings.accuracy * in.scale.length;

@@ -4,10 +4,10 @@
 
 namespace talus::coupling {
 
-/// True if the step that is searched for resolves the swing of a part of an elastic foundation, h^2 k W < 1,
-/// k its stiffness and W the inverse mass of block and skin along its normal. Along the normal its row holds
-/// it at the end of the step; what tilts it moves it at the start alone, and feeds the tilting where the step
-/// does not resolve it.
+/// True if the step that is searched for resolves the oscillation of a part of an elastic foundation, h^2 k W
+/// < 1, k its stiffness and W the inverse mass of block and skin along its normal. Along the normal its row
+/// holds it at the end of the step; what tilts it moves it at the start alone, and feeds the tilting where
+/// the step does not resolve it.
 bool part_resolved(const IslandContext& in, const Step& step, const Touch& t);
 
 /// A block at a structure: its force rises within a quarter of the period of the block on all its springs, in

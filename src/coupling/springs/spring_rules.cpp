@@ -166,8 +166,8 @@ void estimate_spring_frequencies(const IslandContext& in, Step& step) {
       loaded_rate_sq[i] = inertia > 0 ? loaded_rate_sq[i] / inertia : 0;
     }
   }
-  /// Whether a bond that would bear its load at rest may give way as it swings about that: the spring's
-  /// greatest pull is of the amplitude, however small that is against the accuracy of places.
+  /// Whether a bond that would bear its load at rest may break as it oscillates about that: the spring's
+  /// greatest pull follows from the amplitude, however small that is beside the accuracy of positions.
   const auto swings_to_break = [&](const Touch& t, int a, int b, const Vec3& acceleration) {
     if (!t.pulls()) return false;
     double rate_sq = loaded_rate_sq[static_cast<std::size_t>(b)];
@@ -206,7 +206,7 @@ void estimate_spring_frequencies(const IslandContext& in, Step& step) {
       t.energetic = t.swing_speed > slow.quiet;
     }
     t.energetic = t.energetic || swings_to_break(t, a, b, both.acceleration);
-    // What crushes swings back by what it can hold, no farther.
+    // A crushing contact rebounds by its elastic energy, no farther.
     if (t.normal_law.limit > 0)
       t.swing_speed =
           std::min(t.swing_speed, 0.5 * t.swing_rate * t.normal_law.limit / t.normal_law.stiffness);

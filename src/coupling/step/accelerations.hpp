@@ -22,8 +22,8 @@ double error_by_ends(const IslandContext& in, const Step& step, double h, std::s
                      std::span<const Vec6> at_end);
 
 /// The same of places that go by a rule of order 1, by velocities at the end in the directions that springs
-/// hold, and of strains: half a swing of frequency w and speed v = w a loses pi/2 h w of its amplitude a,
-/// hence pi/2 h v of the way, however many springs share it.
+/// hold, and of strains: in half a period an oscillation of frequency w and speed v = w a loses pi/2 h w of
+/// its amplitude a, hence pi/2 h v, however many springs share it.
 double error_by_end_rule(const IslandContext& in, const Step& step, double h);
 
 /// The accelerations that the contacts of the present state allow, per body, less that by drag, whose share a

@@ -15,8 +15,8 @@
 
 namespace talus::coupling {
 namespace {
-/// Most that a step leads a spring at rest further in [m]: let go, it swings on that with 0.3 of the speed
-/// that counts as none, whatever its stiffness.
+/// Largest correction of a spring at rest in a step [m]: its free oscillation has 0.3 of the speed that
+/// counts as none, whatever its stiffness.
 double led_in_quietly(const Touch& t) {
   return t.rate_sq > 0 ? 0.3 * t.quiet_speed / std::sqrt(t.rate_sq) : 0.0;
 }
@@ -178,7 +178,7 @@ void remember_all(const IslandContext& in, Step& step, IslandReport& report, boo
       return x.partner != y.partner ? x.partner < y.partner : x.feature < y.feature;
     });
   };
-  // Springs whose contact is no longer found take their energy along: booked as the scheme's loss, but for
+  // Springs whose contact is no longer found take their energy along: numerical dissipation, but for
   // what a structure's cells took with them. What their shear springs held slips away.
   std::vector<double> held(step.bodies.size()), torn(step.bodies.size()), slipped(step.bodies.size());
   step.each_body([&](const Body& b) {

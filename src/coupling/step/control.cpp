@@ -46,8 +46,9 @@ int stopped_touch(const IslandContext& in, const Step& step, double h) {
 }
 
 /// True if the step just computed made more energy than the accuracy allows of what the island moves and
-/// stores: its error, and order 2 or better. What swings on its fixed points alone may not lose it either: it
-/// gains going down what it loses going up, and cut short there alone it would be braked swing by swing.
+/// stores: its error, and order 2 or better. A body that oscillates on its fixed points alone may not lose
+/// energy either: it gains going down what it loses going up, and steps shortened there alone would brake it
+/// in every period.
 bool gains_energy(const IslandContext& in, const Step& step) {
   double scale = 0, round_off = 0;
   bool swings = false;

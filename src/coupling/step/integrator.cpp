@@ -143,7 +143,7 @@ void IslandIntegrator::resolve_onsets(Trial& trial) {
   release(trial.h);
   if (with_structure() && !in_.condensed) strikes_structure(in_, step_, trial.start, trial.h);
   if (!trial.time_stepped &&
-      !impacts_.resolve(trial.start)) {  // what no impulse of no duration solves is jammed
+      !impacts_.resolve(trial.start)) {  // without a solution the island is over-constrained
     in_.unsolved = IslandContext::most_unsolved;
     trial.time_stepped = true;
     trial.h = std::min(trial.h, step_limit(in_, step_, trial.remaining, true));

@@ -117,7 +117,7 @@ SmoothStep::Outcome SmoothStep::solve(double h, bool time_stepped, int passes, b
       ++in_.unsolved;
       solved = solver_.solve_rolling(h, effort);
     }
-    // Restitution on many contacts may not create energy, as little as in an impact stage: pieces jammed in a
+    // Restitution on many contacts may not create energy, as little as in an impact stage: pieces wedged in a
     // notch would be shot out of it.
     std::vector<int> hard;
     const auto bounces = [&](const Touch& t) {

@@ -1,4 +1,4 @@
-// Work of a step's impulses, booked where it is done.
+// Work of a step's impulses, accounted for where it is done.
 #include "coupling/step/works.hpp"
 
 #include <algorithm>

@@ -11,17 +11,17 @@
 
 namespace talus::coupling {
 
-/// True if a block meets a structure within h faster than a condensed step may stop; the structure is told.
-/// It is the block that strikes: a skin that rings below one at rest, of light nodes and faster than such a
-/// step resolves, is stilled by its first one (what is left of it: `meets_fast`).
+/// True if a block meets a structure within h faster than a condensed step may stop; the structure is
+/// notified. It is the block that strikes: a skin that rings below one at rest, of light nodes and faster
+/// than such a step resolves, is stilled by its first one (what is left of it: `meets_fast`).
 bool strikes_structure(const IslandContext& in, const Step& step, double t, double h);
 
-/// Nodes that the touches at hand may press on, and their compliance.
+/// Nodes that the contacts at hand may press on, and their compliance.
 void gather_condensed_surfaces(const IslandContext& in, Step& step);
 
 /// Speed at which a hard contact may still approach at the end of a condensed step [m/s]; negative: it has to
-/// leave. Positions follow the mean velocity: it may bring the gap to zero and no further, and what lies
-/// inside is led out slowly. Never a rebound: whatever speed the mean asks for, the end of the step is at
+/// leave. Positions follow the mean velocity: it may bring the gap to zero and no further, and an
+/// overlap is corrected slowly. Never a rebound: whatever speed the mean asks for, the end of the step is at
 /// most at rest, so that the normal impulse takes energy and gives none. Between blocks as well: what lies
 /// inside there is projected, and a rebound is given back where its speed is more than a condensed step may
 /// stop.
@@ -39,8 +39,8 @@ void update_surface_approaches(const IslandContext& in, Step& step);
 /// A block at rest on a structure at rest moves as the skin below it does.
 double surface_speed(const IslandContext& in, const Step& step);
 
-/// Hands the impulses to the structures; if one may not take them all are as they were, and it is told that
-/// it was struck.
+/// Hands the impulses to the structures; if one may not take them all are as they were, and it is notified
+/// that it was struck.
 bool correct_condensed(const IslandContext& in, const Step& step, double t, double h);
 
 /// Impulses of the step on the nodes of a structure.

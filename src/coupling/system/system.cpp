@@ -441,14 +441,14 @@ std::vector<std::size_t> CoupledSystem::join_met(const BlockPairs& met, double d
   return due;
 }
 
-/// What is moved out of something that it was jammed in goes its way however short the stretch: its
-/// neighbours are looked for as far as it went.
+/// A block that is pushed out of an overlap moves that far however short the macro step: neighbours are
+/// searched for as far as it went.
 void CoupledSystem::widen() {
   for (const Farther& f : escapes_)
     if (f.kind == Partner::Kind::block &&
         !(f.way <= model_.blocks[static_cast<std::size_t>(f.index)].shape->radius))
       throw NumericalFailure(
-          fmt::format("t = {:.6g} s: block {} goes {:.3g} m in the smallest stretch, farther than its size",
+          fmt::format("t = {:.6g} s: block {} moves {:.3g} m in the shortest macro step, more than its size",
                       state_.time, model_.blocks[static_cast<std::size_t>(f.index)].name, f.way));
   // Each of them is a new one, or went farther than twice what it did the last time: the tries end.
   for (const Farther& f : escapes_) wider_.push_back({f.kind, f.index, 2 * f.way});

@@ -57,7 +57,7 @@ class CoupledSystem {
   RunSums& sums() { return sums_; }
   const RunSums& sums() const { return sums_; }
   /// Advances the structures of scheme "one-way" alone, from the state's time over `duration`, which becomes
-  /// its time, under contact forces that were found elsewhere and are told with those of
+  /// its time, under contact forces that were found elsewhere and are returned with those of
   /// take_structure_contacts(). Blocks stay where they are.
   void advance_structures(double duration, std::span<const StructureContact> rows);
   void watch(Watch watch) { watch_ = std::move(watch); }

@@ -21,7 +21,8 @@ class PairWatch {
   void look(const dda::Model&, const dda::State&, const Environment&, const CandidatePair&, double margin,
             double reach, double skin_path, std::vector<FoundPoint>& out);
   void forget() { searched_ = -1; }
-  /// Which pairs it is for: hard contact, and no bed. What a spring stores hangs on every digit of its gap.
+  /// Which pairs it is for: hard contact, and no bed. The energy of a spring is sensitive to round-off of its
+  /// gap.
   static bool serves(const dda::Model&, const Environment&, const CandidatePair&);
 
  private:

@@ -114,7 +114,7 @@ class EdgeFilter {
   }
 
   /// A piece of a deck rests on hundreds of planes, and each of its touches is asked about each: those of one
-  /// normal are told apart together.
+  /// normal are separated together.
   void gather_facings() {
     const auto normal = [](const Support& p) { return std::tuple(p.n.x(), p.n.y(), p.n.z()); };
     first_facing_.assign(1, 0);
@@ -153,7 +153,7 @@ class EdgeFilter {
     const double none = step_at(t), widest = std::max(f.step, none),
                  below = f.n.dot(q_is_b ? t.at.point_a : t.at.point_b);
     double above = f.n.dot(q_is_b ? t.at.point_b : t.at.point_a);
-    // Most are told apart by the touched points alone.
+    // Most are separated by the touched points alone.
     if (above < f.low - widest || below > f.high + widest) return false;
     if (std::isnan(f.lowest)) f.lowest = heights(model_, state_, q, f.n).low;
     above = std::min(above, f.lowest);

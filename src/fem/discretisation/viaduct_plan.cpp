@@ -89,7 +89,7 @@ class Given {
     const double value = number(key, fallback, least);
     if (value > most)
       bad(spec_, key, fmt::format("{:g}", value), fmt::format("at most {}", most),
-          "model the stretch of the bridge that blocks reach");
+          "model the part of the bridge that blocks reach");
     return static_cast<int>(std::lround(value));
   }
 

@@ -79,9 +79,9 @@ void FemStructure::switch_off(const std::vector<int>& cells) {
   if (partition_) partition_->exchange_numbers(cells_at_node_);
 }
 
-/// Removes cells: their stored energy is booked, that of their bars and bearings too, and the mass of their
-/// nodes stays where other cells hold it. A node without cells would fly on for ever: its mass is dust, and
-/// leaves with its motion. A free body keeps it, and with it its mass and momenta to the last digit.
+/// Removes cells: their stored energy is accounted for, that of their bars and bearings too, and the mass of
+/// their nodes stays where other cells hold it. A node without cells would fly on for ever: its mass is dust,
+/// and leaves with its motion. A free body keeps it, and with it its mass and momenta to the last digit.
 void FemStructure::drop_orphans(const std::vector<int>& cells) {
   const std::vector<double> values = of_cells(
       cells, 2, [this](int cell, double* to) { to[0] = cell_energy(cell), to[1] = cell_mass_[cell]; });
@@ -151,7 +151,7 @@ void FemStructure::erode(const std::vector<int>& cells) {
   rebuild_skin();
 }
 
-/// Rubble that still hangs on nodes of others stays in the mesh: its cells carry pressure and no tension.
+/// Rubble that still shares nodes with others stays in the mesh: its cells carry pressure and no tension.
 bool FemStructure::is_rubble(const std::vector<int>& piece) const {
   const double least = std::min(least_volume, least_share * mass_of_cells_ / spec_.density);
   double volume = 0;

@@ -179,8 +179,8 @@ bool FemStructure::enter_modal(double t, bool forced) {
     for (int n : struck_) std::fill_n(&contact_impulse_[4 * static_cast<std::size_t>(n)], 3, 0.0);
     struck_.clear();
     materialise();
-    // What hangs on the phases in which velocities are brought to full steps: the rest, fastest of all, takes
-    // the difference.
+    // The energy depends on the phases in which velocities are brought to full steps: the residual modes, the
+    // fastest of all, take the difference.
     const double given = mechanical_energy() - expected, kept = std::max(0.0, linear_->rest_energy - given);
     linear_->rest *= linear_->rest_energy > 0 ? std::sqrt(kept / linear_->rest_energy) : 0.0;
     linear_->rest_energy = kept;

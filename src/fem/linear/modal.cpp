@@ -46,8 +46,8 @@ void orthonormalise(const MatX& basis, int size, const Eigen::Map<const VecX>& m
 
 namespace {
 
-/// Puts the Ritz vectors of the `kept` largest values in place of the basis; what leads out of it is still
-/// the block that comes next.
+/// Puts the Ritz vectors of the `kept` largest values in place of the basis; the residual of the basis
+/// remains the next block.
 void keep_best(MatX& basis, int size, MatX& projected, const Eigen::SelfAdjointEigenSolver<MatX>& eigen,
                int kept) {
   const MatX chosen = eigen.eigenvectors().rightCols(kept);

@@ -13,9 +13,9 @@
 ///   V = k <|s| - g>, at most V_u;   g = |s| - V / k where that is reached, and never less again
 ///   stored V^2 / (2 k), dissipated V dg
 ///
-/// Forces are derivatives of an energy while nothing is crushed, and every way round loses what it crushes. A
-/// swing back meets nothing until the gap is closed on the other side: loops are pinched [vintzeleou1987].
-/// V_u is the least of what the bar and the cover bear,
+/// Forces are derivatives of an energy while nothing is crushed, and every cycle loses what it crushes.
+/// Reversed motion meets no resistance until the gap is closed on the other side: loops are pinched
+/// [vintzeleou1987]. V_u is the least of what the bar and the cover bear,
 ///
 ///   the bar     V_max sqrt(min(1, |s| / s_1)),  s_1 = 0.1 phi                                  [mc2010, 6.3]
 ///               V_max = min(1.6 A sqrt(f_c f_y), A f_y / sqrt(3)) sqrt(1 - (sigma / f_y)^2)

@@ -219,7 +219,7 @@ TEST(CarriedContacts, WhatIsFlushWithAStructureMayJoin) {
     sim::Simulation second(scene::read_scene_text(text(stiffness, joins(-1.25)), "/test.toml"),
                            [&](const std::string& line) { told += line + "\n"; });
     second.start_from(state, "first.h5");
-    EXPECT_NE(told.find("the run before moved its skin into block C"), std::string::npos)
+    EXPECT_NE(told.find("the run before moved its surface into block C"), std::string::npos)
         << stiffness << told;
     Rows sink;
     EXPECT_EQ(second.run(sink).exit_code, 0);

@@ -141,7 +141,7 @@ TEST(Condensed, BlockOnLinesOfTheMeshComesToRest) {
   EXPECT_NEAR(-o.last().structures[0].base_force.z() / whole, 1, 3e-3);  // the deck still swings
   EXPECT_LT(o.last().ledger.kinetic, 1e-4);
   double made = 0;
-  for (const sim::HistoryRow& r : o.rows) made = std::max(made, -r.ledger.by_the_scheme());
+  for (const sim::HistoryRow& r : o.rows) made = std::max(made, -r.ledger.numerical_dissipation());
   EXPECT_LT(made, 0.01 * 1.56);  // of the fall onto the sagging deck
   expect_balance(o);
 }
@@ -174,7 +174,7 @@ TEST(Condensed, MassOnASpringOscillatesAtItsFrequency) {
         std::max(worst, std::abs((4.25 - r.position[0].z()) / sag - (1 - std::cos(column_omega * r.time))));
   EXPECT_LT(worst, 2e-3);
   // No damping, and the contact stays closed.
-  EXPECT_LT(std::abs(o.last().ledger.by_the_scheme()) + std::abs(o.last().ledger.damping_work) +
+  EXPECT_LT(std::abs(o.last().ledger.numerical_dissipation()) + std::abs(o.last().ledger.damping_work) +
                 std::abs(o.last().ledger.friction_work),
             1e-6 * 1000 * 9.81 * sag);
   EXPECT_LT(worst_residual(o), 1e-9 * 1000 * 9.81 * sag);
@@ -258,7 +258,7 @@ TEST(Condensed, CracksThatCloseAreNotDamped) {
   ASSERT_TRUE(o.ok()) << o.result.message;
   const double blow = o.rows.front().ledger.kinetic;
   EXPECT_GT(o.last().ledger.damage_work, 0.2 * blow);
-  EXPECT_LT(std::abs(o.last().ledger.by_the_scheme()), 0.05 * blow);
+  EXPECT_LT(std::abs(o.last().ledger.numerical_dissipation()), 0.05 * blow);
 }
 
 /// A wedge of 120 kg falls between two columns with 2 % of damping, which ring in many modes. Condensed steps
@@ -283,7 +283,7 @@ TEST(Condensed, RingingColumnsAreNotStilled) {
   double kinetic = 0, taken = 0;
   for (const sim::HistoryRow& r : o.rows) {
     kinetic = std::max(kinetic, r.ledger.kinetic);
-    taken = std::max(taken, std::abs(r.ledger.by_the_scheme()));
+    taken = std::max(taken, std::abs(r.ledger.numerical_dissipation()));
   }
   EXPECT_LT(taken, 0.01 * kinetic);
 }

@@ -104,9 +104,9 @@ Outcome dominoes(const Method& method, double duration, int count, const Vec3& s
   return run_scene(s.str());
 }
 
-/// What the scheme itself took of them, over the largest kinetic energy. Events cost more than they are worth
+/// Numerical dissipation of them, over the largest kinetic energy. Events cost more than they are worth
 /// there, and the islands are time-stepped.
-double taken_by_the_scheme(double accuracy, int count, const Vec3& size, double pitch) {
+double numerical_dissipation(double accuracy, int count, const Vec3& size, double pitch) {
   const Outcome o = dominoes(Method::by_accuracy(accuracy), 1.9, count, size, pitch);
   EXPECT_TRUE(o.ok()) << o.result.message;
   double most = 0;
@@ -114,11 +114,11 @@ double taken_by_the_scheme(double accuracy, int count, const Vec3& size, double 
   return o.last().ledger.algorithmic / most;
 }
 
-TEST(Crowded, FallingDominoesLoseLittleToTheScheme) {
+TEST(Crowded, FallingDominoesDissipateLittleNumerically) {
   const Vec3 slab(0.2, 0.8, 1);
-  EXPECT_NEAR(taken_by_the_scheme(1e-2, 9, slab, 0.6), 0, 0.05);
-  EXPECT_NEAR(taken_by_the_scheme(1e-3, 9, slab, 0.6), 0, 0.01);
-  EXPECT_NEAR(taken_by_the_scheme(1e-3, 14, Vec3(0.15, 0.5, 0.8), 0.4), 0, 0.01);
+  EXPECT_NEAR(numerical_dissipation(1e-2, 9, slab, 0.6), 0, 0.05);
+  EXPECT_NEAR(numerical_dissipation(1e-3, 9, slab, 0.6), 0, 0.01);
+  EXPECT_NEAR(numerical_dissipation(1e-3, 14, Vec3(0.15, 0.5, 0.8), 0.4), 0, 0.01);
 }
 
 /// Corners that come down more slowly than the error of a step allows to be told from rest are no impacts,

@@ -65,7 +65,7 @@ TEST(Crushing, TipSinksByItsEnergyOverThePressedVolume) {
 }
 
 struct Books {
-  double moved = 0, scheme = 0, growth = 0;  // largest kinetic energy; what the scheme took (below 0: made);
+  double moved = 0, scheme = 0, growth = 0;  // largest kinetic energy; numerical dissipation;
                                              // largest growth of mechanical energy in a row [J]
 };
 
@@ -104,7 +104,8 @@ TEST(Crushing, WhatAppearsWhereOthersCrushedIsNotCrushedAgain) {
   EXPECT_LE(b.growth, 1e-4 * b.moved);
 }
 
-// What shear springs of corners that are gone held slips away: without that the scheme took 8 % here.
+// What shear springs of corners that are gone held slips away: without that the numerical dissipation was 8 %
+// here.
 TEST(Crushing, ShearOfCornersThatGoSlipsAway) {
   const Books b = dropped_on(0.3,
                              "shape = \"EOTA111\"\nfixed = true\n" +

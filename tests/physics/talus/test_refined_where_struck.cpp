@@ -100,7 +100,8 @@ TEST(RefinedWhereStruck, AgainBeforeALaterBlowElsewhere) {
   EXPECT_TRUE(struck[0].zone.region.contains(Vec3(-0.5, 0.05, 1.2)));
   EXPECT_NEAR(struck[1].zone.region.center().y(), 0.5, 0.1);
   double scheme = 0;
-  for (const sim::HistoryRow& r : o.rows) scheme = std::max(scheme, std::abs(r.ledger.by_the_scheme()));
+  for (const sim::HistoryRow& r : o.rows)
+    scheme = std::max(scheme, std::abs(r.ledger.numerical_dissipation()));
   const double energy = o.rows.front().ledger.kinetic;
   EXPECT_LT(std::abs(o.rows.back().ledger.residual), 1e-9 * energy);
   EXPECT_LT(scheme, 0.01 * energy);

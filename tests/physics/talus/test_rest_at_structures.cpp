@@ -34,11 +34,11 @@ TEST(RestAtStructures, WhatFrictionHoldsDoesNotCreep) {
   const sim::HistoryRow& settled = o.rows[o.rows.size() - 6];  // 0.1 s before
   EXPECT_LT((o.last().position[0] - settled.position[0]).norm(), 1e-7);
   EXPECT_LT(o.last().velocity[0].norm(), 1e-7);
-  // Velocities of what is pressed are those of half steps: its energy reads less by h/2 m g . v.
+  // Velocities of what is pressed are those of half steps: its energy is less by h/2 m g . v.
   const double half_step = 0.5 * end / static_cast<double>(o.result.counters.structure_steps),
                mass = 2500 * 0.6 * 0.6 * 0.3;
   const auto taken = [&](const sim::HistoryRow& r) {
-    return r.ledger.by_the_scheme() - half_step * mass * Vec3(3, 0, -9).dot(r.velocity[0]);
+    return r.ledger.numerical_dissipation() - half_step * mass * Vec3(3, 0, -9).dot(r.velocity[0]);
   };
   EXPECT_NEAR(taken(o.last()), taken(settled), 1e-8);  // the creep took 1e-2 J
 }
@@ -64,14 +64,14 @@ TEST(RestAtStructures, WedgeBetweenStumpsComesToRest) {
   EXPECT_GT(o.last().position[0].z(), 1);                     // between the stumps
   EXPECT_LT(o.last().velocity[0].norm(), 1e-4);               // before: 4.5e-4, at any time
   const sim::HistoryRow& before = o.rows[o.rows.size() - 7];  // 0.3 s
-  EXPECT_NEAR(o.last().ledger.by_the_scheme(), before.ledger.by_the_scheme(), 1e-3);
+  EXPECT_NEAR(o.last().ledger.numerical_dissipation(), before.ledger.numerical_dissipation(), 1e-3);
   EXPECT_NEAR(o.last().ledger.friction_work, before.ledger.friction_work, 1e-3);
 }
 
-/// Cubes that come down gently on a beam of coarse cells without damping, also where it leans: most that the
-/// scheme makes, of the largest kinetic energy. Pressed, a block's velocity is that of the half step; taken
-/// for that of full steps each bounce made m g h v, 2 g h / v of what it brought. Friction that opposed the
-/// slip at the end of a condensed step drove what had turned round within it: 2 and 5 %.
+/// Cubes that come down gently on a beam of coarse cells without damping, also where it leans: the largest
+/// numerical energy gain, of the largest kinetic energy. Pressed, a block's velocity is that of the half
+/// step; taken for that of full steps each bounce made m g h v, 2 g h / v of what it brought. Friction that
+/// opposed the slip at the end of a condensed step drove what had turned round within it: 2 and 5 %.
 TEST(RestAtStructures, GentleLandingsMakeNothing) {
   struct Landing {
     double gap = 1e-4, friction = 0.5;
@@ -93,7 +93,7 @@ TEST(RestAtStructures, GentleLandingsMakeNothing) {
     ASSERT_TRUE(o.ok()) << o.result.message;
     double peak = 0, least = 0;
     for (const sim::HistoryRow& r : o.rows)
-      peak = std::max(peak, r.ledger.kinetic), least = std::min(least, r.ledger.by_the_scheme());
+      peak = std::max(peak, r.ledger.kinetic), least = std::min(least, r.ledger.numerical_dissipation());
     EXPECT_GT(least, -0.01 * peak) << l.gap << ", " << l.friction << ", " << l.gravity.x() << ", " << l.more;
   }
 }

@@ -34,7 +34,7 @@ TEST(StructureEdges, AGirderThatSlidesAcrossColumnsMakesNoEnergy) {
   double growth = 0, made = 0, lifted = 0;
   for (std::size_t i = 1; i < o.rows.size(); ++i) {
     growth = std::max(growth, mechanical(o.rows[i]) - mechanical(o.rows[i - 1]));
-    made = std::max(made, -o.rows[i].ledger.by_the_scheme());
+    made = std::max(made, -o.rows[i].ledger.numerical_dissipation());
     lifted = std::max(lifted, std::abs(o.rows[i].velocity[0].z()));
   }
   EXPECT_LT(growth, 1e-6 * in_motion);
@@ -63,7 +63,7 @@ TEST(StructureEdges, AnEdgeThatBendsAColumnKeepsItsSprings) {
       "0.44225414182184153, 0.7898543631708392]\n");
   const Outcome o = run_scene(s.str());
   ASSERT_TRUE(o.ok()) << o.result.message;
-  EXPECT_LT(std::abs(o.rows.back().ledger.by_the_scheme()), 0.01 * o.rows.front().ledger.kinetic);
+  EXPECT_LT(std::abs(o.rows.back().ledger.numerical_dissipation()), 0.01 * o.rows.front().ledger.kinetic);
 }
 
 /// A cube beside a slab that it overtops above and below; it hangs on by cohesion and leans out, its lower

@@ -59,8 +59,8 @@ TEST(StructuresMeet, FlushSlabsKeepTheirEnergy) {
     ASSERT_TRUE(o.ok()) << o.result.message;
     double taken = 0, made = 0;
     for (const sim::HistoryRow& r : o.rows) {
-      taken = std::max(taken, r.ledger.by_the_scheme());
-      made = std::max(made, -r.ledger.by_the_scheme());
+      taken = std::max(taken, r.ledger.numerical_dissipation());
+      made = std::max(made, -r.ledger.numerical_dissipation());
     }
     EXPECT_LT(taken, 0.01 * o.rows.front().ledger.kinetic) << stiffness;
     EXPECT_LT(made, 0.01 * o.rows.front().ledger.kinetic) << stiffness;
@@ -150,7 +150,7 @@ TEST(StructuresMeet, StepsGrowSlowlyWithoutBlocks) {
   const Outcome o = run_scene(equal_slabs());
   ASSERT_TRUE(o.ok()) << o.result.message;
   for (const sim::HistoryRow& r : o.rows)
-    EXPECT_LT(std::abs(r.ledger.by_the_scheme()), 0.006 * o.rows.front().ledger.kinetic) << r.time;
+    EXPECT_LT(std::abs(r.ledger.numerical_dissipation()), 0.006 * o.rows.front().ledger.kinetic) << r.time;
   EXPECT_GT(o.rows.back().ledger.strain, 0.01 * o.rows.front().ledger.kinetic);  // they did meet
 }
 

@@ -51,8 +51,9 @@ TEST(StructuresOnGround, FreeCubeLandsAndStays) {
       if (r.time < lands) EXPECT_NEAR(fallen, 0.5 * 9.81 * r.time * r.time, 1e-6);
       deepest = std::max(deepest, fallen);
     }
-    EXPECT_LT(std::abs(o.last().ledger.by_the_scheme()), 0.02 * 2500 * 9.81);  // of the energy of its fall
-    EXPECT_LT(deepest, 1.003);  // it is pressed together by a wave, v (rho / E)^(1/2) of its size
+    EXPECT_LT(std::abs(o.last().ledger.numerical_dissipation()),
+              0.02 * 2500 * 9.81);  // of the energy of its fall
+    EXPECT_LT(deepest, 1.003);      // it is pressed together by a wave, v (rho / E)^(1/2) of its size
     EXPECT_GT(lowest(o), -1e-3);
   }
 }

@@ -1,5 +1,5 @@
-// The leapfrog's energy depends on its step: what changes with the step alone is told apart from what the
-// scheme takes or makes.
+// The leapfrog's energy depends on its step: what changes with the step alone is reported apart from
+// numerical dissipation.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// What the summary tells of a run as a whole: what the scheme took or made, its remedies, what came off.
+// The summary of a run as a whole: numerical energy errors, their remedies, what came off.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -11,7 +11,7 @@ using namespace talus;
 using talus::test::small;
 using talus::test::SyntheticRun;
 
-TEST(Summary, SummaryWarnsOfWhatTheSchemeTakesOfTheEnergy) {
+TEST(Summary, SummaryWarnsOfNumericalDissipation) {
   sim::RunHeader header = small().header();
   const auto warnings = [&](double algorithmic) {
     io::SummaryBuilder builder(header);
@@ -26,14 +26,15 @@ TEST(Summary, SummaryWarnsOfWhatTheSchemeTakesOfTheEnergy) {
   EXPECT_TRUE(warnings(9.9e3).empty());
   EXPECT_TRUE(warnings(-9.9e3).empty());
   ASSERT_EQ(warnings(2.5e4).size(), 1u);
-  EXPECT_NE(warnings(2.5e4)[0].find("took 25 kJ, 2.5 %"), std::string::npos) << warnings(2.5e4)[0];
+  EXPECT_NE(warnings(2.5e4)[0].find("numerical dissipation of 25 kJ, 2.5 %"), std::string::npos)
+      << warnings(2.5e4)[0];
   EXPECT_NE(warnings(2.5e4)[0].find("between t = 0.2 and 0.3 s"), std::string::npos) << warnings(2.5e4)[0];
-  EXPECT_NE(warnings(-2.5e4)[0].find("made"), std::string::npos);
+  EXPECT_NE(warnings(-2.5e4)[0].find("numerical energy gain"), std::string::npos);
 }
 
 /// A time is named only if more than half of it fell there; what goes on all the time has none, nor has what
 /// went the other way.
-TEST(Summary, TheTimeOfWhatTheSchemeTakesIsNamedOnlyWhereMostOfItIs) {
+TEST(Summary, TheTimeOfNumericalDissipationIsNamedOnlyWhereMostOfItIs) {
   const sim::RunHeader header = small().header();
   const auto warning = [&](std::vector<double> taken) {
     io::SummaryBuilder builder(header);
@@ -88,7 +89,7 @@ TEST(Summary, TheRemedyForEnergyThatTheSchemeTakesIsOneForWhatTheRunHas) {
 
 /// A remedy names keys that the run has: where steps are fixed, accuracy does nothing; the scheme of 1988
 /// knows none.
-TEST(Summary, TheRemedyForEnergyThatTheSchemeMakesNamesKeysOfTheRun) {
+TEST(Summary, TheRemedyForNumericalEnergyGainNamesKeysOfTheRun) {
   const sim::RunHeader header = small().header();
   const auto says = [&](io::Steps steps, const char* what) {
     io::SummaryBuilder builder(header, steps);
