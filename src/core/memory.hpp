@@ -7,8 +7,7 @@ namespace talus {
 /// [bytes]; infinite where the system does not say.
 double available_memory();
 
-/// Gives back to the system what the heap holds free, and the pages of libraries, after something large that
-/// will not be made again.
+/// Gives back to the system what the heap holds free, after something large that will not be made again.
 void give_back_memory();
 
 }  // namespace talus

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "core/error.hpp"
-#include "core/memory.hpp"
 
 namespace talus {
 
@@ -53,7 +52,6 @@ void* module_symbol(const std::string& file, const std::string& symbol, const st
       p.rule = dlerror();
       throw InputError(p);
     }
-    give_back_memory();
     if (void* address = dlsym(handle, symbol.c_str())) return address;
     p.rule = path.string() + " has no function " + symbol;
     p.remedy = "build the program and its modules from the same source";
