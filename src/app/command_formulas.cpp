@@ -2,7 +2,7 @@
 
 #include "app/commands.hpp"
 #include "core/units.hpp"
-#include "coupling/formulas.hpp"
+#include "io/formulas.hpp"
 
 namespace talus::app {
 namespace {

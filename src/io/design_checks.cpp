@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "core/units.hpp"
-#include "coupling/formulas.hpp"
+#include "io/formulas.hpp"
 
 namespace talus::io {
 namespace {

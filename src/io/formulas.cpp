@@ -1,4 +1,4 @@
-#include "coupling/formulas.hpp"
+#include "io/formulas.hpp"
 
 #include <fmt/format.h>
 

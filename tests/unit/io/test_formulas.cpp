@@ -3,7 +3,7 @@
 #include <cmath>
 #include <set>
 
-#include "coupling/formulas.hpp"
+#include "io/formulas.hpp"
 
 namespace talus::formulas {
 namespace {
