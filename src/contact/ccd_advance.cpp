@@ -219,9 +219,8 @@ double advance(const Mover& A, const Mover& B, double from, double to, const Lev
 
 /// The rule of the header for a pair of convex sets: beyond tolerance at the start, or within.
 Levels levels_for(double start_gap, bool touching, double tolerance) {
-  if (!touching) return {tolerance, 0.9 * tolerance};
-  const double stop = std::min(0.0, start_gap) - 10 * tolerance;
-  return {stop, stop - 0.1 * tolerance};
+  const double stop = touching ? std::min(0.0, start_gap) - 10 * tolerance : tolerance;
+  return {stop, stop - tolerance / 10};
 }
 
 /// A triangle as a flat polyhedron: two faces back to back, three edges. Allocated once per thread.

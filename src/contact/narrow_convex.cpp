@@ -95,8 +95,7 @@ int convex_convex(const Polyhedron& a, const Pose& pose_a, const Polyhedron& b, 
   s.a.set(a, Vec3::Zero(), pose_a.F);
   s.b.set(b, between, pose_b.F);
   if (apart_along(s.a, s.b, between, margin)) return 0;
-  const double touch = tolerances().same_place * std::min(ra, rb) +
-                       1e-15 * (std::max(ra, rb) + pose_a.c.cwiseAbs().maxCoeff());
+  const double touch = same_point(ra, rb, pose_a);
   const HullPair pair{s.clip, s.a, s.b, margin, touch};
   const bool small = a.axis_edges.size() * b.axis_edges.size() <= 36 && !a.axis_edges.empty() &&
                      !b.axis_edges.empty() && a.vertices.size() <= 16 && b.vertices.size() <= 16;

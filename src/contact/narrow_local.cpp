@@ -58,8 +58,7 @@ int concave_concave(const Polyhedron& a, const Pose& pose_a, const Polyhedron& b
   Box3 box_a, box_b;
   for (const auto& x : a.vertices) box_a.extend(between + pose_a.F * x);
   for (const auto& x : b.vertices) box_b.extend(pose_b.F * x);
-  const double touch = tolerances().same_place * std::min(ra, rb) +
-                       1e-15 * (std::max(ra, rb) + pose_a.c.cwiseAbs().maxCoeff());
+  const double touch = same_point(ra, rb, pose_a);
   const Vec3 grow = Vec3::Constant(margin + touch);
   box_a.min() -= grow, box_a.max() += grow, box_b.min() -= grow, box_b.max() += grow;
   const Box3 common = box_a.intersection(box_b);

@@ -11,10 +11,18 @@
 #include <vector>
 
 #include "contact/detect.hpp"
+#include "contact/tolerances.hpp"
 
 namespace talus::contact::narrow {
 
 inline constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// How near points of two bodies of these radii are one, where `pose` is [m]: far out the round-off of its
+/// coordinates.
+inline double same_point(double ra, double rb, const Pose& pose) {
+  return tolerances().same_place * std::min(ra, rb) +
+         tolerances().far_off * (std::max(ra, rb) + pose.c.cwiseAbs().maxCoeff());
+}
 
 /// What kind of features meet; the top four bits of a FeatureKey.
 enum class Form : std::uint64_t {

@@ -27,7 +27,7 @@ double NormalLaw::whole(double x) const {
     const double step =
         (x - s + relief * stiffness * s * std::sqrt(s)) / (1 - 1.5 * relief * stiffness * std::sqrt(s));
     s += step;
-    if (step <= 1e-15 * s) break;
+    if (!(s + step > s)) break;
   }
   return s;
 }

@@ -57,6 +57,7 @@ inline double square(double x) { return x * x; }
     "a contact point at a structure that comes nearer within the step enters its equations")                \
   X(same_place, 1e-9, "r, or sides of a face",                                                              \
     "points as near to each other are one; a shared side belongs to both")                                  \
+  X(far_off, 1e-15, "largest coordinate", "round-off of places far from the origin")                        \
   /* Drift */                                                                                               \
   X(drift, 1e-9, "d", "overlap that is corrected")                                                          \
   X(drift_at_structures, 2e-2, "accuracy d",                                                                \

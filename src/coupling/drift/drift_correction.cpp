@@ -66,7 +66,8 @@ double DriftCorrection::correct(double h) {
     thinnest = std::min(thinnest, 2 * in_.model.blocks[k].shape->inradius);
     far = std::max(far, in_.state.c[k].cwiseAbs().maxCoeff() + in_.model.blocks[k].shape->radius);
   }
-  const double tolerance = std::max(0.5 * contact::tolerances().drift * thinnest, 5e-16 * far);
+  const double tolerance =
+      0.5 * std::max(contact::tolerances().drift * thinnest, contact::tolerances().far_off * far);
   const std::map<std::pair<std::uint64_t, int>, double> deepest_of = deepest_by_motion();
   // Of pieces with hollows a feature can look as deep as the piece is wide, though the two have hardly moved:
   // corrected along it, they would fly into others.

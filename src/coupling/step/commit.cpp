@@ -320,7 +320,7 @@ void commit_step(const IslandContext& in, Step& step, IslandReport& report, bool
   if (blocks_force > 0 && !step.node_impulses.empty()) {
     audit.worst_force =
         std::max(audit.worst_force, (on_blocks + on_structures - of_ground).norm() / force_scale);
-    audit.worst_moment = std::max(audit.worst_moment, moment.norm() / std::max(moment_scale, 1e-300));
+    if (moment_scale > 0) audit.worst_moment = std::max(audit.worst_moment, moment.norm() / moment_scale);
     audit.impulse_on_structure += on_structures - of_ground;
     audit.impulse_on_blocks += on_blocks;
   }
