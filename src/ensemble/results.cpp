@@ -77,8 +77,7 @@ class Writer {
             [](const Member& m) { return m.cpu; });
     numbers(at + "energy_residual", "1", "of the energy ledger, over the largest kinetic energy",
             [](const Member& m) { return m.energy_residual; });
-    numbers(at + "numerical_gain", "1",
-            "energy made by the time integration, over the largest kinetic energy",
+    numbers(at + "numerical_gain", "1", "numerical energy gain over the largest kinetic energy",
             [](const Member& m) { return m.numerical_gain; });
     numbers(at + "reach_angle", "rad",
             "drop over plan distance from start to end, of the block with the least",

@@ -2,7 +2,7 @@
 ///
 ///   |F_blocks + F_structure| / |F|, the same of moments      1e-12
 ///   |impulse + momentum change| / |impulse|                  1e-9
-///   |energy residual|, energy made, in all and in one step     1 % of the largest kinetic energy
+///   |energy residual|, numerical gain in all, in one step    1 % of the largest kinetic energy
 #pragma once
 #include <string>
 

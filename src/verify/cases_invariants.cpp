@@ -201,10 +201,10 @@ void elastic_heap(CaseRun& c) {
       above = std::max(above, energy(r.ledger) - energy(o.rows.front().ledger));
       released = std::max(released, r.ledger.kinetic);
     }
-    c.absolute(fmt::format("energy above the start over what moved, rows each {} s", interval), "none", 0,
-               above / released, accuracy);
-    c.absolute(fmt::format("energy made in steps over what moved, rows each {} s", interval), "none", 0,
-               o.result.counters.gained / released, accuracy);
+    c.absolute(fmt::format("energy above the start over energy in motion, rows each {} s", interval), "none",
+               0, above / released, accuracy);
+    c.absolute(fmt::format("numerical energy gain of steps over energy in motion, rows each {} s", interval),
+               "none", 0, o.result.counters.gained / released, accuracy);
   }
 }
 
