@@ -12,8 +12,6 @@
 #include "fem/spec_error.hpp"
 #include "fem/structure_fem.hpp"
 
-extern "C" void openblas_set_num_threads(int) __attribute__((weak));
-
 namespace talus::fem {
 namespace {
 
@@ -30,8 +28,6 @@ bool prestressed(const Bars* bars) {
 FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const Report& report, Zones struck,
                            const FemStructure* before)
     : spec_(spec), struck_zones_(std::move(struck)), gravity_(gravity), report_(report) {
-  // BLAS with several threads may sum in another order: results must not depend on the machine's load.
-  if (openblas_set_num_threads) openblas_set_num_threads(1);
   set_material(before == nullptr);
   shear_ = spec_.young / (2 * (1 + spec_.poisson));
   bulk_ = spec_.young / (3 * (1 - 2 * spec_.poisson));

@@ -20,15 +20,24 @@ SuiteSparse_long* longs(void* p) { return static_cast<SuiteSparse_long*>(p); }
 
 }  // namespace
 
+namespace {
+std::mutex blas;
+}
+
+BlasInUse::BlasInUse() : lock_(blas) {
+  [[maybe_unused]] static const bool told = [] {
+    if (openblas_set_num_threads) openblas_set_num_threads(1);
+    return true;
+  }();
+}
+
 class Factorization {
  public:
   Factorization(const SymmetricMatrix& a, double shift, const std::vector<double>& d,
                 std::vector<std::int64_t>* ordering)
       : n_(a.n) {
-    // BLAS with several threads may sum in another order: results must not depend on the machine's load.
     // CHOLMOD itself shares loops among threads that are too short for it, which then wait for each other at
     // full load.
-    if (openblas_set_num_threads) openblas_set_num_threads(1);
     if (omp_set_max_active_levels) omp_set_max_active_levels(0);
     cholmod_l_start(&common_);
     common_.supernodal = CHOLMOD_SUPERNODAL;
@@ -119,6 +128,7 @@ class Factorization {
 
  private:
   void solve(int system, const double* b, double* x, int columns) {
+    const BlasInUse blas_in_use;
     cholmod_dense rhs{};  // a view of the caller's numbers
     rhs.nrow = rhs.d = static_cast<std::size_t>(n_);
     rhs.ncol = static_cast<std::size_t>(columns);
@@ -157,6 +167,7 @@ class Factorization {
   }
   void factorize(const SymmetricMatrix& a, double shift, const std::vector<double>& d,
                  std::vector<std::int64_t>* ordering) {
+    const BlasInUse blas_in_use;
     cholmod_sparse* s = cholmod_l_allocate_sparse(a.n, a.n, a.row.size(), 1, 1, -1, CHOLMOD_REAL, &common_);
     if (s == nullptr) fail(16.0 * static_cast<double>(a.row.size()));
     auto* value = static_cast<double*>(s->x);

@@ -8,6 +8,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <vector>
 
 #include "fem/discretisation/discretisation.hpp"
@@ -60,6 +61,17 @@ class Factorization;
 struct HalfColumn {
   int supernode = -1;         // its own
   std::vector<double> value;  // of all columns on the way, in the factor's order
+};
+
+/// BLAS for one thread at a time, as long as this lives. OpenBLAS without threads, Debian's package, keeps
+/// buffers that callers in several threads spoil for each other (one factor in ten was wrong, or refused);
+/// one with threads of its own may sum in another order by the machine's load, and is told to take one.
+class BlasInUse {
+ public:
+  BlasInUse();
+
+ private:
+  std::lock_guard<std::mutex> lock_;
 };
 
 /// Cholesky factor (CHOLMOD, supernodal, METIS).

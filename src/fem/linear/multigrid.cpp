@@ -85,6 +85,7 @@ class Multigrid : public LinearSolver {
   }
 
   int solve(const double* b, double* x, double tolerance) override {
+    const BlasInUse blas_in_use;
     constexpr unsigned most_iterations = 500;
     Vector rhs(rows_, comm_), solution(rows_, comm_), left(rows_, comm_);
     for (std::size_t row = 0; row < dof_.size(); ++row) rhs.local_element(row) = b[dof_[row]];
@@ -363,6 +364,7 @@ class Multigrid : public LinearSolver {
     list.set("null space: type", "pre-computed");
     list.set("null space: dimension", motions);
     list.set("null space: vectors", null_space_.data());
+    const BlasInUse blas_in_use;
     coarse_.initialize(coarse_matrix_, list);
   }
 

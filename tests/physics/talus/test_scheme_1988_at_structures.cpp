@@ -115,7 +115,7 @@ TEST(Scheme1988AtStructures, ThePlanSaysWhatTheyAre) {
       all += line + "\n";
     return all;
   };
-  EXPECT_NE(plan({}).find("structures do not give way to blocks (scheme one-way)"), std::string::npos)
+  EXPECT_NE(plan({}).find("structures do not react on blocks (scheme one-way)"), std::string::npos)
       << plan({});
   EXPECT_NE(plan("[coupling]\nscheme = \"rigid\"\n").find("structures are fixed surfaces (scheme rigid)"),
             std::string::npos);

@@ -2,7 +2,9 @@
 // depend on what else is asked.
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
+#include <thread>
 
 #include "core/error.hpp"
 #include "unit/fem/fem_specs.hpp"
@@ -95,6 +97,29 @@ TEST(CholeskyAgain, HasTheDigitsOfANewFactor) {
   EXPECT_THROW(
       factor.again(pier.stiffness, -1e15, std::vector<double>(static_cast<std::size_t>(pier.dofs.size), 1.0)),
       NumericalFailure);
+}
+
+/// Structures of an ensemble's runs are factored in several threads at a time.
+TEST(CholeskyAgain, ThreadsDoNotDisturbEachOther) {
+  const Column pier(4, 24);
+  const auto solution = [&] {
+    const CholeskyFactor factor(pier.stiffness, 0.0, {});
+    VecX b(pier.dofs.size), x(pier.dofs.size);
+    for (int i = 0; i < pier.dofs.size; ++i) b[i] = std::sin(i);
+    factor.solve(b.data(), x.data());
+    return x;
+  };
+  const VecX alone = solution();
+  std::atomic<int> wrong = 0;
+  const auto work = [&] {
+    for (int k = 0; k < 100; ++k) try {
+        if (solution() != alone) ++wrong;
+      } catch (const NumericalFailure&) { ++wrong; }
+  };
+  std::thread other(work);
+  work();
+  other.join();
+  EXPECT_EQ(wrong, 0);
 }
 
 /// Which other nodes are asked for, in which order, and what was asked before changes no digit.
