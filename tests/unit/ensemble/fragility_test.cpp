@@ -19,6 +19,7 @@
 #include "ensemble/fragility/strata.hpp"
 #include "ensemble/results.hpp"
 #include "helpers/place.hpp"
+#include "sim/world.hpp"
 
 namespace talus::ensemble {
 namespace {
@@ -107,6 +108,53 @@ FragilityRequest request_of(const fs::path& directory, int threads) {
   r.threads = threads;
   r.capacity = true;
   return r;
+}
+
+/// A coupled run turns the block a little as it hits. One that slides on a plane would be turned into it: all
+/// runs of such hits failed. It is raised until its lowest corner lies on the plane.
+TEST(Fragility, WhatSlidesIsRaisedOutOfItsGround) {
+  const Place place;
+  sim::Simulation simulation(scene::read_scene(place
+                                                   .put("slide.toml", R"(schema = 1
+[simulation]
+duration = "1 s"
+[[plane]]
+dip_direction = "90 deg"
+dip = "35 deg"
+material = "slope"
+[[material]]
+name = "rock"
+density = 2650
+[[interface]]
+between = ["rock", "slope"]
+friction = 0.5
+normal_stiffness = "hard"
+[[block]]
+name = "B"
+material = "rock"
+shape = "box"
+size = [2, 2, 0.8]
+position = [0, 0, 3]
+)")
+                                                   .string()));
+  const double dip = 35 * M_PI / 180;
+  const Vec3 normal(std::sin(dip), 0, std::cos(dip));
+  const Mat3 flat = Eigen::AngleAxisd(dip, Vec3::UnitY()).toRotationMatrix(),
+             turned = Eigen::AngleAxisd(0.035, Vec3(1, 2, 0.5).normalized()).toRotationMatrix() * flat;
+  const auto lowest = [&](const Mat3& rotation, const Vec3& centre) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const double x : {-1.0, 1.0})
+      for (const double y : {-1.0, 1.0})
+        for (const double z : {-0.4, 0.4})
+          least = std::min(least, normal.dot(centre + rotation * Vec3(x, y, z)));
+    return least;
+  };
+  const Vec3 at = 0.4 * normal;
+  ASSERT_NEAR(lowest(flat, at), 0, 1e-12);
+  EXPECT_LT(sim::raise_above_ground(simulation.world(), 0, {at, flat}), 1e-8);
+  const double raise = sim::raise_above_ground(simulation.world(), 0, {at, turned});
+  EXPECT_NEAR(raise, -lowest(turned, at) / normal.z(), 1e-8);
+  EXPECT_NEAR(lowest(turned, at + raise * Vec3::UnitZ()), 0, 1e-8);
 }
 
 TEST(Fragility, ClustersRunsAndProbabilities) {
