@@ -2,7 +2,7 @@
 
 #include "app/commands.hpp"
 #include "core/units.hpp"
-#include "io/formulas.hpp"
+#include "formulas/formulas.hpp"
 
 namespace talus::app {
 namespace {

@@ -21,7 +21,7 @@ std::string tolerances_markdown() {
       "them: tolerances of contact\namong blocks and of their steps. Those of structures' surfaces, of the "
       "solver and "
       "of its accuracy stand in the sources (skin_*.cpp,\ntouch_*.cpp, solver_*.cpp, "
-      "closeness.cpp).\n\n"
+      "solve_settings.cpp).\n\n"
       "`talus verify invariants/G13-tolerances` runs the closed forms of G8, blocks on planes alone and "
       "beside 12 "
       "copies, with each of these\na tenth and ten times as large: all stay within the accuracy. Piles, "

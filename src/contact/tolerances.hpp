@@ -1,7 +1,7 @@
 /// Tolerances of contact among blocks and of their steps that no law of the scene gives. All are relative, to
 /// a size, a speed or `simulation.accuracy`. Not here: those of structures' surfaces (skin_*.cpp,
-/// touch_*.cpp), of the solver (solver_*.cpp) and of how closely it solves (coupling/solution/closeness.cpp),
-/// which stand there.
+/// touch_*.cpp), of the solver (solver_*.cpp) and of how closely it solves
+/// (coupling/solution/solve_settings.cpp), which stand there.
 ///
 /// L  size of the smallest block of an island [m]     V  speed of an island, at least (g L)^(1/2) [m/s]
 /// r  radius of a block [m]                           d  inradius of the thinner of two blocks [m]

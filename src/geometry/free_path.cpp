@@ -117,15 +117,23 @@ double free_path(const Polyhedron& body, const Pose& pose, const TriangleSurface
   return way.least();
 }
 
+bool one_inside_other(const Polyhedron& body, const Pose& pose, const TriangleSurface& surface) {
+  std::vector<Vec3> corners;
+  for (const Vec3& x : body.vertices) corners.push_back(pose.world(x));
+  return winding(surface.vertices, surface.triangles, corners[0]) > 0.5 ||
+         winding(corners, body.triangles, surface.vertices[0]) > 0.5;
+}
+
 bool corner_inside(const Polyhedron& body, const Pose& pose, const TriangleSurface& surface) {
   std::vector<Vec3> corners;
-  Box3 box;
-  for (const Vec3& x : body.vertices) corners.push_back(pose.world(x)), box.extend(corners.back());
+  Box3 of_body, of_surface;
+  for (const Vec3& x : body.vertices) corners.push_back(pose.world(x)), of_body.extend(corners.back());
+  for (const Vec3& x : surface.vertices) of_surface.extend(x);
   const auto inside_surface = [&](const Vec3& x) {
-    return winding(surface.vertices, surface.triangles, x) > 0.5;
+    return of_surface.contains(x) && winding(surface.vertices, surface.triangles, x) > 0.5;
   };
   const auto inside_body = [&](const Vec3& x) {
-    return box.contains(x) && winding(corners, body.triangles, x) > 0.5;
+    return of_body.contains(x) && winding(corners, body.triangles, x) > 0.5;
   };
   return std::ranges::any_of(corners, inside_surface) || std::ranges::any_of(surface.vertices, inside_body);
 }

@@ -11,8 +11,12 @@ namespace talus::geometry {
 double free_path(const Polyhedron& body, const Pose& pose, const TriangleSurface& surface,
                  const Vec3& direction);
 
-/// Whether a corner of the body lies inside the closed surface, or one of the surface's inside the body: they
-/// overlap, or one lies in the other, where no faces meet [vanoosterom1983].
+/// Whether one of the two closed surfaces lies wholly inside the other, where no faces meet: one corner of
+/// each is asked [vanoosterom1983].
+bool one_inside_other(const Polyhedron& body, const Pose& pose, const TriangleSurface& surface);
+
+/// Whether any corner of the body lies inside the closed surface, or one of the surface's inside the body: at
+/// the cost of corners times triangles.
 bool corner_inside(const Polyhedron& body, const Pose& pose, const TriangleSurface& surface);
 
 }  // namespace talus::geometry

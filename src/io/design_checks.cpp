@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "core/units.hpp"
-#include "io/formulas.hpp"
+#include "formulas/formulas.hpp"
 
 namespace talus::io {
 namespace {

@@ -1,6 +1,6 @@
 /// Design formulas beside computed impacts: for each structure that was hit, the impact with the most energy
 /// along the contact normal, with the mass, that speed and the diameter of the block that the run had
-/// (io/formulas.hpp has the equations). What broke off the structure itself is no impact in their
+/// (formulas/formulas.hpp has the equations). What broke off the structure itself is no impact in their
 /// sense.
 ///
 /// What the run does not know (cushion, reinforcement, effective depth) keeps the formulas' defaults, and

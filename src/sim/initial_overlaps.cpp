@@ -104,8 +104,9 @@ std::vector<Problem> initial_overlaps(World& world, const coupling::KnownPairs& 
     }
     bool inside = false;
     if (c.a.kind == Kind::structure && touches.empty()) {
-      inside = geometry::corner_inside(*b.shape, dda::pose(state.blocks, c.b),
-                                       env.structures[static_cast<std::size_t>(c.a.index)].index->surface());
+      inside =
+          geometry::one_inside_other(*b.shape, dda::pose(state.blocks, c.b),
+                                     env.structures[static_cast<std::size_t>(c.a.index)].index->surface());
       where = state.blocks.c[static_cast<std::size_t>(c.b)];
     }
     if (!inside && deepest <= allowed) continue;

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "contact/tolerances.hpp"
-#include "coupling/solution/jammed.hpp"
+#include "coupling/solution/over_constrained.hpp"
 
 namespace talus::coupling {
 namespace {

@@ -1,4 +1,4 @@
-/// The contact problem of a step, solved as closely as the step asks (closeness.hpp).
+/// The contact problem of a step, solved as closely as the step asks (solve_settings.hpp).
 #pragma once
 #include "contact/problem.hpp"
 #include "coupling/step/step.hpp"

@@ -9,7 +9,7 @@
 #include "coupling/rows/bonds.hpp"
 #include "coupling/rows/slip_direction.hpp"
 #include "coupling/rows/spring_rows.hpp"
-#include "coupling/solution/jammed.hpp"
+#include "coupling/solution/over_constrained.hpp"
 #include "coupling/springs/quasistatic.hpp"
 #include "coupling/springs/spring_rules.hpp"
 #include "coupling/step/bodies.hpp"

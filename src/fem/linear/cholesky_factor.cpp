@@ -18,11 +18,9 @@ namespace {
 
 SuiteSparse_long* longs(void* p) { return static_cast<SuiteSparse_long*>(p); }
 
-}  // namespace
-
-namespace {
 std::mutex blas;
-}
+
+}  // namespace
 
 BlasInUse::BlasInUse() : lock_(blas) {
   [[maybe_unused]] static const bool told = [] {

@@ -64,8 +64,9 @@ struct HalfColumn {
 };
 
 /// BLAS for one thread at a time, as long as this lives. OpenBLAS without threads, Debian's package, keeps
-/// buffers that callers in several threads spoil for each other (one factor in ten was wrong, or refused);
-/// one with threads of its own may sum in another order by the machine's load, and is told to take one.
+/// buffers that callers in several threads spoil for each other (up to one factor in ten was wrong, or
+/// refused); one with threads of its own may sum in another order by the machine's load, and is told to take
+/// one.
 class BlasInUse {
  public:
   BlasInUse();

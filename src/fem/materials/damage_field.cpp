@@ -40,6 +40,7 @@ struct History<ConcreteDamage> {
   static double band(const ConcreteDamage& law, const Cell& c, int q) {
     return law.crack_length(c.f_t[q], c.b_t[q]);
   }
+  static constexpr bool crushes = true;
   /// What is crushed goes along with a change of strain that is no motion.
   static void carry(Cell& c, int q, const double (&change)[6]) {
     const double volume = change[0] + change[1] + change[2];
@@ -56,10 +57,10 @@ struct History<Cdpm2> {
   static const Cdpm2::State* in(const Cell& c) { return c.point; }
   static Cdpm2::State* in(Cell& c) { return c.point; }
   static ElasticLimits limits(const Cdpm2& law) { return {law.elastic_bound()}; }
+  static constexpr bool crushes = false;  // plastic strains take it
   static double tension(const Cell& c, int q) { return c.point[q].w_t; }
   static double compression(const Cell& c, int q) { return c.point[q].w_c; }
   static double band(const Cdpm2&, const Cell& c, int q) { return c.point[q].size; }
-  static void carry(Cell&, int, const double (&)[6]) {}
 };
 
 constexpr double path_increment =
@@ -320,7 +321,8 @@ class FieldOf final : public DamageField {
       points_.before(g, e.at, motion.v, motion.step, finite_, before, way);
       if (path_share(before, way) < 1) follow(g, before, way, rates, old, next, a);
     }
-    if (result.grew) carry_crushed(g, motion.u, e.at, next);
+    if constexpr (H::crushes)
+      if (result.grew) carry_crushed(g, motion.u, e.at, next);
     result.energy = g.volume * mean_of(a.energy);
     result.dissipation = g.volume * mean_of(a.dissipation);
     return result;
@@ -330,12 +332,13 @@ class FieldOf final : public DamageField {
   /// stores would change by no work.
   void carry_crushed(const LawGeometry& g, const double* u, const PointStrains& before, Cell& next) const {
     LawGeometry cracked = g;
-    bool grew = false;
+    bool grew = false, any_crushed = false;
     for (int q = 0; q < 8; ++q) {
       cracked.assumed.lateral[q] = 1 - H::tension(next, q);
       grew = grew || cracked.assumed.lateral[q] != g.assumed.lateral[q];
+      any_crushed = any_crushed || H::compression(next, q) > 0;
     }
-    if (!grew) return;
+    if (!grew || !any_crushed) return;
     PointStrains after;
     points_.strains(cracked, u, finite_, after);
     for (int q = 0; q < 8; ++q) {

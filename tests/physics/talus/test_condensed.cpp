@@ -240,27 +240,6 @@ TEST(Condensed, ImpactQuietImpact) {
   expect_balance(o);
 }
 
-/// A plain concrete beam on two lines, without gravity and damping, cracks under a blow, swings back and
-/// meets the block again. Long steps in between took a third of the energy of the blow: cracks that open and
-/// close are softer than K, and K - K_now is a viscosity.
-TEST(Condensed, CracksThatCloseAreNotDamped) {
-  SceneText s(Method::by_accuracy(1e-3), 0.25, Vec3::Zero());
-  s.history(2e-4)
-      .material("concrete", 2450, "f_cm = \"38 MPa\"")
-      .material("rock", 2600)
-      .interface("concrete", "rock", 0.3, "normal_stiffness = \"5e10 Pa/m\"");
-  s.box("B", Vec3(0.2, 0.2, 2), Vec3(0, 0, 1.2000001), "velocity = [0, 0, -0.5656854]\ndeformable = false\n");
-  s.raw(structure_box("beam", Vec3(2.2, 0.2, 0.4), Vec3::Zero(), {11, 2, 4}, "concrete",
-                      "support = [{ line = [[-1.1, -0.1, -0.2], [-1.1, 0.1, -0.2]] }, { line = [[1.1, -0.1, "
-                      "-0.2], [1.1, 0.1, -0.2]], held = \"yz\" }]\ndamage = \"concrete\"\nrate_effect = "
-                      "false\nerosion = false\naggregate = 0.016\n"));
-  const Outcome o = run_scene(s.str());
-  ASSERT_TRUE(o.ok()) << o.result.message;
-  const double blow = o.rows.front().ledger.kinetic;
-  EXPECT_GT(o.last().ledger.damage_work, 0.2 * blow);
-  EXPECT_LT(std::abs(o.last().ledger.numerical_dissipation()), 0.05 * blow);
-}
-
 /// A wedge of 120 kg falls between two columns with 2 % of damping, which ring in many modes. Condensed steps
 /// began at once and took 27 % of its energy; they wait for what they do not resolve.
 TEST(Condensed, RingingColumnsAreNotStilled) {

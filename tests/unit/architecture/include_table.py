@@ -13,6 +13,7 @@ import tempfile
 # folder: the folders it may include from, besides itself
 ALLOWED = {
     "core": [],
+    "formulas": ["core"],
     "contact": ["core"],
     "geometry": ["core", "contact"],
     "dda": ["core", "contact"],
@@ -20,10 +21,10 @@ ALLOWED = {
     "coupling": ["core", "contact", "geometry", "dda"],  # fem only through contact/structure.hpp
     "scene": ["core", "contact", "geometry", "dda", "coupling"],
     "sim": ["core", "contact", "geometry", "dda", "coupling", "scene"],
-    "io": ["core", "contact", "geometry", "dda", "coupling", "scene", "sim"],
+    "io": ["core", "formulas", "contact", "geometry", "dda", "coupling", "scene", "sim"],
     "verify": ["core", "contact", "geometry", "dda", "fem", "coupling", "scene", "sim", "io"],
     "ensemble": ["core", "contact", "geometry", "dda", "coupling", "scene", "sim", "io"],
-    "app": ["core", "contact", "geometry", "dda", "coupling", "scene", "sim", "io", "verify", "ensemble"],
+    "app": ["core", "formulas", "contact", "geometry", "dda", "coupling", "scene", "sim", "io", "verify", "ensemble"],
 }
 
 # what stays in one folder: pattern of the included name, the folders that may, a name for the message

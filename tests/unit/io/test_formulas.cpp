@@ -3,7 +3,7 @@
 #include <cmath>
 #include <set>
 
-#include "io/formulas.hpp"
+#include "formulas/formulas.hpp"
 
 namespace talus::formulas {
 namespace {

@@ -1,4 +1,4 @@
-#include "coupling/solution/jammed.hpp"
+#include "coupling/solution/over_constrained.hpp"
 
 #include <algorithm>
 #include <vector>

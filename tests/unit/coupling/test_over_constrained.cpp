@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "coupling/solution/jammed.hpp"
+#include "coupling/solution/over_constrained.hpp"
 
 namespace talus::coupling {
 namespace {

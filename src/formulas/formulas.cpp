@@ -1,4 +1,4 @@
-#include "io/formulas.hpp"
+#include "formulas/formulas.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "coupling/solution/closeness.hpp"
+#include "coupling/solution/solve_settings.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 // What proves rest: a heap that stands, solved to 1e-6 g h where the search stalls, and nothing beyond it.
 #include <gtest/gtest.h>
 
-#include "coupling/solution/closeness.hpp"
+#include "coupling/solution/solve_settings.hpp"
 #include "coupling/step/bodies.hpp"
 
 namespace talus::coupling {
