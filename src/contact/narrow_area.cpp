@@ -96,14 +96,19 @@ void press_areas(const Search& s, const Polyhedron& b, std::vector<ContactPoint>
   seen.clear();
   for (std::size_t i = 0; i < s.B.triangles.size(); ++i) {
     const int face = s.B.triangles[i].face;
+    const Vec3 n = s.B.triangles[i].n;
+    // Of the faces of a scan few lie flat on anything: that is asked first.
+    const auto opposed = [&n](const ContactPoint& c) {
+      return c.normal.dot(n) <= -tolerances().parallel_cosine();
+    };
+    if (std::none_of(points.begin(), points.end(), opposed)) continue;
     if (std::find(seen.begin(), seen.end(), face) != seen.end()) continue;
     seen.push_back(face);
-    const Vec3 n = s.B.triangles[i].n;
     w.chosen.clear();
     const int first = b.face_offset[face], last = b.face_offset[face + 1];
     for (int k = 0; k < static_cast<int>(points.size()); ++k) {
       const auto& c = points[k];
-      if (c.normal.dot(n) > -tolerances().parallel_cosine()) continue;
+      if (!opposed(c)) continue;
       const auto form = static_cast<Form>(c.key >> 60);
       const int feature = static_cast<int>(c.key & 0x3fffffffu);
       bool on = false;

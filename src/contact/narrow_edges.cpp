@@ -21,16 +21,17 @@ void enclose(const std::vector<Patch::Edge>& edges, std::vector<Box3>& own, std:
   }
 }
 
-/// How far beside an edge its body is, at a depth below it: 0 straight below, where the body is there.
-/// `left`, `right`: from the edge into its faces, across it; down: positive.
+/// How far beside an edge its body is, at a depth below it: as little as may be, and half of the depth within
+/// it, or midway between its faces where it is thin. `left`, `right`: from the edge into its faces, across
+/// it; down: positive.
 double beside(const Eigen::Vector2d& left, const Eigen::Vector2d& right, double depth) {
-  if (left[0] * right[0] <= 0) return 0;
   const auto at = [&](const Eigen::Vector2d& ray) {
     return ray[1] > 0 ? depth * ray[0] / ray[1]
                       : std::copysign(std::numeric_limits<double>::infinity(), ray[0]);
   };
-  const double l = at(left), r = at(right), near = std::abs(l) < std::abs(r) ? l : r, far = l + r - near;
-  return std::abs(far) > 2 * std::abs(near) ? 1.5 * near : 0.5 * (near + far);
+  const auto [low, high] = std::minmax({at(left), at(right)});
+  const double within = 0.5 * std::min(depth, high - low);
+  return std::clamp(0.0, low + within, high - within);
 }
 
 /// Of edges crossed along n, out of A: true if a point midway between them is inside both bodies. Sharp ones
@@ -45,8 +46,7 @@ bool share(const Search& s, const Patch::Edge& a, const Patch::Edge& b, const Ve
       beside({tb.dot(b.into_left), n.dot(b.into_left)}, {tb.dot(b.into_right), n.dot(b.into_right)}, half);
   const Vec3 x = 0.5 * (at_a + at_b) + ya / ta.dot(db) * db +
                  yb / tb.dot(da) * da;  // along the one edge, beside the other
-  return x.allFinite() && inside_by(s.A, *s.whole_a, x, between * half) &&
-         inside_by(s.B, *s.whole_b, x, between * half);
+  return x.allFinite() && inside_by(s, true, x, between * half) && inside_by(s, false, x, between * half);
 }
 
 bool beyond(const Box3& box, const Vec3& lo, const Vec3& hi) {
@@ -98,13 +98,13 @@ void edge_edge(const Search& s, std::vector<ContactPoint>& out) {
       if (gap > s.margin || gap < -s.depth) continue;
       // Edges far behind a rim are not crossed, and those on the far sides of two neighbours look it, or on
       // the sides of a notch and of what fills it: if they are crossed, each edge runs inside the other body,
-      // about as deep as they overlap, or two closed bodies share a point between them. Those of a skin that
+      // about as deep as they overlap, or the bodies share a point between them. Those of a skin that
       // bends need not.
       if (gap < -16 * s.touch &&
-          ((c.b - c.a).squaredNorm() > reach * reach || (s.closed() &&
-                                                         !(inside_by(s.A, *s.whole_a, c.b, -as_deep * gap) &&
-                                                           inside_by(s.B, *s.whole_b, c.a, -as_deep * gap)) &&
-                                                         !share(s, a, b, across, c.a, c.b))))
+          ((c.b - c.a).squaredNorm() > reach * reach ||
+           (s.told() &&
+            !(inside_by(s, true, c.b, -as_deep * gap) && inside_by(s, false, c.a, -as_deep * gap)) &&
+            !share(s, a, b, across, c.a, c.b))))
         continue;
       p.point_a = c.a, p.point_b = c.b, p.normal = n, p.gap = gap, p.area = 0;
       p.key = make_key(Form::edge_edge, a.id, b.id);

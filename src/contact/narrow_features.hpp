@@ -25,7 +25,12 @@ struct Search {
   const Whole *whole_a = nullptr,
               *whole_b = nullptr;  // of closed bodies, so that inside and outside can be told
   const Box3* common = nullptr;    // of closed bodies: what can touch, or lies in the other, lies in it
+  const SurfaceIndex::Impl* surface = nullptr;  // of which A is a part, about `origin`
+  Vec3 origin = Vec3::Zero();
   bool closed() const { return whole_a != nullptr; }
+  /// True if it can be told of any place whether it lies in A, and in B: of closed bodies and ground, not of
+  /// a skin that bends.
+  bool told() const { return closed() || (surface != nullptr && surface->surface.nodes.empty()); }
 };
 
 /// Least height along n that an edge of the vertex reaches, per length: negative where it falls.
@@ -47,8 +52,8 @@ inline ContactPoint vertex_contact(bool first, const Vec3& foot, const Vec3& x, 
   return c;
 }
 
-/// True if x is inside the body, more than so deep.
-bool inside_by(const Patch& p, const Whole& whole, const Vec3& x, double depth);
+/// True if x is inside body A (`first`) or B, more than so deep.
+bool inside_by(const Search& s, bool first, const Vec3& x, double depth);
 
 /// Vertices of V against triangles of T. `first` tells whether the triangles belong to body A.
 void vertex_face(const Search& s, const Patch& T, const Patch& V, bool first, std::vector<ContactPoint>& out);

@@ -10,6 +10,7 @@ struct LocalScratch {
   Patch a, b;
   std::vector<ContactPoint> points;
   Hull hull;
+  std::vector<Plane> planes;
 };
 thread_local LocalScratch local_scratch;
 
@@ -95,14 +96,15 @@ int surface_polyhedron(const SurfaceIndex::Impl& surface, const Polyhedron& b, c
       if (clears(w.a.face_normals[i], v.x)) return true;
     return false;
   });
-  Box3 near;
-  for (const auto& t : w.a.triangles) near.extend(t.a), near.extend(t.b), near.extend(t.c);
-  near.min().array() -= margin + touch;
-  near.max().array() += margin + touch;
-  // Vertices behind the surface count too: the box of the surface reaches down to the block's lowest point.
-  near.extend(box);
-  gather(b, Vec3::Zero(), pose_b.F, near, w.b);
-  const Search s{w.a, w.b, margin, touch, b.radius};
+  w.planes.clear();
+  for (const auto& t : w.a.triangles)
+    if (!clears(t.n, t.a)) w.planes.push_back({t.n, t.level});
+  gather(b, Vec3::Zero(), pose_b.F, w.planes, margin + touch, w.b);
+  // Of a vertex of the surface that only faces farther than the margin are near to, the patch does not tell
+  // whether it is in the block.
+  const Whole whole{b, Vec3::Zero(), pose_b.F};
+  Search s{w.a, w.b, margin, touch, b.radius, nullptr, &whole};
+  s.surface = &surface, s.origin = pose_b.c;
   return finish(s, b, pose_b.c, w, out);
 }
 

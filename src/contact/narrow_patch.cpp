@@ -1,5 +1,8 @@
 #include "contact/narrow_patch.hpp"
 
+#include <algorithm>
+#include <array>
+
 #include "contact/tolerances.hpp"
 
 namespace talus::contact::narrow {
@@ -9,62 +12,112 @@ bool boxes_meet(const Vec3& lo, const Vec3& hi, const Box3& box) {
   return (lo.array() <= box.max().array()).all() && (hi.array() >= box.min().array()).all();
 }
 
-}  // namespace
+/// A polyhedron in its pose, of which a patch takes what may touch.
+class Posed {
+ public:
+  Posed(const Polyhedron& p, const Vec3& centre, const Mat3& F) : p_(p), cofactor_(cofactor(F)) {
+    x.clear();
+    for (const auto& X : p.vertices) x.push_back(centre + F * X);
+    normal_.assign(p.face_normals.size(), Vec3::Zero());
+  }
 
-void gather(const Polyhedron& p, const Vec3& centre, const Mat3& F, const Box3& box, Patch& patch) {
+  /// The triangles, edges and vertices of which `in` says so, given their corners.
+  template <class In>
+  void take(const In& in, Patch& patch);
+
+  thread_local static std::vector<Vec3> x;  // corners
+
+ private:
+  /// Outward unit normal of a face, found when it is first asked for: most faces of a scan never are.
+  const Vec3& normal(int face) {
+    Vec3& n = normal_[static_cast<std::size_t>(face)];
+    if (n.isZero(0)) n = (cofactor_ * p_.face_normals[static_cast<std::size_t>(face)]).normalized();
+    return n;
+  }
+
+  const Polyhedron& p_;
+  Mat3 cofactor_;
+  thread_local static std::vector<Vec3> normal_;
+};
+
+thread_local std::vector<Vec3> Posed::x;
+thread_local std::vector<Vec3> Posed::normal_;
+
+template <class In>
+void Posed::take(const In& in, Patch& patch) {
   patch.clear();
-  thread_local std::vector<Vec3> x, normal;
-  x.clear();
-  normal.clear();
-  for (const auto& X : p.vertices) x.push_back(centre + F * X);
-  const Mat3 cof = cofactor(F);
-  for (const auto& n : p.face_normals) normal.push_back((cof * n).normalized());
-
-  for (std::size_t t = 0; t < p.triangles.size(); ++t) {
-    const auto& v = p.triangles[t];
-    const Vec3 &a = x[v[0]], &b = x[v[1]], &c = x[v[2]];
-    if (!boxes_meet(a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c), box)) continue;
+  for (std::size_t t = 0; t < p_.triangles.size(); ++t) {
+    const auto& v = p_.triangles[t];
+    if (!in(std::span<const int>(v))) continue;
     Patch::Triangle q;
-    q.id = q.face = p.triangle_face[t];
-    q.a = a, q.b = b, q.c = c;
-    q.n = normal[q.face];
-    q.level = q.n.dot(a);
+    q.id = q.face = p_.triangle_face[t];
+    q.a = x[v[0]], q.b = x[v[1]], q.c = x[v[2]];
+    q.n = normal(q.face);
+    q.level = q.n.dot(q.a);
     for (int k = 0; k < 3; ++k) {
       q.sharp[k] = q.rim[k] = false;
       const int v0 = v[k], v1 = v[(k + 1) % 3];
-      for (int i = p.vertex_edge_offset[v0]; i < p.vertex_edge_offset[v0 + 1]; ++i) {
-        const auto& e = p.edges[p.vertex_edges[i]];
+      for (int i = p_.vertex_edge_offset[v0]; i < p_.vertex_edge_offset[v0 + 1]; ++i) {
+        const auto& e = p_.edges[p_.vertex_edges[i]];
         if ((e.v0 == v0 && e.v1 == v1) || (e.v0 == v1 && e.v1 == v0)) q.sharp[k] = e.sine > 0;
       }
     }
     patch.triangles.push_back(q);
   }
-  for (int i = 0; i < static_cast<int>(p.edges.size()); ++i) {
-    const auto& e = p.edges[i];
-    if (e.sine <= 0) continue;
+  for (int i = 0; i < static_cast<int>(p_.edges.size()); ++i) {
+    const auto& e = p_.edges[i];
+    if (e.sine <= 0 || !in(std::array{e.v0, e.v1})) continue;
     const Vec3 &a = x[e.v0], &b = x[e.v1];
-    if (!boxes_meet(a.cwiseMin(b), a.cwiseMax(b), box)) continue;
     const Vec3 d = (b - a).normalized();
-    const Vec3 &l = normal[e.left], &r = normal[e.right];
+    const Vec3 l = normal(e.left), r = normal(e.right);
     patch.edges.push_back({i, e.v0, e.v1, e.left, e.right, a, b, l, r, l.cross(d), -r.cross(d)});
   }
   for (int v = 0; v < static_cast<int>(x.size()); ++v) {
-    if (!box.contains(x[v]) || p.vertex_edge_offset[v] == p.vertex_edge_offset[v + 1]) continue;
+    if (!in(std::array{v}) || p_.vertex_edge_offset[v] == p_.vertex_edge_offset[v + 1]) continue;
     Patch::Vertex q{
         v, x[v], static_cast<int>(patch.directions.size()), 0, static_cast<int>(patch.face_normals.size()),
         0};
     bool convex = false;
-    for (int i = p.vertex_edge_offset[v]; i < p.vertex_edge_offset[v + 1]; ++i) {
-      const auto& e = p.edges[p.vertex_edges[i]];
+    for (int i = p_.vertex_edge_offset[v]; i < p_.vertex_edge_offset[v + 1]; ++i) {
+      const auto& e = p_.edges[p_.vertex_edges[i]];
       convex |= e.sine > 0;
       patch.directions.push_back((x[e.v0 == v ? e.v1 : e.v0] - x[v]).normalized());
       ++q.count;
-      patch.face_normals.push_back(normal[e.left]);
-      patch.face_normals.push_back(normal[e.right]);
+      patch.face_normals.push_back(normal(e.left));
+      patch.face_normals.push_back(normal(e.right));
       q.faces += 2;
     }
     if (convex) patch.vertices.push_back(q);
   }
+}
+
+}  // namespace
+
+void gather(const Polyhedron& p, const Vec3& centre, const Mat3& F, const Box3& box, Patch& patch) {
+  Posed posed(p, centre, F);
+  posed.take(
+      [&](std::span<const int> corners) {
+        Box3 own;
+        for (const int v : corners) own.extend(posed.x[v]);
+        return boxes_meet(own.min(), own.max(), box);
+      },
+      patch);
+}
+
+void gather(const Polyhedron& p, const Vec3& centre, const Mat3& F, std::span<const Plane> planes,
+            double margin, Patch& patch) {
+  Posed posed(p, centre, F);
+  thread_local std::vector<char> reaches;
+  reaches.clear();
+  for (const Vec3& x : posed.x)
+    reaches.push_back(std::any_of(planes.begin(), planes.end(), [&](const Plane& plane) {
+      return plane.n.dot(x) - plane.level <= margin;
+    }));
+  posed.take(
+      [&](std::span<const int> corners) {
+        return std::any_of(corners.begin(), corners.end(), [&](int v) { return reaches[v] != 0; });
+      },
+      patch);
 }
 
 void gather(const SurfaceIndex::Impl& s, const Vec3& origin, const Box3& box, Patch& patch) {

@@ -1,6 +1,7 @@
 /// The part of a body that may touch: triangles, true convex edges and vertices in world axes about a local
 /// origin. Internal to src/contact.
 #pragma once
+#include <span>
 #include <vector>
 
 #include "contact/narrow_math.hpp"
@@ -41,9 +42,19 @@ struct Patch {
   }
 };
 
-/// Everything of a posed polyhedron near `box` (local axes about `origin` = -shift): world position minus
-/// origin.
+/// n . x = level, n outwards.
+struct Plane {
+  Vec3 n;
+  double level;
+};
+
+/// Everything of a posed polyhedron that reaches into a box.
 void gather(const Polyhedron& p, const Vec3& centre, const Mat3& F, const Box3& box, Patch& patch);
+/// Everything of a posed polyhedron that does not lie more than `margin` before all of these planes. Of a
+/// surface that they bound, nothing else can come within the margin: x at a distance d from a point of the
+/// plane's triangle has n . x - level <= d, and a triangle lies before a plane where its corners do.
+void gather(const Polyhedron& p, const Vec3& centre, const Mat3& F, std::span<const Plane> planes,
+            double margin, Patch& patch);
 /// Everything of a surface near `box`, which is relative to `origin`. `viewpoint` picks the side of a
 /// two-sided surface.
 void gather(const SurfaceIndex::Impl& s, const Vec3& origin, const Box3& box, Patch& patch);

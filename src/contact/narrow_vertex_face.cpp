@@ -132,6 +132,16 @@ double ahead(const Patch& p, const std::vector<Ball>& balls, const std::vector<B
              : 0;
 }
 
+/// True if x lies behind the surface of which the patch is a part; a point of it is no farther than `reach`.
+bool behind_surface(const Search& s, const Vec3& x, double reach) {
+  thread_local Patch around;
+  const Vec3 r = Vec3::Constant(reach + s.touch);
+  gather(*s.surface, s.origin, Box3(x - r, x + r), around);
+  Nearest nearest{.foot = x};
+  for (const auto& t : around.triangles) nearest.visit(t, x, s.touch);
+  return nearest.pseudo.dot(x - nearest.foot) < 0;
+}
+
 /// The triangles of one body that the vertices of the other meet.
 struct Target {
   const Search& s;
@@ -282,9 +292,11 @@ void Target::inside_body(const Patch::Vertex& v, std::size_t start) const {
   if (!t_near || nearest > s.depth || pseudo.dot(v.x - foot_near) >= 0) return;
   // At a corner the sum of the normals does not tell, nor do faces beyond the margin, which are not all in
   // the patch.
-  const bool doubtful = nearest > s.margin || (pseudo != t_near->n && nearest > 16 * s.touch);
-  if (const Whole* whole = first ? s.whole_a : s.whole_b; whole != nullptr && doubtful && !whole->holds(v.x))
+  const bool far_off = nearest > s.margin;
+  if (const Whole* whole = first ? s.whole_a : s.whole_b;
+      whole != nullptr && (far_off || (pseudo != t_near->n && nearest > 16 * s.touch)) && !whole->holds(v.x))
     return;
+  if (first && s.surface != nullptr && far_off && !behind_surface(s, v.x, nearest)) return;
   if (pseudo == t_near->n && past_rim(*t_near, v.x, foot_near, s.touch)) return;
   // A vertex on the surface, or just behind it, has nothing to do with the far side of a thick body.
   const bool far = admitted > std::max(crossed_overlap * s.depth, 2 * nearest);
@@ -318,11 +330,14 @@ bool Whole::holds(const Vec3& x) const {
   return sum > 2 * std::numbers::pi;
 }
 
-bool inside_by(const Patch& p, const Whole& whole, const Vec3& x, double depth) {
+bool inside_by(const Search& s, bool first, const Vec3& x, double depth) {
+  const Patch& p = first ? s.A : s.B;
   Nearest nearest{.foot = x};
   for (const auto& t : p.triangles)
     if (std::abs(t.n.dot(x) - t.level) <= nearest.distance) nearest.visit(t, x, 0);
-  return nearest.distance > depth && whole.holds(x);
+  if (nearest.distance <= depth) return false;
+  const Whole* whole = first ? s.whole_a : s.whole_b;
+  return whole != nullptr ? whole->holds(x) : behind_surface(s, x, nearest.distance);
 }
 
 void vertex_face(const Search& s, const Patch& T, const Patch& V, bool first,

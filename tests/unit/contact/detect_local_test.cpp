@@ -152,6 +152,34 @@ TEST(SurfaceContact, TerrainPeakAgainstABlockFace) {
   }
 }
 
+/// A boulder of many faces among peaks: of its faces only those near the ground are looked at, and a peak
+/// that stands beside it, or an edge before it, must not be taken for one inside.
+TEST(SurfaceContact, PeaksBesideABoulderOfManyFacesAreNotInIt) {
+  std::mt19937 rng(12);
+  std::uniform_real_distribution<double> u(-1, 1);
+  const Polyhedron round = hull(sphere_points(120, 0.8, rng));
+  std::vector<Vec3> corners = round.vertices;
+  for (Vec3& x : corners) x *= 1 + 0.25 * u(rng);
+  const Polyhedron boulder = make_polyhedron(corners, round.triangles);
+  constexpr double margin = 1e-3;
+  int touching = 0;
+  for (int trial = 0; trial < 100; ++trial) {
+    TriangleSurface s = grid(16, 0.3);
+    for (Vec3& x : s.vertices) x.z() += 0.4 * u(rng);
+    const SurfaceIndex index(s);
+    const Mat3 Q = random_rotation(rng);
+    Vec3 c(0.3 * u(rng), 0.3 * u(rng), 1.5);
+    // Down until the first corner or peak is on the other.
+    while (on(index, boulder, {c, Q}, 0.1).empty()) c.z() -= 0.09;
+    while (on(index, boulder, {c, Q}, margin).empty()) c.z() -= 0.5 * margin;
+    for (const ContactPoint& p : on(index, boulder, {c, Q}, margin)) {
+      EXPECT_GT(p.gap, -margin) << "trial " << trial << ", form " << (p.key >> 60);
+      touching += p.gap < margin;
+    }
+  }
+  EXPECT_GE(touching, 100);
+}
+
 TEST(SurfaceContact, ValleyHoldsACubeOnBothSides) {
   // V-valley at 45 degrees: a cube turned by 45 degrees lies on two faces.
   TriangleSurface s = roof(-1);
