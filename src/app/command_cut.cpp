@@ -35,7 +35,8 @@ int command_cut(const Options& options) {
                        "name another directory");
   for (const Problem& warning : scene.warnings) tell("{}\n", warning.str());
   const scene::RockMass& mass = *scene.rock_mass;
-  const geometry::CutSpec spec = sim::cut_spec(mass);
+  const std::optional<geometry::Terrain> terrain = sim::load_ground(scene);
+  const geometry::CutSpec spec = sim::cut_spec(mass, terrain ? &*terrain : nullptr);
   const geometry::CutResult cut = geometry::cut(spec);
   for (const Problem& warning : cut.warnings) tell("{}\n", warning.str());
 
@@ -50,7 +51,6 @@ int command_cut(const Options& options) {
         {std::atan(s.friction.value_or(law.friction)), s.cohesion.value_or(law.cohesion)});
   for (std::size_t i = 0; i <= mass.joints.size(); ++i)
     keys.strength.push_back({std::atan(law.friction), law.cohesion});  // the last for rock outside the region
-  const std::optional<geometry::Terrain> terrain = sim::load_ground(scene.site);
   // A face closer to the ground than this, along its normal, rests on it.
   const double reach = 1e-3 * std::cbrt(cut.region_volume);
   keys.is_held = [reach, in_ground = sim::ground_of(terrain ? &terrain->surface : nullptr, scene.planes)](

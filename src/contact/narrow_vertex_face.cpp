@@ -221,7 +221,7 @@ bool Target::before_faces(const Patch::Vertex& v) const {
     if (fall < -tolerances().steep && facing(V, v, t.n) > -tolerances().lean)
       continue;  // the far side of the other body
     if (where == 1 && h <= s.touch) {
-      if (fall >= -tolerances().steep) edge.add(fall, t);  // else flush with a side wall
+      edge.add(fall, t);
       continue;
     }
     emit(v, start, t, t.n, v.x - h * t.n, h);

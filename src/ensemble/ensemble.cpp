@@ -100,9 +100,9 @@ Ensemble::Ensemble(const std::string& file, const scene::Overrides& overrides)
   title_ = provisional.title;
   planes_ = provisional.planes;
   if (provisional.site) origin_ = provisional.site->origin;
-  shares_ground_ = !design_.varies("site") && !design_.varies("plane");
+  shares_ground_ = !design_.varies("site") && !design_.varies("plane") && !design_.varies("rock_mass");
   shares_structures_ = !design_.varies("structure");
-  auto read_ground = std::make_unique<sim::Shared>(provisional.site);
+  auto read_ground = std::make_unique<sim::Shared>(provisional);
   ground_ = read_ground->ground();
   crs_ = provisional.site ? (provisional.site->crs.empty() && ground_ ? ground_->crs : provisional.site->crs)
                           : "";

@@ -39,7 +39,7 @@ std::vector<Problem> cut_problems(const CutSpec& spec) {
                           const std::string& remedy) {
     if (!good) error(key, fmt::format("{}", x), rule, remedy);
   };
-  if (spec.region.empty() && !spec.box)
+  if (spec.region.empty() && !spec.box && !spec.mesh)
     error("rock_mass", "", "needs a region", "give region = \"mass.obj\" or box = { min, max }");
   if (!spec.region.empty() && spec.box)
     error("rock_mass.box", "", "stands beside region", "give one of the two");
@@ -357,6 +357,15 @@ void cut_with_polygon(CellComplex& complex, std::vector<Mark>& marks, const Join
 
 }  // namespace cutting
 
+Mesh region_mesh(const std::string& file, const std::optional<Box3>& box) {
+  if (!box) return read_closed_mesh(file);
+  std::vector<Vec3> p;
+  for (int i = 0; i < 8; ++i)
+    p.emplace_back(i & 1 ? box->max().x() : box->min().x(), i & 2 ? box->max().y() : box->min().y(),
+                   i & 4 ? box->max().z() : box->min().z());
+  return convex_hull(p);
+}
+
 CutResult cut(const CutSpec& spec) {
   using namespace cutting;
   CutResult result;
@@ -366,19 +375,8 @@ CutResult cut(const CutSpec& spec) {
     throw InputError(std::move(problems));
   result.warnings = std::move(problems);
 
-  Polyhedron region;
-  if (spec.box) {
-    std::vector<Vec3> p;
-    for (int i = 0; i < 8; ++i)
-      p.emplace_back(i & 1 ? spec.box->max().x() : spec.box->min().x(),
-                     i & 2 ? spec.box->max().y() : spec.box->min().y(),
-                     i & 4 ? spec.box->max().z() : spec.box->min().z());
-    const Mesh mesh = convex_hull(p);
-    region = make_polyhedron(mesh.vertices, mesh.triangles);
-  } else {
-    const Mesh mesh = read_closed_mesh(spec.region);
-    region = make_polyhedron(mesh.vertices, mesh.triangles);
-  }
+  const Mesh mesh = spec.mesh ? *spec.mesh : region_mesh(spec.region, spec.box);
+  const Polyhedron region = make_polyhedron(mesh.vertices, mesh.triangles);
   Box3 box = bounding_box(region);
   result.region_volume = volume(region);
   if (const double blocks = expected_blocks(spec.joint_sets, result.region_volume);

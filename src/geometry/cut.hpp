@@ -29,6 +29,7 @@
 #include "contact/polyhedron.hpp"
 #include "core/error.hpp"
 #include "core/types.hpp"
+#include "geometry/mesh.hpp"
 
 namespace talus::geometry {
 
@@ -55,7 +56,8 @@ struct CutJoint {
 };
 
 struct CutSpec {
-  std::string region;  // closed mesh file; empty: box
+  std::string region;        // closed mesh file; empty: box
+  std::optional<Mesh> mesh;  // the region itself, in place of file and box
   std::optional<Box3> box;
   std::vector<CutJointSet> joint_sets;
   std::vector<CutJoint> joints;
@@ -106,6 +108,9 @@ Vec3 joint_normal(double dip_direction, double dip);
 /// Everything that is wrong with the spec (dip beyond 90 degrees, no spacing, ...) and warnings (sets that
 /// are nearly parallel). Does not read the region.
 std::vector<Problem> cut_problems(const CutSpec& spec);
+
+/// The region as a closed mesh: the box, or what the file holds. Throws InputError.
+Mesh region_mesh(const std::string& file, const std::optional<Box3>& box);
 
 /// Throws InputError with all problems.
 CutResult cut(const CutSpec& spec);

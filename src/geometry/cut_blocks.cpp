@@ -8,24 +8,12 @@
 #include <numeric>
 #include <tuple>
 
+#include "core/disjoint_sets.hpp"
 #include "geometry/cut_internal.hpp"
 #include "geometry/mesh.hpp"
 
 namespace talus::geometry::cutting {
 namespace {
-
-struct DisjointSets {
-  std::vector<int> parent;
-  explicit DisjointSets(std::size_t n) : parent(n) { std::iota(parent.begin(), parent.end(), 0); }
-  int find(int i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-  }
-  void join(int a, int b) {
-    a = find(a), b = find(b);
-    parent[std::max(a, b)] = std::min(a, b);
-  }
-};
 
 /// The boundary of one block as the complex has it.
 struct Side {
@@ -58,7 +46,16 @@ class BlockBuilder {
     block.centroid = centroid(triangles);
     for (Vec3& v : x_) v -= block.centroid;
     block.volume = signed_volume(x_, triangles);
-    block.body = make_polyhedron(x_, triangles, 1e-7);
+    try {
+      block.body = make_polyhedron(x_, triangles, 1e-7);
+    } catch (const InputError& e) {
+      throw InputError(Problem{
+          .key = "rock_mass",
+          .value = fmt::format("({:.6g}, {:.6g}, {:.6g})", block.centroid.x(), block.centroid.y(),
+                               block.centroid.z()),
+          .rule = "the block about this place would touch itself in an edge: " + e.problems().front().str(),
+          .remedy = "shift the origin of a joint set, or the region, by a centimetre"});
+    }
     // The joint of a face: that of the larger part of its triangles (coplanar parts may come from two
     // joints).
     block.body.face_joint_set.assign(block.body.faces(), -1);
@@ -115,7 +112,7 @@ class BlockBuilder {
   void copy_corners() {
     std::vector<int> offset{0};
     for (const Side& s : sides_) offset.push_back(offset.back() + static_cast<int>(s.loop.size()));
-    DisjointSets corners(static_cast<std::size_t>(offset.back()));
+    DisjointSets corners(static_cast<int>(offset.back()));
     twin_.assign(sides_.size(), {});
     for (std::size_t s = 0; s < sides_.size(); ++s) twin_[s].assign(sides_[s].loop.size(), -1);
     const auto uses = edge_uses();
@@ -157,7 +154,7 @@ class BlockBuilder {
     std::vector<int> local(static_cast<std::size_t>(offset.back()), -1);
     for (std::size_t s = 0; s < sides_.size(); ++s)
       for (std::size_t k = 0; k < sides_[s].loop.size(); ++k) {
-        const int root = corners.find(offset[s] + static_cast<int>(k));
+        const int root = corners.root(offset[s] + static_cast<int>(k));
         if (local[root] < 0) {
           local[root] = static_cast<int>(x_.size());
           x_.push_back(complex_.vertices()[sides_[s].loop[k]]);
@@ -165,7 +162,7 @@ class BlockBuilder {
       }
     for (std::size_t s = 0; s < sides_.size(); ++s)
       for (std::size_t k = 0; k < sides_[s].loop.size(); ++k)
-        sides_[s].loop[k] = local[corners.find(offset[s] + static_cast<int>(k))];
+        sides_[s].loop[k] = local[corners.root(offset[s] + static_cast<int>(k))];
   }
 
   Box3 bounds() const {
@@ -178,7 +175,7 @@ class BlockBuilder {
   /// out.
   bool simplified(std::vector<std::array<int, 3>>& triangles, std::vector<int>& joint) const {
     const int n = static_cast<int>(sides_.size());
-    DisjointSets patches(static_cast<std::size_t>(n));
+    DisjointSets patches(static_cast<int>(n));
     for (int s = 0; s < n; ++s)
       for (int t : twin_[s])
         if (t >= 0 && sides_[s].plane == sides_[t].plane && sides_[s].along == sides_[t].along)
@@ -187,19 +184,19 @@ class BlockBuilder {
     for (int s = 0; s < n; ++s)
       for (int v : sides_[s].loop) {
         auto& list = at_vertex[v];
-        const int p = patches.find(s);
+        const int p = patches.root(s);
         if (std::find(list.begin(), list.end(), p) == list.end()) list.push_back(p);
       }
     std::map<int, std::map<int, int>> next;  // patch -> border edge from vertex to vertex
     std::map<int, std::map<int, double>> joint_area;
     for (int s = 0; s < n; ++s) {
-      const int p = patches.find(s);
+      const int p = patches.root(s);
       joint_area[p][sides_[s].joint] += sides_[s].area;
       const auto& loop = sides_[s].loop;
       for (std::size_t k = 0; k < loop.size(); ++k) {
         const int t = twin_[s][k];
         if (t < 0) return false;
-        if (patches.find(t) == p) continue;
+        if (patches.root(t) == p) continue;
         if (!next[p].emplace(loop[k], loop[(k + 1) % loop.size()]).second)
           return false;  // the border pinches
       }
@@ -291,7 +288,7 @@ class BlockBuilder {
 void make_blocks(const CellComplex& complex, const std::vector<Mark>& marks, double least_volume,
                  CutResult& result) {
   const int n = static_cast<int>(complex.cells().size());
-  DisjointSets sets(static_cast<std::size_t>(n));
+  DisjointSets sets(static_cast<int>(n));
   for (const auto& f : complex.faces())
     if (f.cell[0] >= 0 && f.cell[1] >= 0 && marks[f.mark].intact) sets.join(f.cell[0], f.cell[1]);
 
@@ -300,11 +297,11 @@ void make_blocks(const CellComplex& complex, const std::vector<Mark>& marks, dou
     std::vector<double> volume(n, 0.0);
     std::vector<std::map<int, double>> shared(n);
     for (int c = 0; c < n; ++c)
-      if (complex.cells()[c].alive) volume[sets.find(c)] += complex.volume(c);
+      if (complex.cells()[c].alive) volume[sets.root(c)] += complex.volume(c);
     for (int f = 0; f < static_cast<int>(complex.faces().size()); ++f) {
       const auto& face = complex.faces()[f];
       if (face.cell[0] < 0 || face.cell[1] < 0) continue;
-      const int a = sets.find(face.cell[0]), b = sets.find(face.cell[1]);
+      const int a = sets.root(face.cell[0]), b = sets.root(face.cell[1]);
       if (a == b) continue;
       const double area = complex.area(f);
       shared[a][b] += area;
@@ -312,12 +309,12 @@ void make_blocks(const CellComplex& complex, const std::vector<Mark>& marks, dou
     }
     std::vector<std::pair<double, int>> small;
     for (int c = 0; c < n; ++c)
-      if (complex.cells()[c].alive && sets.find(c) == c && volume[c] < least_volume)
+      if (complex.cells()[c].alive && sets.root(c) == c && volume[c] < least_volume)
         small.emplace_back(volume[c], c);
     std::sort(small.begin(), small.end());
     for (std::size_t i = 0; i < small.size(); ++i) {
       const auto [was, c] = small[i];
-      if (sets.find(c) != c || volume[c] >= least_volume)
+      if (sets.root(c) != c || volume[c] >= least_volume)
         continue;  // has been joined by, or has joined, another
       int best = -1;
       double area = 0;
@@ -347,7 +344,7 @@ void make_blocks(const CellComplex& complex, const std::vector<Mark>& marks, dou
   std::vector<int> number(n, -1);
   for (int c = 0; c < n; ++c) {
     if (!complex.cells()[c].alive) continue;
-    const int root = sets.find(c);
+    const int root = sets.root(c);
     if (number[root] < 0) {
       number[root] = static_cast<int>(members.size());
       members.emplace_back();

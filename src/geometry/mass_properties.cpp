@@ -20,17 +20,15 @@ double signed_volume(const std::vector<Vec3>& vertices, const std::vector<std::a
   return six_v / 6;
 }
 
-MassProperties mass_properties(const std::vector<Vec3>& vertices,
-                               const std::vector<std::array<int, 3>>& triangles, double density) {
+namespace {
+
+MassProperties integrate(const std::vector<Vec3>& vertices, const std::vector<std::array<int, 3>>& triangles,
+                         double density) {
   if (!(density > 0))
     throw InputError(Problem{.key = "density",
                              .value = fmt::format("{}", density),
                              .rule = "must be positive",
                              .remedy = "give the density in kg/m^3"});
-  Mesh mesh{vertices, triangles, {}, {}};
-  if (auto problems = closed_mesh_problems(mesh, "", false); !problems.empty())
-    throw InputError(std::move(problems));
-
   MassProperties p;
   for (const Vec3& v : vertices) p.bounds.extend(v);
   // First pass about the middle of the box, for V and c; second pass about c, so that S loses no digits.
@@ -64,8 +62,18 @@ MassProperties mass_properties(const std::vector<Vec3>& vertices,
   return p;
 }
 
+}  // namespace
+
+MassProperties mass_properties(const std::vector<Vec3>& vertices,
+                               const std::vector<std::array<int, 3>>& triangles, double density) {
+  const Mesh mesh{vertices, triangles, {}, {}};
+  if (auto problems = closed_mesh_problems(mesh, "", false); !problems.empty())
+    throw InputError(std::move(problems));
+  return integrate(vertices, triangles, density);
+}
+
 MassProperties mass_properties(const Polyhedron& block, double density) {
-  return mass_properties(block.vertices, block.triangles, density);
+  return integrate(block.vertices, block.triangles, density);
 }
 
 double volume(const Polyhedron& block) { return signed_volume(block.vertices, block.triangles); }

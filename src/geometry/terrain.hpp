@@ -17,6 +17,7 @@
 #include "contact/surface.hpp"
 #include "core/error.hpp"
 #include "core/types.hpp"
+#include "geometry/mesh.hpp"
 #include "geometry/roughen.hpp"
 
 namespace talus::geometry {
@@ -60,6 +61,7 @@ struct Terrain {
   double decimation_reached = 0;   // bound of the decimated surface's vertical error [m]
   std::size_t triangles_read = 0;  // before decimation
   std::vector<Problem> warnings;   // holes, dropped triangles
+  std::optional<Mesh> taken_out;   // the rock mass whose place the surface leaves out
 
   /// True if (x, y) lies within the grid's limits but no triangle covers it.
   bool over_hole(double x, double y) const;

@@ -11,7 +11,7 @@ std::vector<Key> rock_mass_keys() {
       {.path = "rock_mass.region",
        .type = Type::path,
        .doc = "Closed mesh of the region, convex or not.",
-       .required = "unless box or blocks are given"},
+       .required = "unless box, slip_surface or blocks are given"},
       {.path = "rock_mass.box", .type = Type::table, .doc = "The region as a box, in place of a mesh."},
       {.path = "rock_mass.box.min",
        .type = Type::vector,
@@ -23,6 +23,19 @@ std::vector<Key> rock_mass_keys() {
        .dimension = length,
        .doc = "Upper corner.",
        .required = "always in rock_mass.box"},
+      {.path = "rock_mass.slip_surface",
+       .type = Type::path,
+       .doc = "Surface that the rock mass lies on, below the terrain: mesh or raster in the terrain's map "
+              "coordinates. The region is what lies between it and the terrain, within region or box if they "
+              "are given. Where it is not below the terrain it does not count."},
+      {.path = "rock_mass.from_terrain",
+       .type = Type::boolean,
+       .fallback = "true with slip_surface, else false",
+       .doc = "The region is cut out of the terrain: of the region what lies below the terrain is the rock "
+              "mass, and the terrain keeps a hollow of that shape, in which the blocks start."},
+      {.path = "rock_mass.bed_material",
+       .type = Type::text,
+       .doc = "Material of the terrain in that hollow. Omitted: the rock mass's own."},
       {.path = "rock_mass.blocks",
        .type = Type::path,
        .doc = "Blocks that are cut already, in place of region and joints: OBJ with a group for each block, "

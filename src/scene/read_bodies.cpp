@@ -403,12 +403,25 @@ void read_rock_mass(Reading& in, const View& root) {
   if (view->has("region") && view->has("box"))
     view->problem("box", "the region is given twice", "give region, or box");
   if (view->has("blocks")) {
-    for (const char* key : {"region", "box", "joint_set", "joint", "least_volume", "prefix"})
+    for (const char* key : {"region", "box", "slip_surface", "from_terrain", "bed_material", "joint_set",
+                            "joint", "least_volume", "prefix"})
       if (view->has(key)) view->problem(key, "the blocks are cut already", "remove it, or blocks");
-  } else if (!view->has("box")) {
-    view->missing("region", "or box, or blocks");
+  } else if (!view->has("box") && !view->has("slip_surface")) {
+    view->missing("region", "or box, slip_surface or blocks");
   }
   mass.material = in.material(*view, "material");
+  mass.slip_surface = in.file(*view, "slip_surface");
+  mass.from_terrain = view->has("from_terrain") ? view->flag("from_terrain") : view->has("slip_surface");
+  mass.bed_material = view->has("bed_material") ? in.material(*view, "bed_material") : mass.material;
+  if (view->has("slip_surface") && !mass.from_terrain)
+    view->problem("from_terrain", "a slip surface bounds what is cut out of the terrain",
+                  "remove from_terrain, or slip_surface");
+  if (view->has("bed_material") && !mass.from_terrain)
+    view->problem("bed_material", "has no effect: the rock mass is not cut out of the terrain",
+                  "add from_terrain = true, or remove it");
+  if (mass.from_terrain && (!in.scene.site || !in.scene.site->given()))
+    view->problem(view->has("slip_surface") ? "slip_surface" : "from_terrain",
+                  "the scene has no terrain that the rock mass could be cut out of", "add [site]");
   need_density(*view, in.scene, mass.material);
   mass.deformable = deformable(*view, in.scene, mass.material, false);
   mass.least_volume = view->number("least_volume");

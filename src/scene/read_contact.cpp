@@ -315,6 +315,8 @@ Needs needed_pairs(const Scene& scene) {
   std::vector<Body> bodies;
   for (const Block& b : scene.blocks) bodies.push_back({b.material, !b.fixed, false});
   if (scene.rock_mass) bodies.insert(bodies.end(), 2, {scene.rock_mass->material, true, false});
+  if (scene.rock_mass && scene.rock_mass->from_terrain)
+    bodies.push_back({scene.rock_mass->bed_material, false, false});
   if (scene.site) {
     bodies.push_back({scene.site->material, false, false});
     for (const auto& area : scene.site->material_areas) bodies.push_back({area.material, false, false});

@@ -103,7 +103,7 @@ Json interface(const Scene& scene, int a, int b) {
   return out;
 }
 
-Json rock_mass(const RockMass& mass, const std::string& material) {
+Json rock_mass(const RockMass& mass, const std::string& material, const std::string& bed_material) {
   Json out;
   if (!mass.blocks.empty()) {
     out["blocks"] = mass.blocks;
@@ -113,6 +113,8 @@ Json rock_mass(const RockMass& mass, const std::string& material) {
   }
   if (!mass.region.empty()) out["region"] = mass.region;
   if (mass.box) out["box"] = box(*mass.box);
+  if (!mass.slip_surface.empty()) out["slip_surface"] = mass.slip_surface;
+  if (mass.from_terrain) out["from_terrain"] = true, out["bed_material"] = bed_material;
   out["material"] = material;
   out["deformable"] = mass.deformable;
   out["least_volume"] = mass.least_volume;
@@ -330,7 +332,9 @@ std::string resolved_json(const Scene& scene) {
     if (scene.simulation.method == Simulation::Method::talus) block["deformable"] = b.deformable;
     out["block"].push_back(block);
   }
-  if (scene.rock_mass) out["rock_mass"] = rock_mass(*scene.rock_mass, material(scene.rock_mass->material));
+  if (scene.rock_mass)
+    out["rock_mass"] = rock_mass(*scene.rock_mass, material(scene.rock_mass->material),
+                                 material(scene.rock_mass->bed_material));
   for (const StructureSpec& s : scene.structures)
     out["structure"].push_back(structure(s, material(s.material)));
   if (scene.impact) {

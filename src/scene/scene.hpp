@@ -149,7 +149,9 @@ struct RockMass {
   std::string blocks;  // absolute path of a block system that is cut already; empty: cut
   std::string region;  // absolute path; empty: box
   std::optional<Box3> box;
-  int material = 0;
+  std::string slip_surface;   // absolute path; empty: none
+  bool from_terrain = false;  // cut out of the terrain, which keeps a hollow of material `bed_material`
+  int material = 0, bed_material = 0;
   std::vector<JointSet> joint_sets;
   std::vector<Joint> joints;
   double least_volume = 0;  // merge slivers below [m^3]

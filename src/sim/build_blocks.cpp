@@ -192,7 +192,7 @@ void Builder::add_rock_mass() {
   geometry::CutResult cut;
   try {
     if (!mass->blocks.empty()) return add_block_system(*mass);
-    cut = geometry::cut(cut_spec(*mass));
+    cut = geometry::cut(cut_spec(*mass, terrain_.get()));
   } catch (const InputError& e) {
     add_problems(e.problems());
     return;

@@ -8,7 +8,9 @@
 #include <memory>
 
 #include "contact/plumb.hpp"
+#include "geometry/cut.hpp"
 #include "geometry/random.hpp"
+#include "geometry/take_out.hpp"
 
 namespace talus::sim {
 namespace {
@@ -41,8 +43,9 @@ double highest_ground(const geometry::Terrain* terrain, const std::vector<Plane>
 
 }  // namespace
 
-std::optional<geometry::Terrain> load_ground(const std::optional<scene::Site>& site) {
-  if (!site || !site->given()) return std::nullopt;
+namespace {
+
+geometry::Terrain load_site(const std::optional<scene::Site>& site) {
   geometry::TerrainOptions o;
   o.two_sided = site->two_sided;
   o.default_material = site->material;
@@ -62,6 +65,33 @@ std::optional<geometry::Terrain> load_ground(const std::optional<scene::Site>& s
   for (const auto& f : site->faces) faces.push_back({f.dip, f.length});
   TriangleSurface slope = geometry::slope_from_faces(site->crest, site->dip_direction, faces, site->width);
   return geometry::make_terrain(std::move(slope.vertices), std::move(slope.triangles), o, "site.face");
+}
+
+/// Takes the rock mass out of the ground.
+void take_out(geometry::Terrain& terrain, const scene::RockMass& mass, const scene::Site& site) {
+  std::optional<TriangleSurface> slip;
+  std::optional<geometry::Mesh> region;
+  if (!mass.slip_surface.empty()) {
+    geometry::TerrainOptions o;
+    o.origin = site.origin;
+    o.crs = site.crs.empty() ? terrain.crs : site.crs;
+    o.up = site.up;
+    slip = geometry::load_terrain(mass.slip_surface, o).surface;
+  }
+  if (mass.box || !mass.region.empty()) region = geometry::region_mesh(mass.region, mass.box);
+  geometry::TakenOut out = geometry::take_out(terrain.surface, slip ? &*slip : nullptr,
+                                              region ? &*region : nullptr, mass.bed_material);
+  terrain.surface = std::move(out.ground);
+  terrain.taken_out = std::move(out.mass);
+}
+
+}  // namespace
+
+std::optional<geometry::Terrain> load_ground(const scene::Scene& scene) {
+  if (!scene.site || !scene.site->given()) return std::nullopt;
+  geometry::Terrain terrain = load_site(scene.site);
+  if (scene.rock_mass && scene.rock_mass->from_terrain) take_out(terrain, *scene.rock_mass, *scene.site);
+  return terrain;
 }
 
 std::vector<std::pair<Vec3, Mat3>> release_places(const scene::Release& release, const Polyhedron& body,

@@ -11,8 +11,9 @@
 
 namespace talus::sim {
 
-/// Nothing if the scene has no terrain. Throws InputError.
-std::optional<geometry::Terrain> load_ground(const std::optional<scene::Site>& site);
+/// The terrain, without the rock mass that is cut out of it. Nothing if the scene has no terrain. Throws
+/// InputError.
+std::optional<geometry::Terrain> load_ground(const scene::Scene& scene);
 
 /// Places found so far, so that later blocks keep clear of earlier ones: centroid and radius.
 using Occupied = std::vector<std::pair<Vec3, double>>;

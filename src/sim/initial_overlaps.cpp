@@ -2,6 +2,7 @@
 // structure in a block.
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include <fmt/format.h>
 
@@ -38,6 +39,37 @@ double raise_of(const coupling::Touch& t) {
   constexpr double steepest = 0.05;  // n_z: along a face steeper than that a block is moved aside
   return t.at.normal.z() > steepest ? (t.offset - t.at.gap) / t.at.normal.z() : 0.0;
 }
+
+/// True if the rock mass's blocks are called so.
+bool cut_from_mass(const scene::Scene& scene, const std::string& name) {
+  if (!scene.rock_mass || !scene.rock_mass->blocks.empty()) return false;
+  const std::string& prefix = scene.rock_mass->block_prefix;
+  return name.starts_with(prefix) && name.find_first_not_of("0123456789", prefix.size()) == std::string::npos;
+}
+
+/// Blocks cut from the rock mass that reach into the ground: one fault of its region, not one of each.
+struct Buried {
+  int blocks = 0;
+  double deepest = 0;  // [m]
+  std::string name;    // of the deepest
+  Vec3 where = Vec3::Zero();
+
+  void add(const std::string& block, double depth, const Vec3& at) {
+    if (++blocks == 1 || depth > deepest) deepest = depth, name = block, where = at;
+  }
+  Problem problem(const scene::Scene& scene) const {
+    return {
+        .file = scene.file,
+        .key = "rock_mass",
+        .value = {},
+        .rule = fmt::format("{} of its blocks overlap the ground at the start, {} the most, by {:.6g} m at "
+                            "({:.6g}, {:.6g}, {:.6g})",
+                            blocks, name, deepest, where.x(), where.y(), where.z()),
+        .remedy = scene.site && scene.site->given()
+                      ? "from_terrain = true cuts the region out of the terrain; else end it at the ground"
+                      : "end the region at the ground"};
+  }
+};
 
 /// Blocks that one structure's surface has moved into.
 struct MovedInto {
@@ -81,6 +113,9 @@ std::vector<Problem> initial_overlaps(World& world, const coupling::KnownPairs& 
   const bool offsets =
       world.scene.simulation.method == scene::Simulation::Method::talus;  // the other keeps none
   std::vector<MovedInto> moved_into(env.structures.size());
+  std::set<std::string> single;  // blocks of [[block]]
+  for (const scene::Block& b : world.scene.blocks) single.insert(b.name);
+  Buried buried;
   std::vector<coupling::Touch> touches;
   for (const coupling::CandidatePair& c : candidates) {
     if (known && known(c)) continue;
@@ -117,6 +152,11 @@ std::vector<Problem> initial_overlaps(World& world, const coupling::KnownPairs& 
       m.deepest = std::max(m.deepest, deepest);
       continue;
     }
+    const bool ground = c.a.kind == Kind::terrain || c.a.kind == Kind::plane;
+    if (ground && !single.contains(b.name) && cut_from_mass(world.scene, b.name)) {
+      buried.add(b.name, deepest, where);
+      continue;
+    }
     std::string other;
     switch (c.a.kind) {
       case Kind::block: other = "block " + model.blocks[static_cast<std::size_t>(c.a.index)].name; break;
@@ -134,7 +174,6 @@ std::vector<Problem> initial_overlaps(World& world, const coupling::KnownPairs& 
     p.rule = fmt::format("it overlaps {} by {:.6g} m at ({:.6g}, {:.6g}, {:.6g}) at the start", other,
                          deepest, where.x(), where.y(), where.z());
     if (inside) p.rule = fmt::format("it and {} lie one inside the other at the start", other);
-    const bool ground = c.a.kind == Kind::terrain || c.a.kind == Kind::plane;
     if (inside)
       p.remedy = "move it out";
     else if (ground && raise > 0)
@@ -147,6 +186,7 @@ std::vector<Problem> initial_overlaps(World& world, const coupling::KnownPairs& 
           away.x(), away.y(), away.z());
     problems.push_back(std::move(p));
   }
+  if (buried.blocks > 0) problems.push_back(buried.problem(world.scene));
   for (std::size_t q = 0; q < moved_into.size(); ++q)
     if (const MovedInto& m = moved_into[q]; m.blocks > 0)
       world.report(fmt::format(

@@ -1,14 +1,20 @@
 /// The scene's rock mass as the cutter takes it.
 #pragma once
 #include "geometry/cut.hpp"
+#include "geometry/terrain.hpp"
 #include "scene/scene.hpp"
 
 namespace talus::sim {
 
-inline geometry::CutSpec cut_spec(const scene::RockMass& mass) {
+/// `terrain`: the scene's, out of which the mass may be cut.
+inline geometry::CutSpec cut_spec(const scene::RockMass& mass, const geometry::Terrain* terrain) {
   geometry::CutSpec spec;
-  spec.region = mass.region;
-  spec.box = mass.box;
+  if (mass.from_terrain && terrain != nullptr) {
+    spec.mesh = terrain->taken_out;
+  } else {
+    spec.region = mass.region;
+    spec.box = mass.box;
+  }
   spec.least_volume = mass.least_volume;
   for (const scene::JointSet& j : mass.joint_sets) {
     geometry::CutJointSet s;

@@ -6,8 +6,8 @@
 
 namespace talus::sim {
 
-Shared::Shared(const std::optional<scene::Site>& site) {
-  if (auto loaded = load_ground(site))
+Shared::Shared(const scene::Scene& scene) {
+  if (auto loaded = load_ground(scene))
     ground_ = std::make_shared<const geometry::Terrain>(std::move(*loaded));
 }
 

@@ -16,7 +16,7 @@ namespace talus::sim {
 class Shared {
  public:
   /// Reads the terrain if there is one. Throws InputError.
-  explicit Shared(const std::optional<scene::Site>& site);
+  explicit Shared(const scene::Scene& scene);
   Shared() = default;  // nothing in common but structures
 
   const std::shared_ptr<const geometry::Terrain>& ground() const { return ground_; }

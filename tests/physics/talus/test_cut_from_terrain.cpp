@@ -1,0 +1,97 @@
+// Rock masses that are cut out of the terrain: they start in the slope.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include <fmt/format.h>
+
+#include "verify/measures.hpp"
+#include "verify/scene_text.hpp"
+
+namespace talus::verify {
+namespace {
+
+constexpr double degree = M_PI / 180;
+
+/// A slope of 40 degrees that falls along x from (0, 0, 30) for 46 m, and a slip surface of 25 degrees that
+/// comes out of it at x = 20 m.
+class CutFromTerrain : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
+    file_ =
+        std::filesystem::temp_directory_path() / fmt::format("talus-slip-{}-{}.obj", test->name(), getpid());
+    std::ofstream out(file_);
+    const double exit = 30 - 20 * std::tan(40 * degree), rise = std::tan(25 * degree);
+    for (const auto& [x, y] :
+         {std::pair(6.0, -4.0), std::pair(24.0, -4.0), std::pair(24.0, 4.0), std::pair(6.0, 4.0)})
+      out << fmt::format("v {} {} {:.17g}\n", x, y, exit + (20 - x) * rise);
+    out << "f 1 2 3\nf 1 3 4\n";
+  }
+  void TearDown() override { std::filesystem::remove(file_); }
+
+  std::string scene(double friction, double duration, const std::string& joints) const {
+    return fmt::format(R"(schema = 1
+[simulation]
+duration = {}
+accuracy = 1e-3
+[output]
+history_interval = 0.1
+[site]
+material = "slope"
+crest = [0.0, 0.0, 30.0]
+dip_direction = "90 deg"
+width = "30 m"
+face = [{{ dip = "40 deg", length = "46 m" }}, {{ dip = "0 deg", length = "40 m" }}]
+[[material]]
+name = "rock"
+density = 2600
+[[material]]
+name = "slope"
+[[interface]]
+between = ["rock", "*"]
+friction = {:.17g}
+normal_stiffness = "hard"
+[rock_mass]
+slip_surface = "{}"
+material = "rock"
+{})",
+                       duration, friction, file_.string(), joints);
+  }
+
+  std::filesystem::path file_;
+};
+
+const char* const joints = R"(
+[[rock_mass.joint_set]]
+orientation = "90/85"
+spacing = 3
+[[rock_mass.joint_set]]
+orientation = "0/88"
+spacing = 3.1
+)";
+
+TEST_F(CutFromTerrain, OneBlockSlidesOutByTheClosedForm) {
+  const double friction = std::tan(15 * degree),
+               a = g * (std::sin(25 * degree) - friction * std::cos(25 * degree));
+  const Outcome o = run_scene(scene(friction, 1, ""));
+  ASSERT_TRUE(o.ok()) << o.result.message;
+  ASSERT_EQ(o.last().position.size(), 1u);
+  const Vec3 way = o.last().position[0] - o.rows.front().position[0];
+  EXPECT_NEAR(way.x(), 0.5 * a * std::cos(25 * degree), 1e-3);
+  EXPECT_NEAR(way.z(), -0.5 * a * std::sin(25 * degree), 1e-3);
+  EXPECT_NEAR(way.y(), 0, 1e-3);
+}
+
+TEST_F(CutFromTerrain, BlocksThatFrictionHoldsStayInTheirPlaces) {
+  const Outcome o = run_scene(scene(std::tan(30 * degree), 2, joints));
+  ASSERT_TRUE(o.ok()) << o.result.message;
+  ASSERT_GE(o.last().position.size(), 12u);
+  for (std::size_t i = 0; i < o.last().position.size(); ++i)
+    EXPECT_LE((o.last().position[i] - o.rows.front().position[i]).norm(), 1e-6) << i;
+}
+
+}  // namespace
+}  // namespace talus::verify
