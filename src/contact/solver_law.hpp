@@ -24,11 +24,13 @@ inline double length(double y, double z) { return std::sqrt(y * y + z * z); }
 
 struct Law {
   double mu = 0, cohesion = 0, floor = 0;
-  bool exact = true;  // false: associated flow (cone projection)
+  double floor_bound = 0;  // of the tangential impulse there, 0 exactly at the cone's apex [N s]
+  bool exact = true;       // false: associated flow (cone projection)
 };
 
-inline double law_floor(double mu, double cohesion, double tension) {
-  return mu > 0 ? std::max(-tension, -cohesion / mu) : -tension;
+inline Law law_of(double mu, double cohesion, double tension, bool exact) {
+  const bool apex = mu * tension > cohesion;
+  return {mu, cohesion, apex ? -cohesion / mu : -tension, apex ? 0.0 : cohesion - mu * tension, exact};
 }
 
 /// Bits of the state: the regions of the law. 0 open, 1 closed and sticking, 3 closed and slipping, 2 or 4 on
@@ -106,9 +108,9 @@ inline unsigned char project(const Law& law, const Vec3& z, double rn, double rt
       return closed | slip;
     }
   }
-  g = law.mu * law.floor + law.cohesion;
+  g = law.floor_bound;
   p.x() = law.floor;
-  if (!(g > 1e-14 * law.cohesion) || s == 0) {
+  if (!(g > 0) || s == 0) {
     p.y() = p.z() = 0;
     return open;
   }

@@ -182,8 +182,12 @@ bool Search::raised(double step) {
   if (own <= moderate) return false;
   const std::vector<Touch> touches = system.touch;
   const auto hold_at = [&](double friction) {
-    for (std::size_t i = 0; i < touches.size(); ++i)
-      system.touch[i].law.mu = std::min(touches[i].law.mu, friction);
+    for (std::size_t i = 0; i < touches.size(); ++i) {
+      Law& law = system.touch[i].law = touches[i].law;
+      if (law.mu <= friction) continue;
+      law.mu = friction;
+      law.floor_bound = friction * law.floor + law.cohesion;
+    }
   };
   const std::vector<Vec3> before_p = best_p;
   const std::vector<double> before_v = best_v;
