@@ -493,7 +493,7 @@ double time_of_impact(const SurfaceIndex& index, const Polyhedron& B, const Moti
     const Span span = stack[--top];
     const Box3 box = swept(b, span.s0, span.s1, tolerance);
     if (!index.overlaps(box)) continue;
-    if (box.diagonal().norm() > 3 * size + 8 * tolerance && span.s1 - span.s0 > 1e-6 && top + 2 < 64) {
+    if (box.diagonal().norm() > 3 * size + 8 * tolerance && top + 2 < 64) {
       const double middle = 0.5 * (span.s0 + span.s1);
       stack[top++] = {middle, span.s1};
       stack[top++] = {span.s0, middle};

@@ -30,7 +30,7 @@ double beside(const Eigen::Vector2d& left, const Eigen::Vector2d& right, double 
                       : std::copysign(std::numeric_limits<double>::infinity(), ray[0]);
   };
   const double l = at(left), r = at(right), near = std::abs(l) < std::abs(r) ? l : r, far = l + r - near;
-  return std::abs(far) > 2 * std::abs(near) ? 1.5 * near : 0.5 * (near + far);
+  return 0.5 * (near + std::copysign(std::min(std::abs(far), 2 * std::abs(near)), near));
 }
 
 /// Of edges crossed along n, out of A: true if a point midway between them is inside both bodies. Sharp ones
@@ -72,11 +72,9 @@ void edge_edge(const Search& s, std::vector<ContactPoint>& out) {
       if (beyond(boxes[i], lo, hi)) continue;
       const auto& b = s.B.edges[i];
       const Vec3 db = b.b - b.a;
+      if (along(da, db)) continue;  // their ends are vertex-edge contacts
       const double lb = db.norm();
-      Vec3 n = da.cross(db);
-      const double sine = n.norm() / (la * lb);
-      if (sine < 1e-4) continue;  // parallel: their ends are vertex-edge contacts
-      n /= n.norm();
+      Vec3 n = da.cross(db).normalized();
       if (n.dot(a.left + a.right) < 0) n = -n;
       double gap = n.dot(b.a - a.a);
       if (gap > s.margin || gap < -s.depth) continue;

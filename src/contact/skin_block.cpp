@@ -41,7 +41,7 @@ class Vertices {
             flat = flat || (p.face == f && p.straightest > tolerances().parallel_cosine());
         }
       }
-      if (flat || first == last || !(outward.norm() > 1e-6)) continue;
+      if (flat || first == last || outward.isZero(0)) continue;
       outward.normalize();
       found.clear();
       double before = std::numeric_limits<double>::infinity(),
