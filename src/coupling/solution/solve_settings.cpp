@@ -17,10 +17,9 @@ contact::SolveSettings how_closely(const StepToSolve& s) {
   // Of blocks in sub-steps what one leaves the next may leave as well: as much as a step of theirs among
   // themselves may.
   const bool blocks_in_sub_step = s.sub_step && s.blocks;
-  const double ordinary = 2 * std::sqrt(s.accuracy * s.length /
-                                        std::max(s.gravity, 1e-12));  // a step of blocks among themselves [s]
-  const double lasting = std::max(blocks_in_sub_step ? std::max(s.h, ordinary) : s.h,
-                                  std::sqrt(s.length / std::max(s.gravity, 1e-12)));
+  const double fall = std::sqrt(s.length / s.gravity);       // [s]
+  const double ordinary = 2 * std::sqrt(s.accuracy) * fall;  // a step of blocks among themselves [s]
+  const double lasting = std::max({s.h, fall, blocks_in_sub_step ? ordinary : 0.0});
   const double allowed = s.h > 0 ? 0.1 * s.accuracy * s.length / lasting / settings.velocity_scale : 0;
   const double part =
       s.large && !s.small && s.h > 0 ? 2 : 1;  // of that: in large islands the interior-point method spends

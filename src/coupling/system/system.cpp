@@ -279,13 +279,12 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
     for (std::size_t j = 0; j < reports[i].went.size(); ++j) {
       const int b = p.islands[i].blocks[j];
       const double moved = reports[i].went[j];
-      if (moved > p.reach[static_cast<std::size_t>(b)] + 1e-12)
-        escapes_.push_back({Partner::Kind::block, b, moved});
+      if (moved > p.reach[static_cast<std::size_t>(b)]) escapes_.push_back({Partner::Kind::block, b, moved});
     }
   }
   for (std::size_t q = 0; q < skins_before.size(); ++q) {
     const double moved = farthest(skins_before[q], env_.structures[q]);
-    if (moved > p.structure_reach[q] + 1e-12)
+    if (moved > p.structure_reach[q])
       escapes_.push_back({Partner::Kind::structure, static_cast<int>(q), moved});
   }
   const bool escaped = !escapes_.empty() && meets_others(duration, p, before);
