@@ -109,9 +109,7 @@ double DriftCorrection::correct(double h) {
   // time-stepped island a pass that comes as close saves one, and its search of rows; and only what is as
   // near as a column of blocks could move becomes a row.
   const auto closeness = [&] {
-    return std::clamp(std::max(0.2 * tolerance / std::max(deepest, drifted),
-                               in_.time_stepped() ? 0.3 * deepest / in_.scale.length : 0.0),
-                      in_.time_stepped() ? 1e-5 : 1e-3, 0.2);
+    return std::clamp(0.2 * tolerance / std::max(deepest, drifted), in_.time_stepped() ? 1e-5 : 1e-3, 0.2);
   };
   const auto near = [&] {
     return 4 * deepest + (in_.time_stepped()

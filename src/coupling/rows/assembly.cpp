@@ -540,7 +540,7 @@ void RowAssembly::assemble(double h, bool time_stepped, bool first_pass) {
                 1e6 * mass * (in_.scale.speed + h * in_.model.gravity.norm()));
   add_rocking_rows(in_, step_, h, first_pass);
   finish_bodies();
-  if (give) give_a_little(step_.touches, 0.1 * in_.settings.accuracy, step_.problem);
+  if (give) give_a_little(step_.touches, contact::tolerances().solved * in_.settings.accuracy, step_.problem);
 }
 
 void RowAssembly::finish_bodies() {
