@@ -139,8 +139,7 @@ contact::SolveReport DriftCorrection::solve() {
   std::fill(step_.problem.v_hat.begin(), step_.problem.v_hat.end(), 0.0);
   contact::SolveSettings settings;
   settings.velocity_scale = most;
-  // A correction by d turns normals by d / L: they are no closer than that to the blocks' own gaps. Of a
-  // time-stepped island a pass that comes as close saves one, and its search of rows.
+  // A correction by d turns normals by d / L: from far off the next pass is closer than this one could be.
   settings.tolerance = std::clamp(0.2 * tolerance_ / most, in_.time_stepped() ? 1e-5 : 1e-3, 0.2);
   settings.sufficient = 0.3;  // of over-constrained blocks: the next pass goes on from there
   settings.exact_coulomb = false;
