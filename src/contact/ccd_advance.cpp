@@ -253,17 +253,19 @@ struct FlatTriangle {
 };
 thread_local FlatTriangle flat_a, flat_b;
 
-/// Box of the motion over [s0, s1].
-Box3 swept(const Mover& m, double s0, double s1, double margin) {
-  const double ds = s1 - s0;
-  Box3 box = bounds(*m.p, m.motion->at(s0));
-  box.extend(bounds(*m.p, m.motion->at(s1)));
+/// The box of both ends of a part ds of the motion, grown by what the way between them bends out of it.
+Box3 with_bows(const Mover& m, double ds, double margin, const Box3& ends) {
   const double angle = ds * m.motion->rotation.norm();
   const Vec3 grow = ds * ds / 4 * m.motion->half_gravity_step.cwiseAbs() +
                     Vec3::Constant(m.reach * std::min(angle * angle / 8, 2.0) + margin);
-  box.min() -= grow;
-  box.max() += grow;
-  return box;
+  return {ends.min() - grow, ends.max() + grow};
+}
+
+/// Box of the motion over [s0, s1].
+Box3 swept(const Mover& m, double s0, double s1, double margin) {
+  Box3 box = bounds(*m.p, m.motion->at(s0));
+  box.extend(bounds(*m.p, m.motion->at(s1)));
+  return with_bows(m, s1 - s0, margin, box);
 }
 
 bool meet(const Box3& l, const Box3& r) {
@@ -275,12 +277,7 @@ Box3 swept_triangle(const Mover& m, const std::array<int, 3>& t, const Pose& p0,
                     double margin) {
   Box3 box;
   for (const int v : t) box.extend(p0.world(m.p->vertices[v])), box.extend(p1.world(m.p->vertices[v]));
-  const double angle = ds * m.motion->rotation.norm();
-  const Vec3 grow = ds * ds / 4 * m.motion->half_gravity_step.cwiseAbs() +
-                    Vec3::Constant(m.reach * std::min(angle * angle / 8, 2.0) + margin);
-  box.min() -= grow;
-  box.max() += grow;
-  return box;
+  return with_bows(m, ds, margin, box);
 }
 
 /// Calls use(mover) for the convex pieces of a body that may meet `box`: itself if convex, else its

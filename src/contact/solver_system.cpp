@@ -132,10 +132,6 @@ void multiply_few(double* row, const double* M, int m) {
   }
 }
 
-}  // namespace
-
-namespace {
-
 constexpr int large_skin = 96;  // degrees of freedom from which on the root is found by blocks
 
 /// Root of a skin's inverse mass, M = L of L L^T, and L^-1 v; false if it is not safely positive definite.
