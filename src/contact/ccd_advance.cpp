@@ -253,17 +253,19 @@ struct FlatTriangle {
 };
 thread_local FlatTriangle flat_a, flat_b;
 
-/// Box of the motion over [s0, s1].
-Box3 swept(const Mover& m, double s0, double s1, double margin) {
-  const double ds = s1 - s0;
-  Box3 box = bounds(*m.p, m.motion->at(s0));
-  box.extend(bounds(*m.p, m.motion->at(s1)));
+/// The box of both ends of a part ds of the motion, grown by what the way between them bends out of it.
+Box3 with_bows(const Mover& m, double ds, double margin, const Box3& ends) {
   const double angle = ds * m.motion->rotation.norm();
   const Vec3 grow = ds * ds / 4 * m.motion->half_gravity_step.cwiseAbs() +
                     Vec3::Constant(m.reach * std::min(angle * angle / 8, 2.0) + margin);
-  box.min() -= grow;
-  box.max() += grow;
-  return box;
+  return {ends.min() - grow, ends.max() + grow};
+}
+
+/// Box of the motion over [s0, s1].
+Box3 swept(const Mover& m, double s0, double s1, double margin) {
+  Box3 box = bounds(*m.p, m.motion->at(s0));
+  box.extend(bounds(*m.p, m.motion->at(s1)));
+  return with_bows(m, s1 - s0, margin, box);
 }
 
 bool meet(const Box3& l, const Box3& r) {
@@ -275,12 +277,7 @@ Box3 swept_triangle(const Mover& m, const std::array<int, 3>& t, const Pose& p0,
                     double margin) {
   Box3 box;
   for (const int v : t) box.extend(p0.world(m.p->vertices[v])), box.extend(p1.world(m.p->vertices[v]));
-  const double angle = ds * m.motion->rotation.norm();
-  const Vec3 grow = ds * ds / 4 * m.motion->half_gravity_step.cwiseAbs() +
-                    Vec3::Constant(m.reach * std::min(angle * angle / 8, 2.0) + margin);
-  box.min() -= grow;
-  box.max() += grow;
-  return box;
+  return with_bows(m, ds, margin, box);
 }
 
 /// Calls use(mover) for the convex pieces of a body that may meet `box`: itself if convex, else its
@@ -423,44 +420,57 @@ double time_of_impact(const Plane& plane, const Polyhedron& B, const Motion& mot
   return s;
 }
 
-double time_of_impact(const SurfaceIndex& index, const Polyhedron& B, const Motion& motion_b,
-                      double tolerance) {
-  const auto& surface = index.impl();
-  const Mover b = mover(B, motion_b);
-  const Motion still;
-  const auto& X = surface.surface.vertices;
-  const auto& T = surface.surface.triangles;
-  // Triangles near the path over [s0, s1], in ascending order.
-  const auto candidates = [&](const Box3& box) {
-    auto& list = advance_scratch.triangles;
-    list.clear();
-    surface.tree.traverse(
-        [&](const Vec3& lo, const Vec3& hi) {
-          return (lo.array() <= box.max().array()).all() && (hi.array() >= box.min().array()).all();
-        },
-        [&](int t) {
-          if (meet(surface.triangle_box(t), box)) list.push_back(t);
-          return true;
-        });
-    std::sort(list.begin(), list.end());
-  };
-  // Triangles move with the local origin at their first corner, so that far coordinates do not cost accuracy.
-  const auto with_triangle = [&](int t, auto&& use) {
-    const Vec3& o = X[T[t][0]];
-    if (!flat_a.set(Vec3::Zero(), X[T[t][1]] - o, X[T[t][2]] - o)) return;
-    Motion at = still;
+namespace {
+
+/// A block on its way over the triangles of a surface at rest.
+struct Passage {
+  const SurfaceIndex::Impl& surface;
+  const Polyhedron& B;
+  const Motion& motion;
+  Mover b;
+  double tolerance;
+  bool touching = false;  // at the start
+
+  const Vec3& corner(int t, int k) const { return surface.surface.vertices[surface.surface.triangles[t][k]]; }
+  void find_triangles(const Box3& box) const;
+  /// Triangles move with the local origin at their first corner, so that far coordinates do not cost
+  /// accuracy.
+  template <class Use>
+  void with_triangle(int t, Use&& use) const {
+    const Vec3& o = corner(t, 0);
+    if (!flat_a.set(Vec3::Zero(), corner(t, 1) - o, corner(t, 2) - o)) return;
+    Motion at;
     at.start.c = o;
     use(Mover{&flat_a.p, &at, flat_a.p.radius});
-  };
+  }
+  void find_pressed();
+  Levels levels(int t) const;
+  double first_impact(double s0, double s1, const Box3& box) const;
+};
 
-  bool touching = false;
+/// Triangles near the box, in ascending order.
+void Passage::find_triangles(const Box3& box) const {
+  auto& list = advance_scratch.triangles;
+  list.clear();
+  surface.tree.traverse(
+      [&](const Vec3& lo, const Vec3& hi) {
+        return (lo.array() <= box.max().array()).all() && (hi.array() >= box.min().array()).all();
+      },
+      [&](int t) {
+        if (meet(surface.triangle_box(t), box)) list.push_back(t);
+        return true;
+      });
+  std::sort(list.begin(), list.end());
+}
+
+void Passage::find_pressed() {
   auto& pressed = advance_scratch.pressed;
   pressed.clear();
-  candidates(swept(b, 0, 0, tolerance));
-  advance_scratch.start.set(B, motion_b.start.c, motion_b.start.F);
+  find_triangles(swept(b, 0, 0, tolerance));
+  advance_scratch.start.set(B, motion.start.c, motion.start.F);
   for (const int t : advance_scratch.triangles) {
     const Vec3& out = surface.normal[t];
-    if (advance_scratch.start.min_height(out) - out.dot(X[T[t][0]]) > 2 * tolerance)
+    if (advance_scratch.start.min_height(out) - out.dot(corner(t, 0)) > 2 * tolerance)
       continue;  // the whole block is above its plane
     with_triangle(t, [&](const Mover& a) {
       double gap = std::numeric_limits<double>::infinity();
@@ -472,15 +482,60 @@ double time_of_impact(const SurfaceIndex& index, const Polyhedron& B, const Moti
       if (gap < 0) pressed.emplace_back(surface.normal[t], gap);
     });
   }
-  // What counts as deeper than at the start: on ground of about the same slope the block is pressed in as
-  // deep already.
-  const auto levels = [&](int t) {
-    double start = 0;
-    for (const auto& [n, gap] : pressed)
-      if (n.dot(surface.normal[t]) > 0.7) start = std::min(start, gap);
-    return levels_for(start, touching, tolerance);
-  };
+}
 
+/// What counts as deeper than at the start: on ground of about the same slope the block is pressed in as deep
+/// already.
+Levels Passage::levels(int t) const {
+  double start = 0;
+  for (const auto& [n, gap] : advance_scratch.pressed)
+    if (n.dot(surface.normal[t]) > 0.7) start = std::min(start, gap);
+  return levels_for(start, touching, tolerance);
+}
+
+/// Most triangles are cleared at once: the whole block stays above their plane. Of the others those come
+/// first whose plane it meets first: nothing is met before, and what is met bounds the search of the rest.
+double Passage::first_impact(double s0, double s1, const Box3& box) const {
+  find_triangles(box);
+  advance_scratch.start.set(B, Vec3::Zero(), motion.at(s0).F);
+  Bound above{&advance_scratch.start,
+              Vec3::UnitZ(),
+              Vec3::Zero(),
+              Vec3::Zero(),
+              motion.rotation,
+              velocity(motion, s0),
+              2 * motion.half_gravity_step,
+              0,
+              b.reach};
+  const Vec3 centre = motion.at(s0).c;
+  auto& planes = advance_scratch.planes;
+  planes.clear();
+  for (const int t : advance_scratch.triangles) {
+    const Levels level = levels(t);
+    above.look_along(surface.normal[t], surface.normal[t].dot(corner(t, 0) - centre));
+    const double clear = above.clear_for(s1 - s0, level.aim, above.over(0));
+    if (clear < s1 - s0) planes.push_back({s0 + clear, t, level});
+  }
+  std::stable_sort(planes.begin(), planes.end(),
+                   [](const MetPlane& p, const MetPlane& q) { return p.s < q.s; });
+  double first = never;
+  for (const MetPlane& plane : planes) {
+    if (plane.s >= first) break;
+    with_triangle(plane.triangle, [&](const Mover& a) {
+      pieces(b, flat_b, surface.triangle_box(plane.triangle), s0, s1, tolerance, [&](const Mover& piece) {
+        first = std::min(first, advance(a, piece, plane.s, std::min(first, s1), plane.level));
+      });
+    });
+  }
+  return first;
+}
+
+}  // namespace
+
+double time_of_impact(const SurfaceIndex& index, const Polyhedron& B, const Motion& motion_b,
+                      double tolerance) {
+  Passage passage{index.impl(), B, motion_b, mover(B, motion_b), tolerance};
+  passage.find_pressed();
   // Halve the interval while its box is long against the block; the earlier half first.
   struct Span {
     double s0, s1;
@@ -491,49 +546,15 @@ double time_of_impact(const SurfaceIndex& index, const Polyhedron& B, const Moti
   stack[top++] = {0, 1};
   while (top > 0) {
     const Span span = stack[--top];
-    const Box3 box = swept(b, span.s0, span.s1, tolerance);
+    const Box3 box = swept(passage.b, span.s0, span.s1, tolerance);
     if (!index.overlaps(box)) continue;
-    if (box.diagonal().norm() > 3 * size + 8 * tolerance && span.s1 - span.s0 > 1e-6 && top + 2 < 64) {
+    if (box.diagonal().norm() > 3 * size + 8 * tolerance && top + 2 < 64) {
       const double middle = 0.5 * (span.s0 + span.s1);
       stack[top++] = {middle, span.s1};
       stack[top++] = {span.s0, middle};
       continue;
     }
-    candidates(box);
-    advance_scratch.start.set(B, Vec3::Zero(), motion_b.at(span.s0).F);
-    Bound above{&advance_scratch.start,
-                Vec3::UnitZ(),
-                Vec3::Zero(),
-                Vec3::Zero(),
-                motion_b.rotation,
-                velocity(motion_b, span.s0),
-                2 * motion_b.half_gravity_step,
-                0,
-                b.reach};
-    const Vec3 centre = motion_b.at(span.s0).c;
-    // Most triangles are cleared at once: the whole block stays above their plane. Of the others those come
-    // first whose plane it meets first: nothing is met before, and what is met bounds the search of the rest.
-    auto& planes = advance_scratch.planes;
-    planes.clear();
-    for (const int t : advance_scratch.triangles) {
-      const Levels level = levels(t);
-      above.look_along(surface.normal[t], surface.normal[t].dot(X[T[t][0]] - centre));
-      const double clear = above.clear_for(span.s1 - span.s0, level.aim, above.over(0));
-      if (clear < span.s1 - span.s0) planes.push_back({span.s0 + clear, t, level});
-    }
-    std::stable_sort(planes.begin(), planes.end(),
-                     [](const MetPlane& p, const MetPlane& q) { return p.s < q.s; });
-    double first = never;
-    for (const MetPlane& plane : planes) {
-      if (plane.s >= first) break;
-      with_triangle(plane.triangle, [&](const Mover& a) {
-        pieces(b, flat_b, surface.triangle_box(plane.triangle), span.s0, span.s1, tolerance,
-               [&](const Mover& piece) {
-                 first = std::min(first, advance(a, piece, plane.s, std::min(first, span.s1), plane.level));
-               });
-      });
-    }
-    if (first <= 1) return first;
+    if (const double first = passage.first_impact(span.s0, span.s1, box); first <= 1) return first;
   }
   return never;
 }

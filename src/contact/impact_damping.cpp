@@ -6,8 +6,8 @@
 namespace talus::contact {
 
 double restitution_of(double zeta) {
-  const double s = 1 - zeta * zeta;
-  if (std::abs(s) < 1e-9) return std::exp(-2.0);
+  const double s = (1 - zeta) * (1 + zeta);
+  if (s == 0) return std::exp(-2.0);
   const double phase = s > 0 ? std::acos(zeta) / std::sqrt(s) : std::acosh(zeta) / std::sqrt(-s);
   return std::exp(-2 * zeta * phase);
 }

@@ -11,7 +11,7 @@ int support_edge(const Hull& h, const Vec3& d, const Vec3& n) {
   const auto& edges = h.p->edges;
   for (int e = 0; e < static_cast<int>(edges.size()); ++e) {
     const Vec3 v = edge_vector(h, e);
-    if (v.cross(d).squaredNorm() > 1e-16 * v.squaredNorm() * d.squaredNorm()) continue;
+    if (!along(v, d)) continue;
     const double at = n.dot(h.vertex(edges[e].v0) + h.vertex(edges[e].v1)) / 2;
     if (at > height) height = at, best = e;
   }
@@ -88,9 +88,8 @@ EdgeAxis best_edges_small(const Hull& A, const Hull& B, double stop) {
     for (const int eb : B.p->axis_edges) {
       const Vec3 db = edge_vector(B, eb);
       Vec3 n = da.cross(db);
-      const double nn = n.squaredNorm();
-      if (nn <= square(tolerances().same_normal) * da.squaredNorm() * db.squaredNorm()) continue;
-      n /= std::sqrt(nn);
+      if (along(da, db)) continue;
+      n.normalize();
       double a0, a1, b0, b1;
       A.extent(n, a0, a1);
       B.extent(n, b0, b1);
@@ -116,9 +115,7 @@ EdgeAxis best_edges_small(const Hull& A, const Hull& B, double stop) {
   for (const int ea : A.p->axis_edges)
     for (const int eb : B.p->axis_edges) {
       const Vec3 n = edge_vector(A, ea).cross(edge_vector(B, eb));
-      if (n.cross(best.normal).squaredNorm() <= 1e-16 * n.squaredNorm() && n.squaredNorm() > 0 &&
-          realise(ea, eb) <= close)
-        return best;
+      if (n.squaredNorm() > 0 && along(n, best.normal) && realise(ea, eb) <= close) return best;
     }
   best.edge_a = best.edge_b = -1;  // a face's normal, met by edges that do not touch
   return best;
@@ -160,9 +157,8 @@ EdgeAxis best_edges_large(const Hull& A, const Hull& B, double grow) {
       if (adc * bdc >= 0 || cba * bdc <= 0) continue;
       const Vec3 db = edge_vector(B, eb);
       Vec3 n = da.cross(db);
-      const double nn = n.squaredNorm();
-      if (nn <= square(tolerances().same_normal) * da.squaredNorm() * db.squaredNorm()) continue;
-      n /= std::sqrt(nn);
+      if (along(da, db)) continue;
+      n.normalize();
       if (n.dot(na + ma) < 0) n = -n;
       const double gap = n.dot(B.vertex(b.v0) - A.vertex(a.v0));
       if (gap > best.gap) best = {gap, n, ea, eb};
@@ -174,12 +170,11 @@ EdgeAxis best_edges_large(const Hull& A, const Hull& B, double grow) {
 SignedAxis signed_axis(Hull& a, Hull& b) {
   a.compute_normals();
   b.compute_normals();
-  const double touch = 1e-12 * std::min(a.p->radius, b.p->radius);
+  const double touch = tolerances().same_place * std::min(a.p->radius, b.p->radius);
   const Axis of_a = best_face(a, b, infinity, touch), of_b = best_face(b, a, infinity, touch);
   const bool small = !a.p->axis_edges.empty() && !b.p->axis_edges.empty() &&
                      a.p->axis_edges.size() * b.p->axis_edges.size() <= 36;
-  const EdgeAxis edge = small ? best_edges_small(a, b, infinity)
-                              : best_edges_large(a, b, 1e-6 * std::min(a.p->radius, b.p->radius));
+  const EdgeAxis edge = small ? best_edges_small(a, b, infinity) : best_edges_large(a, b, 4 * touch);
   SignedAxis best{of_a.gap, a.normal(of_a.face)};
   if (of_b.gap > best.gap + touch) best = {of_b.gap, -b.normal(of_b.face)};
   if (edge.gap > best.gap + touch) best = {edge.gap, edge.normal};

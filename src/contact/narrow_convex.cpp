@@ -24,7 +24,7 @@ void meet(const HullPair& pair, const Axis& of_a, const Axis& of_b, const EdgeAx
   const double face_gap = std::max(of_a.gap, of_b.gap);
   // Edges that cross along a face stand for an edge lying on it: the face's manifold holds both of its ends.
   const Vec3 face_normal = first ? pair.A.normal(of_a.face) : Vec3(-pair.B.normal(of_b.face));
-  const bool by_edge = edge.edge_a >= 0 && edge.gap > face_gap + pair.touch + 0.02 * std::abs(face_gap) &&
+  const bool by_edge = edge.edge_a >= 0 && edge.gap > face_gap + pair.touch &&
                        edge.normal.dot(face_normal) < tolerances().parallel_cosine();
   if (by_edge && crossing({pair.s, pair.A, pair.B, pair.margin, pair.touch + 2 * std::abs(edge.gap)}, edge))
     return emit_edges(pair, edge, points);

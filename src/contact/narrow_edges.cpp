@@ -72,11 +72,9 @@ void edge_edge(const Search& s, std::vector<ContactPoint>& out) {
       if (beyond(boxes[i], lo, hi)) continue;
       const auto& b = s.B.edges[i];
       const Vec3 db = b.b - b.a;
+      if (along(da, db)) continue;  // their ends are vertex-edge contacts
       const double lb = db.norm();
-      Vec3 n = da.cross(db);
-      const double sine = n.norm() / (la * lb);
-      if (sine < 1e-4) continue;  // parallel: their ends are vertex-edge contacts
-      n /= n.norm();
+      Vec3 n = da.cross(db).normalized();
       if (n.dot(a.left + a.right) < 0) n = -n;
       double gap = n.dot(b.a - a.a);
       if (gap > s.margin || gap < -s.depth) continue;

@@ -23,8 +23,7 @@ Vec3 segment(const Vec3& p, const Vec3& q, double l[2]) {
 Vec3 triangle(const Vec3& a, const Vec3& b, const Vec3& c, double l[3]) {
   const Vec3 n = (b - a).cross(c - a);
   const double nn = n.squaredNorm();
-  const double side = std::max({(b - a).squaredNorm(), (c - a).squaredNorm(), (c - b).squaredNorm()});
-  if (nn > 1e-28 * side * side) {
+  if (nn > 0) {
     const double u = n.dot(b.cross(c)), v = n.dot(c.cross(a)), w = n.dot(a.cross(b));
     if (u >= 0 && v >= 0 && w >= 0) {
       const double sum = u + v + w;
@@ -111,7 +110,7 @@ Separation gjk(const Hull& A, const Hull& B, const Vec3& start, double limit) {
     if (s.n > 0) {
       bool repeated = false;
       for (int i = 0; i < s.n; ++i) repeated |= s.a[i] == ia && s.b[i] == ib;
-      if (repeated || length - bound <= 1e-13 * length) break;
+      if (repeated || length <= bound) break;
     }
     Simplex trial = s;
     trial.w[trial.n] = w, trial.a[trial.n] = ia, trial.b[trial.n] = ib;

@@ -132,7 +132,7 @@ bool over_face(const Hull& R, int f, const Hull& Q, int g, int v, const Vec3& x,
     const auto& e = q.edges[q.vertex_edges[i]];
     facing = std::min({facing, n_body.dot(q.face_normals[e.left]), n_body.dot(q.face_normals[e.right])});
   }
-  if (facing > -0.1) return false;
+  if (facing > -tolerances().steep) return false;
   const Vec3& n = R.normal(f);
   const int sides = R.face_size(f);
   for (int k = 0; k < sides; ++k) {

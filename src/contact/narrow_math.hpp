@@ -17,13 +17,6 @@ namespace talus::contact::narrow {
 
 inline constexpr double infinity = std::numeric_limits<double>::infinity();
 
-/// How near points of two bodies of these radii are one, where `pose` is [m]: far out the round-off of its
-/// coordinates.
-inline double same_point(double ra, double rb, const Pose& pose) {
-  return tolerances().same_place * std::min(ra, rb) +
-         tolerances().far_off * (std::max(ra, rb) + pose.c.cwiseAbs().maxCoeff());
-}
-
 /// What kind of features meet; the top four bits of a FeatureKey.
 enum class Form : std::uint64_t {
   vertex_face = 1,
@@ -37,6 +30,18 @@ enum class Form : std::uint64_t {
 inline FeatureKey make_key(Form form, int a, int b) {
   return (static_cast<std::uint64_t>(form) << 60) | ((static_cast<std::uint64_t>(a) & 0x3fffffffu) << 30) |
          (static_cast<std::uint64_t>(b) & 0x3fffffffu);
+}
+
+/// How near points of two bodies of these radii are one, where `pose` is [m]: far out the round-off of its
+/// coordinates.
+inline double same_point(double ra, double rb, const Pose& pose) {
+  return tolerances().same_place * std::min(ra, rb) +
+         tolerances().far_off * (std::max(ra, rb) + pose.c.cwiseAbs().maxCoeff());
+}
+
+/// True if a and b have one direction.
+inline bool along(const Vec3& a, const Vec3& b) {
+  return a.cross(b).squaredNorm() <= square(tolerances().same_normal) * a.squaredNorm() * b.squaredNorm();
 }
 
 /// Cofactor matrix: area vectors (hence normals) transform by it.
@@ -147,7 +152,7 @@ inline SegmentPair closest_segments(const Vec3& p0, const Vec3& p1, const Vec3& 
     s = std::clamp(-dr / dd, 0.0, 1.0);
   } else {
     const double den = dd * ee - de * de;
-    s = den > 1e-14 * dd * ee ? std::clamp((de * er - dr * ee) / den, 0.0, 1.0) : 0.0;
+    s = den > 0 ? std::clamp((de * er - dr * ee) / den, 0.0, 1.0) : 0.0;
     t = (de * s + er) / ee;
     if (t < 0) {
       t = 0;

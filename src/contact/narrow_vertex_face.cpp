@@ -127,9 +127,7 @@ double ahead(const Patch& p, const std::vector<Ball>& balls, const std::vector<B
     if (const double reach = nearest.distance + touch + b.ball.radius;
         &b != likely && (x - b.ball.centre).squaredNorm() <= reach * reach)
       search(b);
-  return nearest.pseudo.dot(x - nearest.foot) > 0.1 * nearest.pseudo.norm() * nearest.distance
-             ? nearest.distance
-             : 0;
+  return nearest.pseudo.dot(x - nearest.foot) > 0 ? nearest.distance : 0;
 }
 
 /// True if x lies behind the surface of which the patch is a part; a point of it is no farther than `reach`.

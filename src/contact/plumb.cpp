@@ -1,6 +1,7 @@
 #include "contact/plumb.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "contact/surface_index.hpp"
 
@@ -34,6 +35,14 @@ void along_plumb(const SurfaceIndex::Impl& s, double x, double y, const Use& use
 }
 
 }  // namespace
+
+double SurfaceIndex::height(double x, double y) const {
+  double best = std::numeric_limits<double>::quiet_NaN();
+  along_plumb(*impl_, x, y, [&](double z, bool, int) {
+    if (!(best >= z)) best = z;
+  });
+  return best;
+}
 
 Plumb plumb_at(const SurfaceIndex& terrain, const Vec3& p) {
   const SurfaceIndex::Impl& s = terrain.impl();

@@ -7,6 +7,7 @@
 #include <map>
 #include <numeric>
 
+#include "contact/tolerances.hpp"
 #include "core/reject.hpp"
 
 namespace talus {
@@ -327,14 +328,12 @@ class Builder {
     }
   }
 
-  /// No reentrant edge, and every vertex behind every face (several components or self-overlap fail here).
+  /// Every vertex behind every face (several components and self-overlap fail here).
   bool is_convex() const {
-    for (const auto& e : p_.edges)
-      if (!(e.sine > -1e-8)) return false;
     for (std::size_t f = 0; f < p_.face_normals.size(); ++f) {
       const double d = p_.face_normals[f].dot(X[p_.face_vertices[p_.face_offset[f]]]);
       for (const auto& x : X)
-        if (p_.face_normals[f].dot(x) > d + 1e-8 * size_) return false;
+        if (p_.face_normals[f].dot(x) > d + contact::tolerances().flush * size_) return false;
     }
     return true;
   }

@@ -491,7 +491,7 @@ class BedFinder {
     });
     for (std::size_t i = 1; i + 1 < polygon.size(); ++i) {
       const double area = fan_area(polygon, i);
-      if (!(area > 1e-14 * block_.radius * block_.radius)) continue;
+      if (!(area > 0)) continue;
       if (part == out.rend()) {
         Footprint& fresh = out.emplace_back();
         fresh.triangle = face.first, fresh.sector = sector, fresh.edge = edge_;

@@ -41,7 +41,7 @@ class Vertices {
             flat = flat || (p.face == f && p.straightest > tolerances().parallel_cosine());
         }
       }
-      if (flat || first == last || !(outward.norm() > 1e-6)) continue;
+      if (flat || first == last || outward.isZero(0)) continue;
       outward.normalize();
       found.clear();
       double before = std::numeric_limits<double>::infinity(),
@@ -71,7 +71,9 @@ class Vertices {
       std::vector<Vec3> taken;
       for (const Candidate& q : found) {
         const Vec3& n = at_.skin.normal[static_cast<std::size_t>(q.triangle)];
-        if (!taken.empty() && std::abs(q.gap) > 2 * std::abs(found[0].gap) + 1e-6 * at_.block.radius) break;
+        if (!taken.empty() &&
+            std::abs(q.gap) > 2 * std::abs(found[0].gap) + tolerances().same_place * at_.block.radius)
+          break;
         if (std::any_of(taken.begin(), taken.end(), [&](const Vec3& m) { return m.dot(n) > 0.8; })) continue;
         ContactPoint c;
         c.face_a = q.triangle;
@@ -93,7 +95,7 @@ class Vertices {
   bool at_handled_vertex(const ContactPoint& c) const {
     for (const int v : handled_)
       if ((c.point_b - at_.corner[static_cast<std::size_t>(v)]).norm() <
-          2 * std::max(0.0, -c.gap) + 1e-5 * at_.block.radius)
+          2 * std::max(0.0, -c.gap) + tolerances().same_place * at_.block.radius)
         return true;
     return false;
   }
@@ -105,7 +107,7 @@ class Vertices {
 
 /// True if a vertex or edge contact says nothing that the patch does not.
 bool contained(const SkinNear& at, const SkinPatch& p, const ContactPoint& c) {
-  const double deep = std::max(0.0, -c.gap) + 1e-6 * at.block.radius;
+  const double deep = std::max(0.0, -c.gap) + tolerances().same_place * at.block.radius;
   if (std::abs(p.normal.dot(c.point_b - p.point)) > deep) return false;  // not of this face
   const double aligned = c.normal.dot(p.normal);
   if (aligned > 0.866) return p.straightest > tolerances().parallel_cosine();

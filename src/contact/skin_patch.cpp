@@ -106,7 +106,7 @@ class Cover {
   /// nodes.
   void share(SkinPatch& p, int t, const Vec3& a, const Vec3& b, const Vec3& c) {
     const double area = 0.5 * std::abs(p.normal.dot((b - a).cross(c - a)));
-    if (!(area > 1e-14 * at_.block.radius * at_.block.radius)) return;
+    if (!(area > 0)) return;
     const auto& v = at_.skin.surface.triangles[static_cast<std::size_t>(t)];
     for (const Vec3& x :
          {Vec3(0.5 * (a + b)), Vec3(0.5 * (b + c)), Vec3(0.5 * (c + a))}) {  // exact for N_i x

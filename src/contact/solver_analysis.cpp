@@ -95,88 +95,112 @@ void BlockLU::order(std::vector<int>& permutation) const {
     for (int a = 0; a < nb; ++a) permutation[a] = a;
 }
 
-void BlockLU::symbolic(const std::vector<int>& permutation) {
+/// Bodies by their place in the order of elimination, and what each column holds: its later neighbours and
+/// those of its children.
+struct BlockLU::Columns {
+  std::vector<int> position;                // of a body
+  std::vector<int> entries, begin, end;     // of column j: entries from begin[j] to end[j]
+  std::vector<int> parent, child, sibling;  // children in ascending order
+  std::vector<int> post, rank;              // columns so that the update matrices form a stack; its inverse
+  std::vector<int> front_of, first_pivot;   // front of a column; place in `post` of a front's first pivot
+};
+
+BlockLU::Columns BlockLU::columns_of(const std::vector<int>& permutation) const {
   const int nb = static_cast<int>(sizes_.size());
-  std::vector<int> position(nb);
-  for (int k = 0; k < nb; ++k) position[permutation[k]] = k;
-  // Structure of every column in elimination order: its later neighbours and those of its children.
+  Columns c;
+  c.position.resize(nb);
+  for (int k = 0; k < nb; ++k) c.position[permutation[k]] = k;
   std::vector<int> first_own(nb + 1, 0), own(pairs_.size());
-  for (const auto& [a, b] : pairs_) ++first_own[std::min(position[a], position[b]) + 1];
+  const auto ends = [&](const std::pair<int, int>& p) {
+    return std::minmax(c.position[p.first], c.position[p.second]);
+  };
+  for (const auto& p : pairs_) ++first_own[ends(p).first + 1];
   for (int j = 0; j < nb; ++j) first_own[j + 1] += first_own[j];
   std::vector<int> next(first_own.begin(), first_own.end() - 1);
-  for (const auto& [a, b] : pairs_)
-    own[next[std::min(position[a], position[b])]++] = std::max(position[a], position[b]);
-  std::vector<int> entries, begin(nb), end(nb),
-      seen_by(nb, -1);  // structure of column j: entries from begin[j] to end[j]
-  entries.reserve(8 * pairs_.size());
-  std::vector<int> parent(nb, -1), child(nb, -1), last_child(nb, -1),
-      sibling(nb, -1);  // children in ascending order
+  for (const auto& p : pairs_) own[next[ends(p).first]++] = ends(p).second;
+  std::vector<int> seen_by(nb, -1), last_child(nb, -1);
+  c.begin.resize(nb), c.end.resize(nb);
+  c.parent.assign(nb, -1), c.child.assign(nb, -1), c.sibling.assign(nb, -1);
+  c.entries.reserve(8 * pairs_.size());
   for (int j = 0; j < nb; ++j) {
-    begin[j] = static_cast<int>(entries.size());
+    c.begin[j] = static_cast<int>(c.entries.size());
     const auto take = [&](int i) {
-      if (seen_by[i] != j) entries.push_back(i);
+      if (seen_by[i] != j) c.entries.push_back(i);
       seen_by[i] = j;
     };
     for (int k = first_own[j]; k < first_own[j + 1]; ++k) take(own[k]);
-    for (int c = child[j]; c >= 0; c = sibling[c])
-      for (int k = begin[c] + 1; k < end[c]; ++k) take(entries[k]);
-    end[j] = static_cast<int>(entries.size());
-    if (begin[j] == end[j]) continue;
-    std::sort(entries.begin() + begin[j], entries.end());
-    const int above = parent[j] = entries[begin[j]];
-    (child[above] < 0 ? child[above] : sibling[last_child[above]]) = j;
+    for (int i = c.child[j]; i >= 0; i = c.sibling[i])
+      for (int k = c.begin[i] + 1; k < c.end[i]; ++k) take(c.entries[k]);
+    c.end[j] = static_cast<int>(c.entries.size());
+    if (c.begin[j] == c.end[j]) continue;
+    std::sort(c.entries.begin() + c.begin[j], c.entries.end());
+    const int above = c.parent[j] = c.entries[c.begin[j]];
+    (c.child[above] < 0 ? c.child[above] : c.sibling[last_child[above]]) = j;
     last_child[above] = j;
   }
-  // Postorder, so that the update matrices form a stack.
-  std::vector<int> post, stack, visit = child;  // the next child of every column to go to
-  post.reserve(nb);
+  return c;
+}
+
+/// Postorder of the tree of columns.
+void BlockLU::order_by_children(Columns& c) {
+  const int nb = static_cast<int>(c.parent.size());
+  std::vector<int> stack, visit = c.child;  // the next child of every column to go to
+  c.post.reserve(nb);
   for (int root = 0; root < nb; ++root) {
-    if (parent[root] >= 0) continue;
+    if (c.parent[root] >= 0) continue;
     stack.push_back(root);
     while (!stack.empty()) {
       const int j = stack.back();
-      if (const int c = visit[j]; c >= 0) {
-        stack.push_back(c);
-        visit[j] = sibling[c];
+      if (const int i = visit[j]; i >= 0) {
+        stack.push_back(i);
+        visit[j] = c.sibling[i];
       } else {
-        post.push_back(j);
+        c.post.push_back(j);
         stack.pop_back();
       }
     }
   }
-  std::vector<int> rank(nb);
-  for (int k = 0; k < nb; ++k) rank[post[k]] = k;
-  auto size_at = [&](int j) { return sizes_[permutation[j]]; };
-  // Relaxed supernodes: a column joins the front of its last child if that costs few explicit zeros.
-  std::vector<int> front_of(nb, -1), first_pivot, own_size;  // place in `post` of a front's first pivot
+  c.rank.resize(nb);
+  for (int k = 0; k < nb; ++k) c.rank[c.post[k]] = k;
+}
+
+/// Relaxed supernodes: a column joins the front of its last child if that costs few explicit zeros.
+void BlockLU::join_columns(const std::vector<int>& permutation, Columns& c) const {
+  const int nb = static_cast<int>(sizes_.size());
+  const auto size_at = [&](int j) { return sizes_[permutation[j]]; };
   const auto rest_of = [&](int j) {
     int size = 0;
-    for (int k = begin[j]; k < end[j]; ++k) size += size_at(entries[k]);
+    for (int k = c.begin[j]; k < c.end[j]; ++k) size += size_at(c.entries[k]);
     return size;
   };
+  std::vector<int> own_size;
+  c.front_of.assign(nb, -1);
   for (int k = 0; k < nb; ++k) {
-    const int j = post[k];
+    const int j = c.post[k];
     int join = -1;
-    if (k > 0 && parent[post[k - 1]] == j) {
-      const int f = front_of[post[k - 1]];
+    if (k > 0 && c.parent[c.post[k - 1]] == j) {
+      const int f = c.front_of[c.post[k - 1]];
       const int rest_own = size_at(j) + rest_of(j), pivots = own_size[f];
-      const int zeros = rest_own - rest_of(post[k - 1]);  // scalar rows added to each of the front's columns
+      const int zeros =
+          rest_own - rest_of(c.post[k - 1]);  // scalar rows added to each of the front's columns
       if (zeros == 0 || (pivots + size_at(j) <= supernode_limit &&
                          zeros * pivots <= (rest_own * (pivots + size_at(j))) / 4))
         join = f;
     }
     if (join < 0) {
-      join = static_cast<int>(first_pivot.size());
-      first_pivot.push_back(k);
+      join = static_cast<int>(c.first_pivot.size());
+      c.first_pivot.push_back(k);
       own_size.push_back(0);
     }
     own_size[join] += size_at(j);
-    front_of[j] = join;
+    c.front_of[j] = join;
   }
-  const int nf = static_cast<int>(first_pivot.size());
-  first_pivot.push_back(nb);
+  c.first_pivot.push_back(nb);
+}
+
+void BlockLU::place_fronts(const std::vector<int>& permutation, const Columns& c) {
+  const int nf = static_cast<int>(c.first_pivot.size()) - 1;
   fronts_.resize(nf);
-  std::vector<int> place(nb, -1);
   std::size_t factor_size = 0;
   int pivot_total = 0;
   for (int f = 0; f < nf; ++f) {
@@ -184,19 +208,19 @@ void BlockLU::symbolic(const std::vector<int>& permutation) {
     front = Front{};
     front.first_body = static_cast<int>(front_body_.size());
     int at = 0;
-    auto put = [&](int j) {
+    const auto put = [&](int j) {
       front_body_.push_back(permutation[j]);
       front_offset_.push_back(at);
-      at += size_at(j);
+      at += sizes_[permutation[j]];
     };
-    for (int k = first_pivot[f]; k < first_pivot[f + 1]; ++k) put(post[k]);
-    front.pivot_bodies = first_pivot[f + 1] - first_pivot[f];
+    for (int k = c.first_pivot[f]; k < c.first_pivot[f + 1]; ++k) put(c.post[k]);
+    front.pivot_bodies = c.first_pivot[f + 1] - c.first_pivot[f];
     front.pivots = at;
-    const int last = post[first_pivot[f + 1] - 1];
-    for (int k = begin[last]; k < end[last]; ++k) put(entries[k]);
+    const int last = c.post[c.first_pivot[f + 1] - 1];
+    for (int k = c.begin[last]; k < c.end[last]; ++k) put(c.entries[k]);
     front.size = at;
     front.bodies = static_cast<int>(front_body_.size()) - front.first_body;
-    front.parent = parent[last] < 0 ? -1 : front_of[parent[last]];
+    front.parent = c.parent[last] < 0 ? -1 : c.front_of[c.parent[last]];
     front.factor = factor_size;
     front.pivot_row = pivot_total;
     factor_size += static_cast<std::size_t>(front.size) * front.pivots +
@@ -205,14 +229,20 @@ void BlockLU::symbolic(const std::vector<int>& permutation) {
   }
   for (int f = 0; f < nf; ++f)
     if (fronts_[f].parent >= 0) ++fronts_[fronts_[f].parent].children;
-  // Every block of the matrix belongs to the front that eliminates its first body.
+  factor_.resize(factor_size);
+  pivot_rows_.resize(pivot_total);
+}
+
+/// Every block of the matrix belongs to the front that eliminates its first body.
+void BlockLU::place_entries(const Columns& c) {
+  const int nf = static_cast<int>(fronts_.size());
   const auto front_of_pair = [&](const std::pair<int, int>& p) {
-    return front_of[post[std::min(rank[position[p.first]], rank[position[p.second]])]];
+    return c.front_of[c.post[std::min(c.rank[c.position[p.first]], c.rank[c.position[p.second]])]];
   };
-  std::vector<int> first_pair(nf + 1, 0), pairs_of(pairs_.size());
+  std::vector<int> first_pair(nf + 1, 0), pairs_of(pairs_.size()), place(sizes_.size(), -1);
   for (const auto& p : pairs_) ++first_pair[front_of_pair(p) + 1];
   for (int f = 0; f < nf; ++f) first_pair[f + 1] += first_pair[f];
-  next.assign(first_pair.begin(), first_pair.end() - 1);
+  std::vector<int> next(first_pair.begin(), first_pair.end() - 1);
   for (std::size_t p = 0; p < pairs_.size(); ++p)
     pairs_of[next[front_of_pair(pairs_[p])]++] = static_cast<int>(p);
   for (int f = 0; f < nf; ++f) {
@@ -232,8 +262,14 @@ void BlockLU::symbolic(const std::vector<int>& permutation) {
     }
     front.entries = static_cast<int>(entries_.size()) - front.first_entry;
   }
-  factor_.resize(factor_size);
-  pivot_rows_.resize(pivot_total);
+}
+
+void BlockLU::symbolic(const std::vector<int>& permutation) {
+  Columns columns = columns_of(permutation);
+  order_by_children(columns);
+  join_columns(permutation, columns);
+  place_fronts(permutation, columns);
+  place_entries(columns);
 }
 
 /// Ranges of fronts (children before parents) that no front before them depends on, each at most a share of

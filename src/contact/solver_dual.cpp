@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact/tolerances.hpp"
+
 namespace talus::contact::detail {
 
 void DualNewton::assemble(const System& system) {
@@ -110,7 +112,8 @@ DualOutcome DualNewton::run(const System& system, std::vector<Vec3>& p, std::vec
         if (state_[i] != closed) left.segment<3>(3 * i).setZero();
       const double reach = give_way(system, trial_, -left);
       if (!std::isfinite(reach)) break;
-      for (int i = 0; i < nc; ++i) trial_[i] -= 1.000001 * reach * left.segment<3>(3 * i) / root_[i];
+      for (int i = 0; i < nc; ++i)
+        trial_[i] -= (1 + tolerances().at_bound) * reach * left.segment<3>(3 * i) / root_[i];
     }
     // Full steps: a contact that has just begun to slip turns its impulse by a large angle on the way.
     p = trial_;

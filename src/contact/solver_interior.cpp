@@ -14,6 +14,7 @@ using Vec4 = Eigen::Vector4d;
 
 constexpr double long_step = 0.8;     // from it on another corrector is not worth its cost
 constexpr double settled_from = 0.5;  // part of the contacts that are off, below which visits pay
+constexpr double inside = 0.9;        // part of the way to a cone's surface that is gone at most
 constexpr double short_step = 0.15;   // a contact that admits less takes the monotone direction next
 
 /// x_0^2 - |x_t|^2.
@@ -48,9 +49,7 @@ Vec3 quotient(const Vec3& l, const Vec3& d) {
 }
 
 /// Slip rate beyond |u_t| of a point that is inside its cones by delta [m/s].
-double slip_slack(const Law& law, double delta) {
-  return delta * (law.mu > 0 ? std::min(1.0, std::max(0.1, 1 / law.mu)) : 1.0);
-}
+double slip_slack(const Law& law, double delta) { return delta * std::min(1.0, 1 / law.mu); }
 
 }  // namespace
 
@@ -74,14 +73,14 @@ void Interior::begin(double delta) {
       p_[i].setZero();
       return;
     }
-    q.frictional = t.law.mu > 0 || t.law.mu * t.law.floor + t.law.cohesion > 0;
+    q.frictional = t.law.mu > 0 || t.law.cohesion > 0;
     q.P = std::max(p_[i].x() - t.law.floor, delta / (t.load * t.w));
     p_[i].x() = q.P + t.law.floor;
     const double g = t.law.mu * p_[i].x() + t.law.cohesion, along = length(p_[i].y(), p_[i].z());
     if (!q.frictional)
       p_[i].tail<2>().setZero();
-    else if (along > 0.9 * g)
-      p_[i].tail<2>() *= 0.9 * g / along;
+    else if (along > inside * g)
+      p_[i].tail<2>() *= inside * g / along;
     q.x = Vec3(g, p_[i].y(), p_[i].z());
     const Vec3 u = system_->relative(t, v_.data()) + t.bias + t.compliance.cwiseProduct(p_[i]);
     q.z = Vec3(length(u.y(), u.z()) + slip_slack(t.law, delta), u.y(), u.z());
@@ -335,7 +334,7 @@ bool Interior::direction(double work, int correctors, double& alpha) {
 }
 
 void Interior::advance(double alpha) {
-  const double step = std::min(1.0, alpha * 0.9);
+  const double step = std::min(1.0, inside * alpha);
   for (int k = 0; k < system_->n; ++k) v_[k] += step * step_[k];
   const auto move = [&](std::size_t i) {
     const Touch& t = system_->touch[i];

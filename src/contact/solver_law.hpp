@@ -24,11 +24,13 @@ inline double length(double y, double z) { return std::sqrt(y * y + z * z); }
 
 struct Law {
   double mu = 0, cohesion = 0, floor = 0;
-  bool exact = true;  // false: associated flow (cone projection)
+  double floor_bound = 0;  // of the tangential impulse there, 0 exactly at the cone's apex [N s]
+  bool exact = true;       // false: associated flow (cone projection)
 };
 
-inline double law_floor(double mu, double cohesion, double tension) {
-  return mu > 0 ? std::max(-tension, -cohesion / mu) : -tension;
+inline Law law_of(double mu, double cohesion, double tension, bool exact) {
+  const bool apex = mu * tension > cohesion;
+  return {mu, cohesion, apex ? -cohesion / mu : -tension, apex ? 0.0 : cohesion - mu * tension, exact};
 }
 
 /// Bits of the state: the regions of the law. 0 open, 1 closed and sticking, 3 closed and slipping, 2 or 4 on
@@ -39,60 +41,16 @@ enum State : unsigned char { open = 0, closed = 1, slip = 2, held = 4 };
 inline unsigned char project(const Law& law, const Vec3& z, double rn, double rt, Vec3& p, Mat3* D) {
   const double s = length(z.y(), z.z());
   if (D) D->setZero();
-  double n, g;
-  bool active;
-  if (law.exact) {
-    active = z.x() > law.floor;
-    n = active ? z.x() : law.floor;
-    g = law.mu * n + law.cohesion;
-    if (!(g > 0)) g = 0;
-    p.x() = n;
-    if (D && active) (*D)(0, 0) = 1 / rn;
-    if (s <= g && g > 0) {
-      p.y() = z.y();
-      p.z() = z.z();
-      if (D) (*D)(1, 1) = (*D)(2, 2) = 1 / rt;
-      return active ? closed : held;
+  if (!law.exact) {
+    const bool inside = s <= law.mu * z.x() + law.cohesion;
+    if (inside && z.x() >= law.floor) {
+      p = z;
+      if (D) D->diagonal() << 1 / rn, 1 / rt, 1 / rt;
+      return closed;
     }
-    if (g == 0 || s == 0) {
-      p.y() = p.z() = 0;
-      if (D && active && s > 0 && law.mu > 0) {
-        (*D)(1, 0) = law.mu * z.y() / (s * rn);
-        (*D)(2, 0) = law.mu * z.z() / (s * rn);
-      }
-      return active ? (closed | slip) : open;
-    }
-    const double ty = z.y() / s, tz = z.z() / s;
-    p.y() = g * ty;
-    p.z() = g * tz;
-    if (D) {
-      const double k = g / (s * rt);
-      (*D)(1, 1) = k * tz * tz;
-      (*D)(2, 2) = k * ty * ty;
-      (*D)(1, 2) = (*D)(2, 1) = -k * ty * tz;
-      if (active) {
-        (*D)(1, 0) = law.mu * ty / rn;
-        (*D)(2, 0) = law.mu * tz / rn;
-      }
-    }
-    return active ? (closed | slip) : slip;
-  }
-  const bool inside = s <= law.mu * z.x() + law.cohesion;
-  if (inside && z.x() >= law.floor) {
-    p = z;
-    if (D) {
-      (*D)(0, 0) = 1 / rn;
-      (*D)(1, 1) = (*D)(2, 2) = 1 / rt;
-    }
-    return closed;
-  }
-  if (!inside) {
-    const double q = rn + law.mu * law.mu * rt;
-    n = (rn * z.x() + rt * law.mu * (s - law.cohesion)) / q;
-    if (n > law.floor) {
-      g = law.mu * n + law.cohesion;
-      if (!(g > 0)) g = 0;
-      const double ty = z.y() / s, tz = z.z() / s;
+    const double q = rn + law.mu * law.mu * rt, n = (rn * z.x() + rt * law.mu * (s - law.cohesion)) / q;
+    if (!inside && n > law.floor) {
+      const double g = std::max(0.0, law.mu * n + law.cohesion), ty = z.y() / s, tz = z.z() / s;
       p = Vec3(n, g * ty, g * tz);
       if (D) {
         const Vec3 d(1, law.mu * ty, law.mu * tz);
@@ -106,17 +64,24 @@ inline unsigned char project(const Law& law, const Vec3& z, double rn, double rt
       return closed | slip;
     }
   }
-  g = law.mu * law.floor + law.cohesion;
-  p.x() = law.floor;
-  if (!(g > 1e-14 * law.cohesion) || s == 0) {
-    p.y() = p.z() = 0;
-    return open;
-  }
-  if (s <= g) {
+  // The tangential impulse by the bound that the normal one gives, or the floor.
+  const bool active = law.exact && z.x() > law.floor;
+  const double g = active ? std::max(0.0, law.mu * z.x() + law.cohesion) : law.floor_bound;
+  p.x() = active ? z.x() : law.floor;
+  if (D && active) (*D)(0, 0) = 1 / rn;
+  if (s <= g && g > 0) {
     p.y() = z.y();
     p.z() = z.z();
     if (D) (*D)(1, 1) = (*D)(2, 2) = 1 / rt;
-    return held;
+    return active ? closed : held;
+  }
+  if (g == 0 || s == 0) {
+    p.y() = p.z() = 0;
+    if (D && active && s > 0 && law.mu > 0) {
+      (*D)(1, 0) = law.mu * z.y() / (s * rn);
+      (*D)(2, 0) = law.mu * z.z() / (s * rn);
+    }
+    return active ? (closed | slip) : open;
   }
   const double ty = z.y() / s, tz = z.z() / s;
   p.y() = g * ty;
@@ -126,8 +91,12 @@ inline unsigned char project(const Law& law, const Vec3& z, double rn, double rt
     (*D)(1, 1) = k * tz * tz;
     (*D)(2, 2) = k * ty * ty;
     (*D)(1, 2) = (*D)(2, 1) = -k * ty * tz;
+    if (active) {
+      (*D)(1, 0) = law.mu * ty / rn;
+      (*D)(2, 0) = law.mu * tz / rn;
+    }
   }
-  return slip;
+  return active ? (closed | slip) : slip;
 }
 
 /// Velocity change per impulse of a contact, along its normal and its face [1/kg].

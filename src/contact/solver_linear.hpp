@@ -71,6 +71,12 @@ class BlockLU {
   };
   void order(std::vector<int>& permutation) const;
   void symbolic(const std::vector<int>& permutation);
+  struct Columns;
+  Columns columns_of(const std::vector<int>& permutation) const;
+  static void order_by_children(Columns& c);
+  void join_columns(const std::vector<int>& permutation, Columns& c) const;
+  void place_fronts(const std::vector<int>& permutation, const Columns& c);
+  void place_entries(const Columns& c);
   void part();
   void gather_front(const Front& front, Part& part);
   void add_child(const Front& kid, const double* U, const std::vector<int>& place, int m, double* F) const;

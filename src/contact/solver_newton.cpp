@@ -152,10 +152,47 @@ double Newton::contradiction(const System& system) {
   return most < 0 ? -most / pressed : 0;
 }
 
+/// Two candidates: the impulses p(v) with the velocities that follow from them, and, where the balance of
+/// momentum is met to round-off, with v itself. The largest of all contacts.
+Newton::OfContact Newton::measure(const System& system, double epsilon, bool convex) {
+  const int nc = system.contacts();
+  candidate_.resize(system.n);
+  for (int k = 0; k < system.n; ++k) candidate_[k] = here_.v[k] - here_.difference[k];
+  system.impulse_reach(here_.p, reach_);
+  of_contact_.resize(nc);
+  in_ranges(nc, contacts_at_once, [&](int from, int to) {
+    for (int i = from; i < to; ++i) {
+      const Touch& t = system.touch[i];
+      of_contact_[i] = {};
+      if (!(t.w > 0)) continue;
+      const Vec3 u = system.relative(t, candidate_.data()) + t.bias;
+      Law law = t.law;
+      if (convex) law.exact = false;
+      const Vec3 rho = proximal(t, epsilon).rho,
+                 off = rho.cwiseProduct(here_.p[i] - multiplier_[i]).cwiseAbs();
+      // Where the multipliers swallow u in the projection, the law is met as far as their last digits tell.
+      const double swallowed =
+          std::numeric_limits<double>::epsilon() * rho.cwiseProduct(multiplier_[i]).norm();
+      const double along = length(off.y(), off.z());
+      of_contact_[i] = {std::max(0.0, (u - here_.u[i]).norm() - system.round_off(t, reach_)), off.maxCoeff(),
+                        length(off.x() + (law.exact ? law.mu * along : 0.0), along) + swallowed,
+                        natural_residual(law, u + t.compliance.cwiseProduct(here_.p[i]), here_.p[i],
+                                         t.scale(), system.excuse(t, reach_), convex ? t.shift : 0.0)};
+    }
+  });
+  OfContact worst;
+  for (const OfContact& of : of_contact_) {
+    worst.inner = std::max(worst.inner, of.inner);
+    worst.outer = std::max(worst.outer, of.outer);
+    worst.law = std::max(worst.law, of.law);
+    worst.residual = larger(worst.residual, of.residual);
+  }
+  return worst;
+}
+
 NewtonOutcome Newton::run(const System& system, std::vector<Vec3>& p, std::vector<double>& v,
                           const NewtonOptions& options) {
   NewtonOutcome outcome;
-  const int nc = system.contacts();
   double epsilon = options.epsilon;
   multiplier_ = p;
   best_p_ = p;
@@ -167,41 +204,9 @@ NewtonOutcome Newton::run(const System& system, std::vector<Vec3>& p, std::vecto
   int failures = 0, halved = 0, told = 0;  // told: factorisations at the last look for a contradiction
   bool moved = false;                      // the multipliers, and no step since
   while (true) {
-    // Two candidates: the impulses p(v) with the velocities that follow from them, and, where the balance of
-    // momentum is met to round-off, with v itself.
-    candidate_.resize(system.n);
-    for (int k = 0; k < system.n; ++k) candidate_[k] = here_.v[k] - here_.difference[k];
-    double inner = 0, outer = 0, law_off = 0, residual = 0;
-    system.impulse_reach(here_.p, reach_);
-    of_contact_.resize(nc);
-    in_ranges(nc, contacts_at_once, [&](int from, int to) {
-      for (int i = from; i < to; ++i) {
-        const Touch& t = system.touch[i];
-        of_contact_[i] = {};
-        if (!(t.w > 0)) continue;
-        const Vec3 u = system.relative(t, candidate_.data()) + t.bias;
-        Law law = t.law;
-        if (options.convex) law.exact = false;
-        const Vec3 rho = proximal(t, epsilon).rho,
-                   off = rho.cwiseProduct(here_.p[i] - multiplier_[i]).cwiseAbs();
-        // Where the multipliers swallow u in the projection, the law is met as far as their last digits tell.
-        const double swallowed =
-            std::numeric_limits<double>::epsilon() * rho.cwiseProduct(multiplier_[i]).norm();
-        const double along = length(off.y(), off.z());
-        of_contact_[i] = {
-            std::max(0.0, (u - here_.u[i]).norm() - system.round_off(t, reach_)), off.maxCoeff(),
-            length(off.x() + (law.exact ? law.mu * along : 0.0), along) + swallowed,
-            natural_residual(law, u + t.compliance.cwiseProduct(here_.p[i]), here_.p[i], t.scale(),
-                             system.excuse(t, reach_), options.convex ? t.shift : 0.0)};
-      }
-    });
-    for (const OfContact& of : of_contact_) {
-      inner = std::max(inner, of.inner);
-      outer = std::max(outer, of.outer);
-      law_off = std::max(law_off, of.law);
-      residual = larger(residual, of.residual);
-    }
-    const double apart = inner == 0 ? law_off : INFINITY;
+    const OfContact worst = measure(system, epsilon, options.convex);
+    const double inner = worst.inner, outer = worst.outer, residual = worst.residual;
+    const double apart = inner == 0 ? worst.law : INFINITY;
     if (std::min(residual, apart) < 0.5 * best) halved = outcome.newton;
     if (residual < best) {
       best = residual;

@@ -57,6 +57,12 @@ class Newton {
   };
   void evaluate(const System& system, const std::vector<Vec3>& multiplier, double epsilon, bool convex,
                 Point& point, bool derivatives);
+  /// How far a contact is from the inner and the outer solution, the law from being met by v, and the
+  /// residual of v(p) [m/s].
+  struct OfContact {
+    double inner = 0, outer = 0, law = 0, residual = 0;
+  };
+  OfContact measure(const System& system, double epsilon, bool convex);
   double exact_step(const System& system, const std::vector<Vec3>& multiplier, double epsilon,
                     const Point& from);
   /// Of hard rows u_n = J_n v + b_n >= 0 those that contradict each other press ever more, outer iteration
@@ -73,11 +79,6 @@ class Newton {
   std::vector<Mat3> D_;
   std::vector<double> step_, candidate_, reach_, best_v_, balance_;
   std::vector<Vec3> multiplier_, slope_, best_p_;
-  /// How far a contact is from the inner and the outer solution, the law from being met by v, and the
-  /// residual of v(p) [m/s].
-  struct OfContact {
-    double inner = 0, outer = 0, law = 0, residual = 0;
-  };
   std::vector<OfContact> of_contact_;
   std::vector<unsigned char> factored_state_;
 };

@@ -106,6 +106,8 @@ bool Search::alternated(const std::vector<Vec3>& start, int rounds) {
   return false;
 }
 
+bool Search::from_near() { return newton(soft, 20) || polish(); }
+
 bool Search::swept_while_it_pays() {
   p = best_p;
   double before = best;  // when it last paid
@@ -147,14 +149,14 @@ bool Search::shifted(int rounds, int budget) {
     options.tolerance = std::max(tolerance_, 0.01 * best);
     options.max_outer = settings_->max_outer;
     options.convex = true;
-    options.epsilon = 1e-3;
+    options.epsilon = firm;
     options.max_newton = settings_->max_newton;
     const NewtonOutcome outcome = newton_.run(system, p, v, options);
     report_->newton += outcome.newton;
     report_->outer += 1;
     system.velocities(p, v);
     consider(p, v, system.residual(v, p));
-    done = best <= sufficient_ || newton(1e-3, 25);
+    done = best <= sufficient_ || newton(firm, 25);
   }
   for (Touch& t : system.touch) t.shift = 0;
   return done;
@@ -167,11 +169,11 @@ bool Search::solved_from_best() {
   polished_ = INFINITY;
   polished_for_ = 0;
   consider(p, v, system.residual(v, p));
-  if (best <= sufficient_ || newton(1e-4, 20) || polish()) return true;
+  if (best <= sufficient_ || from_near()) return true;
   from_best();
   if (interior(0.5 * best)) return true;
   from_best();
-  return newton(1e-4, 20) || polish();
+  return from_near();
 }
 
 bool Search::raised(double step) {
@@ -182,8 +184,12 @@ bool Search::raised(double step) {
   if (own <= moderate) return false;
   const std::vector<Touch> touches = system.touch;
   const auto hold_at = [&](double friction) {
-    for (std::size_t i = 0; i < touches.size(); ++i)
-      system.touch[i].law.mu = std::min(touches[i].law.mu, friction);
+    for (std::size_t i = 0; i < touches.size(); ++i) {
+      Law& law = system.touch[i].law = touches[i].law;
+      if (law.mu <= friction) continue;
+      law.mu = friction;
+      law.floor_bound = friction * law.floor + law.cohesion;
+    }
   };
   const std::vector<Vec3> before_p = best_p;
   const std::vector<double> before_v = best_v;
@@ -233,7 +239,7 @@ bool Search::unstressed(const SolveSettings& settings, SolveReport& report) {
                             settings.velocity_scale);  // where rows that repeat each other may hold it
   for (Vec3& impulse : p) impulse *= 0.5;              // of the same region
   system.velocities(p, v);
-  newton(1e-4, 20);
+  newton(soft, 20);
   p = best_p;
   swept(6);  // to round-off
   return best <= tolerance_;
@@ -245,7 +251,7 @@ bool Search::run(const SolveSettings& settings, SolveReport& report) {
   if (spent()) return false;
   // From farther off straight to the path.
   if ((small || best <= near * settings.velocity_scale) &&
-      (newton(small ? 1e-4 : settings.proximal, std::min(settings.max_newton, small ? 20 : 8)) || polish()))
+      (small ? from_near() : newton(settings.proximal, std::min(settings.max_newton, 8)) || polish()))
     return true;
   if (spent()) return false;
 
@@ -266,7 +272,7 @@ bool Search::run(const SolveSettings& settings, SolveReport& report) {
     if (best >= finished) return false;
     finished = best;
     if (!small && best > 1e-3 * settings.velocity_scale) return false;
-    return newton(1e-4, 20) || polish() || (small && newton(1e-3, 20));
+    return from_near() || (small && newton(firm, 20));
   };
   const auto given_up = [&] { return hopeless(many ? 150 : 300, !many && fruitless >= 2); };
   p = best_p;
@@ -311,7 +317,7 @@ bool Search::run(const SolveSettings& settings, SolveReport& report) {
     from_best();
     if (round % 2 == 0) start_from_nothing();
     swept(100 << round);
-    if (best <= sufficient_ || newton(1e-4, 20) || newton(1e-2, 30)) return true;
+    if (best <= sufficient_ || newton(soft, 20) || newton(firm, 30)) return true;
   }
   if (shifted(settings.max_outer, small ? 400 : 200) || polish(200)) return true;
   report.tier = 'E';

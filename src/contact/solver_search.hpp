@@ -16,6 +16,8 @@ class Search {
  public:
   /// Part of the velocity scale: large problems whose warm start is off by more change too many regions for
   /// Newton's method.
+  /// Proximal compliance over that of the contact: where the regions are known but for a few; farther off.
+  static constexpr double soft = 1e-4, firm = 1e-3;
   static constexpr double near = 1e-4;
   static constexpr int few_contacts = 60;  // up to which many ways are tried, each cheap
   System system;
@@ -54,6 +56,7 @@ class Search {
   double swept(int count);
   double visited(int count);  // residual after sweeps from p
   bool swept_while_it_pays();
+  bool from_near();  // by what is fast next to the solution
 
   bool spent()
       const;  // all factorisations that the search may have, or nothing that would be taken is to be had

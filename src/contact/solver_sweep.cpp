@@ -62,8 +62,7 @@ Vec3 solve_one(const Touch& t, const Vec3& q, const Vec3& start, SlipAccuracy ac
   const Vec3 stick(-e.k * q.x() - e.c1 * stick1 - e.c2 * stick2, stick1, stick2);
   if (stick.x() >= law.floor && length(stick.y(), stick.z()) <= law.mu * stick.x() + law.cohesion)
     return stick;
-  const double at_floor = std::max(0.0, law.mu * law.floor + law.cohesion);
-  if (at_floor <= 1e-14 * law.cohesion) {
+  if (!(law.floor_bound > 0)) {
     const Vec3 none(law.floor, 0, 0);
     const Vec3 u = q + t.W.col(0) * law.floor;
     if (u.x() >= 0 && (law.exact || u.x() >= law.mu * length(u.y(), u.z()))) return none;
@@ -100,7 +99,7 @@ Vec3 solve_one(const Touch& t, const Vec3& q, const Vec3& start, SlipAccuracy ac
     project(law, p - u / r, 1, 1, next, nullptr);
     const double change = (next - p).cwiseAbs().maxCoeff();
     p = next;
-    if (change <= 1e-12 * p.cwiseAbs().maxCoeff()) break;
+    if (change <= accuracy.change * p.cwiseAbs().maxCoeff()) break;
   }
   return p;
 }

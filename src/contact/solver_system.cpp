@@ -132,10 +132,6 @@ void multiply_few(double* row, const double* M, int m) {
   }
 }
 
-}  // namespace
-
-namespace {
-
 constexpr int large_skin = 96;  // degrees of freedom from which on the root is found by blocks
 
 /// Root of a skin's inverse mass, M = L of L L^T, and L^-1 v; false if it is not safely positive definite.
@@ -242,10 +238,7 @@ void System::number(const ContactProblem& problem, bool exact_coulomb) {
     t.id = static_cast<int>(c);
     t.first = static_cast<int>(terms.size());
     t.shift = 0;
-    t.law.mu = contact.friction;
-    t.law.cohesion = contact.cohesion;
-    t.law.floor = law_floor(contact.friction, contact.cohesion, contact.tension);
-    t.law.exact = exact_coulomb && !contact.associated;
+    t.law = law_of(contact.friction, contact.cohesion, contact.tension, exact_coulomb && !contact.associated);
     for (int k = contact.first_term; k < contact.first_term + contact.terms; ++k) {
       const int b = active_[problem.terms[k].body];
       if (std::any_of(terms.begin() + t.first, terms.end(),

@@ -195,30 +195,4 @@ int SurfaceIndex::triangle_at(const Vec3& x) const {
   return best;
 }
 
-double SurfaceIndex::height(double x, double y) const {
-  const Impl& s = *impl_;
-  double best = std::numeric_limits<double>::quiet_NaN();
-  s.tree.traverse([&](const Vec3& lo,
-                      const Vec3& hi) { return lo.x() <= x && x <= hi.x() && lo.y() <= y && y <= hi.y(); },
-                  [&](int t) {
-                    const auto& v = s.surface.triangles[t];
-                    const Vec3 &a = s.surface.vertices[v[0]], &b = s.surface.vertices[v[1]],
-                               &c = s.surface.vertices[v[2]];
-                    const auto cross = [](double ux, double uy, double vx, double vy) {
-                      return ux * vy - uy * vx;
-                    };
-                    const double all = cross(b.x() - a.x(), b.y() - a.y(), c.x() - a.x(), c.y() - a.y());
-                    if (all == 0) return true;
-                    const double wa = cross(b.x() - x, b.y() - y, c.x() - x, c.y() - y) / all;
-                    const double wb = cross(c.x() - x, c.y() - y, a.x() - x, a.y() - y) / all;
-                    const double wc = 1 - wa - wb;
-                    constexpr double slack = -1e-12;  // points on a shared side belong to both triangles
-                    if (wa < slack || wb < slack || wc < slack) return true;
-                    const double z = wa * a.z() + wb * b.z() + wc * c.z();
-                    if (!(best >= z)) best = z;
-                    return true;
-                  });
-  return best;
-}
-
 }  // namespace talus::contact

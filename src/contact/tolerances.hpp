@@ -49,6 +49,7 @@ inline double square(double x) { return x * x; }
   X(unseen_way, 0.25, "d", "a pair with contacts moves no farther in a step unless its path is searched")   \
   X(through, 1e-3, "d", "depth at which a pair with hard contacts has gone into each other")                \
   X(through_springs, 2e-2, "d", "the same of a pair on springs")                                            \
+  X(same_point, 1e-4, "L", "a contact point that has moved less is what it was")                            \
   X(carried_way, 3e-3, "r", "as far points of a pair that touches are carried along before it is searched") \
   X(skin_ahead, 0.15, "r", "nearer vertices of a structure's boundary surface are watched one by one")      \
   X(woken_by, 1e-3, "r", "displacement of a structure's boundary surface that wakes blocks at rest on it")  \
@@ -69,6 +70,7 @@ inline double square(double x) { return x * x; }
   X(follows_law, 1e-6, "impulse", "how well the force of a spring's row meets its law")                     \
   X(same_stiffness, 1e-9, "stiffness, energy", "springs as alike are the same, an energy as small is none") \
   X(level_law, 1e-6, "stiffness", "least slope of a contact equation where a law is level")                 \
+  X(solved, 0.1, "accuracy", "part of it that the residual of a contact problem may take")                  \
   X(rolling_bound, 0.1, "accuracy", "how well the bound of a rolling couple meets the normal force found")  \
   /* Error and energy of a step */                                                                          \
   X(pass_error, 0.1, "accuracy", "between the last two passes of a step, over L")                           \

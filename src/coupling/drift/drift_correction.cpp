@@ -57,158 +57,157 @@ std::map<std::pair<std::uint64_t, int>, double> DriftCorrection::deepest_by_moti
   return bounds;
 }
 
-double DriftCorrection::correct(double h) {
-  // min 1/2 d^T (M/m) d  subject to  g + J d >= 0 on every hard touch near enough to matter, x + J d = place
-  // of every fixed point; no friction, no velocity.
-  double thinnest = in_.scale.length, far = 0;
+void DriftCorrection::find_scales() {
+  double far = 0;
+  thinnest_ = in_.scale.length;
   for (const Body& b : step_.bodies) {
     const auto k = static_cast<std::size_t>(b.block);
-    thinnest = std::min(thinnest, 2 * in_.model.blocks[k].shape->inradius);
+    thinnest_ = std::min(thinnest_, 2 * in_.model.blocks[k].shape->inradius);
     far = std::max(far, in_.state.c[k].cwiseAbs().maxCoeff() + in_.model.blocks[k].shape->radius);
   }
-  const double tolerance =
-      0.5 * std::max(contact::tolerances().drift * thinnest, contact::tolerances().far_off * far);
-  const std::map<std::pair<std::uint64_t, int>, double> deepest_of = deepest_by_motion();
-  // Of pieces with hollows a feature can look as deep as the piece is wide, though the two have hardly moved:
-  // corrected along it, they would fly into others.
-  const auto believed = [&](const Touch& t) {
-    if (t.stiffness > 0 || in_.deformable_structure(t)) return false;
-    const auto bound = deepest_of.find({t.a.id(), t.b});
-    return bound == deepest_of.end() || -t.at.gap <= bound->second;
-  };
-  const auto deepest_touch = [&] {
-    std::atomic<double> deepest = 0;  // the largest: the same in whatever order
-    contact::in_ranges(static_cast<int>(step_.touches.size()), touches_at_once, [&](int from, int to) {
-      double here = 0;
-      for (auto i = static_cast<std::size_t>(from); i < static_cast<std::size_t>(to); ++i)
-        if (const Touch& t = step_.touches[i]; believed(t)) here = std::max(here, -t.at.gap);
-      for (double most = deepest.load(std::memory_order_relaxed);
-           here > most && !deepest.compare_exchange_weak(most, here, std::memory_order_relaxed);) {}
-    });
-    return deepest.load();
-  };
-  const auto farthest_point = [&] {
-    double farthest = 0;
-    each_drift(in_.model, in_.state, step_.bodies,
-               [&](const Vec3& drift) { farthest = std::max(farthest, drift.norm()); });
-    return farthest;
-  };
-  search_.find(h);
-  search_.keep_late_overlaps();
-  double deepest = deepest_touch(), drifted = farthest_point();
-  // Sub-steps at a structure drift by a ten-millionth of a block each: corrected once it shows, to a tenth of
-  // that.
-  const double shows = in_.leapfrog() ? std::max(tolerance, contact::tolerances().drift_at_structures *
-                                                                in_.settings.accuracy * 0.5 * thinnest)
-                                      : tolerance;
-  if (deepest <= shows && drifted <= shows) return deepest;
-  const double left = in_.leapfrog() ? std::max(tolerance, 0.1 * shows)
-                      : in_.large()  ? std::max(tolerance, 1e-8 * thinnest)
-                                     : tolerance;
-  // A correction by d turns normals by d / L: they are no closer than that to the blocks' own gaps. Of a
-  // time-stepped island a pass that comes as close saves one, and its search of rows; and only what is as
-  // near as a column of blocks could move becomes a row.
-  const auto closeness = [&] {
-    return std::clamp(std::max(0.2 * tolerance / std::max(deepest, drifted),
-                               in_.time_stepped() ? 0.3 * deepest / in_.scale.length : 0.0),
-                      in_.time_stepped() ? 1e-5 : 1e-3, 0.2);
-  };
-  const auto near = [&] {
-    return 4 * deepest + (in_.time_stepped()
-                              ? std::min(contact::tolerances().drift_near * in_.scale.length, 100 * deepest)
-                              : contact::tolerances().drift_near * in_.scale.length);
-  };
-  std::vector<double> carried(in_.island->pairs.size(), 0.0);
-  std::vector<Pose> before, last(step_.bodies.size());
-  for (const Body& b : step_.bodies) before.push_back(dda::pose(in_.state, b.block));
-  std::vector<char> taken;                    // per touch
-  std::vector<double> fall, turning;          // energies that the motion takes, per body [J]
-  double least = std::max(deepest, drifted);  // so far
-  int fruitless = 0;  // passes in a row that did not halve it, those without a solution twice:
-                      // over-constrained bodies stay in each other
-  for (int pass = 0; pass < 24 && (pass == 0 || std::max(deepest, drifted) > left) && fruitless < 4; ++pass) {
-    ++report_.counters.projections;
-    begin_step(in_, step_, 0, true);
-    for (Body& b :
-         step_.bodies) {  // how far fixed points of one block are from each other is for its strains to keep
-      const dda::Model::Block& block = in_.model.blocks[static_cast<std::size_t>(b.block)];
-      if (!block.deformable || block.fixed_points.size() < 2) continue;
+  tolerance_ = 0.5 * std::max(contact::tolerances().drift * thinnest_, contact::tolerances().far_off * far);
+  deepest_of_ = deepest_by_motion();
+}
+
+/// Of pieces with hollows a feature can look as deep as the piece is wide, though the two have hardly moved:
+/// corrected along it, they would fly into others.
+bool DriftCorrection::believed(const Touch& t) const {
+  if (t.stiffness > 0 || in_.deformable_structure(t)) return false;
+  const auto bound = deepest_of_.find({t.a.id(), t.b});
+  return bound == deepest_of_.end() || -t.at.gap <= bound->second;
+}
+
+void DriftCorrection::measure() {
+  std::atomic<double> deepest = 0;  // the largest: the same in whatever order
+  contact::in_ranges(static_cast<int>(step_.touches.size()), touches_at_once, [&](int from, int to) {
+    double here = 0;
+    for (auto i = static_cast<std::size_t>(from); i < static_cast<std::size_t>(to); ++i)
+      if (const Touch& t = step_.touches[i]; believed(t)) here = std::max(here, -t.at.gap);
+    for (double most = deepest.load(std::memory_order_relaxed);
+         here > most && !deepest.compare_exchange_weak(most, here, std::memory_order_relaxed);) {}
+  });
+  deepest_ = deepest.load();
+  drifted_ = 0;
+  each_drift(in_.model, in_.state, step_.bodies,
+             [&](const Vec3& drift) { drifted_ = std::max(drifted_, drift.norm()); });
+}
+
+/// min 1/2 d^T (M/m) d  subject to  g + J d >= 0 on every hard contact near enough to matter, x + J d = place
+/// of every fixed point; no friction, no velocity.
+contact::SolveReport DriftCorrection::solve() {
+  begin_step(in_, step_, 0, true);
+  for (Body& b : step_.bodies) {
+    const dda::Model::Block& block = in_.model.blocks[static_cast<std::size_t>(b.block)];
+    // How far fixed points of one block are from each other is for its strains to keep.
+    if (block.deformable && block.fixed_points.size() >= 2) {
       b.ndof = 12;
       dda::impulse_mass(in_.model, in_.state, b.block, false, b.free.mass, b.free.inverse);
     }
-    for (Body& b : step_.bodies) {
-      const double mass = in_.model.blocks[static_cast<std::size_t>(b.block)].mass;
-      b.free.mass /= mass;
-      b.free.inverse *= mass;
-    }
-    assembly_.begin();
-    const double within = near();
-    taken.assign(step_.touches.size(), 0);
-    step_.each_touch([&](Touch& t) {
-      t.row = -1;
-      if (!believed(t) || t.at.gap > within) return;
-      t.mode = Mode::idle;
-      taken[static_cast<std::size_t>(&t - step_.touches.data())] = 1;
-    });
-    for (std::size_t i = 0; i < step_.touches.size(); ++i)
-      if (taken[i] != 0) assembly_.take(step_.touches[i], 1, true);
-    assembly_.fill_rows(1, true);
-    step_.each_touch([&](const Touch& t) {
-      if (t.row < 0) return;
-      contact::ProblemContact& c = step_.problem.contacts[static_cast<std::size_t>(t.row)];
-      c.friction = 0;
-      c.cohesion = c.tension = 0;
-      c.bias =
-          Vec3(t.at.gap - (t.at.gap < -tolerance ? contact::tolerances().bound_aim * tolerance : 0), 0, 0);
-      c.compliance.setZero();
-      c.impulse.setZero();
-    });
-    std::size_t held = step_.problem.contacts.size();
-    add_held_rows(step_.problem, in_.model, step_.bodies, 0, 1e6 * std::max(deepest, drifted));
-    each_drift(in_.model, in_.state, step_.bodies,
-               [&](const Vec3& drift) { step_.problem.contacts[held++].bias = drift; });
-    assembly_.finish_bodies();
-    std::fill(step_.problem.v_hat.begin(), step_.problem.v_hat.end(), 0.0);
-    contact::SolveSettings settings;
-    settings.velocity_scale = std::max(deepest, drifted);
-    settings.tolerance = closeness();
-    settings.sufficient = 0.3;  // of blocks jammed in each other: the next pass goes on from there
-    settings.exact_coulomb = false;
-    const contact::SolveReport r = solver_.solver().solve(step_.problem, settings);
-    report_.counters.newton += r.newton;
+    b.free.mass /= block.mass;
+    b.free.inverse *= block.mass;
+  }
+  assembly_.begin();
+  // Of a time-stepped island only what is as near as a column of blocks could move becomes a row.
+  const double near = contact::tolerances().drift_near * in_.scale.length,
+               within = 4 * deepest_ + (in_.time_stepped() ? std::min(near, 100 * deepest_) : near);
+  std::vector<char> taken(step_.touches.size(), 0);
+  step_.each_touch([&](Touch& t) {
+    t.row = -1;
+    if (!believed(t) || t.at.gap > within) return;
+    t.mode = Mode::idle;
+    taken[static_cast<std::size_t>(&t - step_.touches.data())] = 1;
+  });
+  for (std::size_t i = 0; i < step_.touches.size(); ++i)
+    if (taken[i] != 0) assembly_.take(step_.touches[i], 1, true);
+  assembly_.fill_rows(1, true);
+  step_.each_touch([&](const Touch& t) {
+    if (t.row < 0) return;
+    contact::ProblemContact& c = step_.problem.contacts[static_cast<std::size_t>(t.row)];
+    c.friction = 0;
+    c.cohesion = c.tension = 0;
+    c.bias =
+        Vec3(t.at.gap - (t.at.gap < -tolerance_ ? contact::tolerances().bound_aim * tolerance_ : 0), 0, 0);
+    c.compliance.setZero();
+    c.impulse.setZero();
+  });
+  const double most = std::max(deepest_, drifted_);
+  std::size_t held = step_.problem.contacts.size();
+  add_held_rows(step_.problem, in_.model, step_.bodies, 0, 1e6 * most);
+  each_drift(in_.model, in_.state, step_.bodies,
+             [&](const Vec3& drift) { step_.problem.contacts[held++].bias = drift; });
+  assembly_.finish_bodies();
+  std::fill(step_.problem.v_hat.begin(), step_.problem.v_hat.end(), 0.0);
+  contact::SolveSettings settings;
+  settings.velocity_scale = most;
+  // A correction by d turns normals by d / L: from far off the next pass is closer than this one could be.
+  settings.tolerance = std::clamp(0.2 * tolerance_ / most, in_.time_stepped() ? 1e-5 : 1e-3, 0.2);
+  settings.sufficient = 0.3;  // of over-constrained blocks: the next pass goes on from there
+  settings.exact_coulomb = false;
+  const contact::SolveReport r = solver_.solver().solve(step_.problem, settings);
+  report_.counters.newton += r.newton;
+  return r;
+}
+
+void DriftCorrection::move() {
+  const std::vector<Vec3> moments = moments_of_way();
+  std::vector<double> fall(step_.bodies.size(), 0.0), turning(step_.bodies.size(), 0.0);  // [J]
+  step_.each_body([&](const Body& b) {
+    const auto i = static_cast<std::size_t>(&b - step_.bodies.data());
+    last_[i] = b.start;
+    const Eigen::Map<const VecX> d(step_.problem.v.data() + step_.problem.bodies[i].offset, b.ndof);
+    if (d.isZero(0)) return;
+    const auto k = static_cast<std::size_t>(b.block);
+    const Vec3 momentum = dda::spin_momentum(in_.model.blocks[k], in_.state, b.block);
+    const double before_it = in_.internal_energy(b.block);
+    in_.state.c[k] += d.head<3>();
+    in_.state.q[k] = (dda::rotation_by(d.segment<3>(3)) * in_.state.q[k]).normalized();
+    if (b.ndof == 12) in_.state.eps[k] += d.tail<6>();
+    fall[i] = in_.model.blocks[k].mass * in_.model.gravity.dot(d.head<3>());
+    set_spin(in_, b.block, momentum - moments[i], in_.model.blocks[k].deformable);
+    turning[i] = in_.internal_energy(b.block) - before_it;
+  });
+  for (std::size_t i = 0; i < step_.bodies.size(); ++i) {
+    report_.ledger.algorithmic += fall[i];
+    report_.ledger.algorithmic -= turning[i];
+  }
+}
+
+double DriftCorrection::correct(double h) {
+  find_scales();
+  search_.find(h);
+  search_.keep_late_overlaps();
+  measure();
+  // Sub-steps at a structure drift by a ten-millionth of a block each: corrected once it shows, to a tenth of
+  // that.
+  const double shows = in_.leapfrog() ? std::max(tolerance_, contact::tolerances().drift_at_structures *
+                                                                 in_.settings.accuracy * 0.5 * thinnest_)
+                                      : tolerance_;
+  if (deepest_ <= shows && drifted_ <= shows) return deepest_;
+  const double left = in_.leapfrog() ? std::max(tolerance_, 0.1 * shows)
+                      : in_.large()  ? std::max(tolerance_, 1e-8 * thinnest_)
+                                     : tolerance_;
+  std::vector<double> carried(in_.island->pairs.size(), 0.0);
+  std::vector<Pose> before;
+  for (const Body& b : step_.bodies) before.push_back(dda::pose(in_.state, b.block));
+  last_.resize(step_.bodies.size());
+  double least = std::max(deepest_, drifted_);  // so far
+  int fruitless = 0;  // passes in a row that did not halve it, those without a solution twice:
+                      // over-constrained bodies stay in each other
+  for (int pass = 0; pass < 24 && (pass == 0 || std::max(deepest_, drifted_) > left) && fruitless < 4;
+       ++pass) {
+    ++report_.counters.projections;
+    const contact::SolveReport r = solve();
     if (!std::all_of(step_.problem.v.begin(), step_.problem.v.end(),
                      [](double d) { return std::isfinite(d); }))
       break;  // nothing to go by
-    const std::vector<Vec3> moments = moments_of_way();
-    fall.assign(step_.bodies.size(), 0.0);
-    turning.assign(step_.bodies.size(), 0.0);
-    step_.each_body([&](const Body& b) {
-      const auto i = static_cast<std::size_t>(&b - step_.bodies.data());
-      last[i] = b.start;
-      const Eigen::Map<const VecX> d(step_.problem.v.data() + step_.problem.bodies[i].offset, b.ndof);
-      if (d.isZero(0)) return;
-      const auto k = static_cast<std::size_t>(b.block);
-      const Vec3 momentum = dda::spin_momentum(in_.model.blocks[k], in_.state, b.block);
-      const double before_it = in_.internal_energy(b.block);
-      in_.state.c[k] += d.head<3>();
-      in_.state.q[k] = (dda::rotation_by(d.segment<3>(3)) * in_.state.q[k]).normalized();
-      if (b.ndof == 12) in_.state.eps[k] += d.tail<6>();
-      fall[i] = in_.model.blocks[k].mass * in_.model.gravity.dot(d.head<3>());
-      set_spin(in_, b.block, momentum - moments[i], in_.model.blocks[k].deformable);
-      turning[i] = in_.internal_energy(b.block) - before_it;
-    });
-    for (std::size_t i = 0; i < step_.bodies.size(); ++i) {
-      report_.ledger.algorithmic += fall[i];
-      report_.ledger.algorithmic -= turning[i];
-    }
-    search_.find_moved(last, carried);
-    deepest = deepest_touch();
-    drifted = farthest_point();
-    fruitless = std::max(deepest, drifted) < 0.5 * least ? 0 : fruitless + (r.converged ? 1 : 2);
-    least = std::min(least, std::max(deepest, drifted));
+    move();
+    search_.find_moved(last_, carried);
+    measure();
+    fruitless = std::max(deepest_, drifted_) < 0.5 * least ? 0 : fruitless + (r.converged ? 1 : 2);
+    least = std::min(least, std::max(deepest_, drifted_));
   }
   search_.carry_at_structures(before);
-  return deepest;
+  return deepest_;
 }
 
 }  // namespace talus::coupling

@@ -27,6 +27,11 @@ class DriftCorrection {
   /// Clusters that nothing fixed holds keep their centre of mass; of each body, what its spin gives back for
   /// its way.
   std::vector<Vec3> moments_of_way();
+  void find_scales();
+  bool believed(const Touch& t) const;
+  void measure();  // the deepest overlap and the farthest fixed point
+  contact::SolveReport solve();
+  void move();  // bodies by the solution
 
   const IslandContext& in_;
   Step& step_;
@@ -34,6 +39,10 @@ class DriftCorrection {
   ContactSearch& search_;
   RowAssembly& assembly_;
   ProblemSolver& solver_;
+  double thinnest_ = 0, tolerance_ = 0;  // least width of a block, overlap that is none [m]
+  double deepest_ = 0, drifted_ = 0;     // overlap, way of a fixed point from its place [m]
+  std::map<std::pair<std::uint64_t, int>, double> deepest_of_;
+  std::vector<Pose> last_;  // of the bodies before a pass
 };
 
 }  // namespace talus::coupling

@@ -66,12 +66,12 @@ std::pair<double, double> CrossingSearch::meeting(std::size_t i, const Known& kn
     // A level below all that is named, and met later: it was below already. Concave blocks graze each other
     // where the search names no contact; a step that ended there would be followed by one that ends as early.
     listed = motion_.time_of_impact(
-                 pair, std::max(0.9 * clear, contact::tolerances().overlap_none * in_.scale.length)) > s;
+                 pair, std::max(clear, contact::tolerances().overlap_none * in_.scale.length)) > s;
     if (listed && way <= contact::tolerances().unseen_way * thin) return {never, way};
   }
   if (listed) {
     s = motion_.time_of_impact(pair, contact::tolerances().through * thin);
-    if (s >= 0.9) return {never, way};  // rows end where they touch: that is no crossing
+    if (s >= 1) return {never, way};  // rows end where they touch: that is no crossing
   }
   return {s, way};
 }

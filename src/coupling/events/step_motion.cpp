@@ -23,10 +23,7 @@ contact::Motion motion_of(const IslandContext& in, const Step& step, int block, 
   if (!time_stepped || b.impulse.isZero(0))
     m.half_gravity_step =
         m.displacement - step.length * b.v0.head<3>();  // leaves with the velocity that it has
-  const Quat turn = in.state.q[static_cast<std::size_t>(block)] * b.q0.conjugate();
-  const Vec3 v = turn.w() < 0 ? Vec3(-turn.vec()) : Vec3(turn.vec());
-  const double s = v.norm();
-  m.rotation = s < 1e-12 ? Vec3(2 * v) : Vec3(2 * std::atan2(s, std::abs(turn.w())) / s * v);
+  m.rotation = dda::rotation_vector(in.state.q[static_cast<std::size_t>(block)] * b.q0.conjugate());
   return m;
 }
 

@@ -14,7 +14,7 @@ namespace {
 Vec3 turn_between(const Quat& a, const Quat& b, const Vec3& expected) {
   const Vec3 turn = dda::rotation_vector(b * a.conjugate());
   const double angle = turn.norm();
-  const Vec3 axis = angle > 1e-9          ? Vec3(turn / angle)
+  const Vec3 axis = angle > 0             ? Vec3(turn / angle)
                     : expected.norm() > 1 ? Vec3(expected.normalized())
                                           : Vec3(Vec3::Zero());
   const double turns = std::round((axis.dot(expected) - angle) / (2 * std::numbers::pi));

@@ -19,6 +19,28 @@
 #include "coupling/touch/touch_spring.hpp"
 
 namespace talus::coupling {
+
+/// Where a contact is at mid-step and at the end, carried by the bodies that own its normal and its points.
+struct ContactPath {
+  const Body* a = nullptr;  // null: fixed, or a structure
+  const Body* b = nullptr;
+  bool structure = false;   // A is one whose surface moves
+  bool from_start = false;  // the impulse is one of the start
+  Vec3 n_mid, n_end;        // normal
+  Vec3 p_mid, p_end;        // where the impulse acts
+  Vec3 a_end, b_end;        // points of both sides
+  Mat3 turned, turned_on;   // of the frame: from the start to mid-step, from there to the end
+};
+
+/// Velocities of both sides of a contact in its frame, B against A, and where A ends.
+struct RowMotion {
+  Vec3 u_ref = Vec3::Zero();     // J v_ref [m/s]
+  Vec3 u_before = Vec3::Zero();  // by the velocities at the start that work is accounted with [m/s]
+  Vec3 u_skin = Vec3::Zero();    // the part of a structure's surface [m/s]
+  Vec3 a_end;
+  bool stretches = false;  // a shear spring by the mean of both velocities
+  bool by_mean = false;    // the impulse works by the mean of both velocities
+};
 namespace {
 
 constexpr double jams_last =
@@ -37,18 +59,6 @@ Vec3 on_nodes(const Structure& structure, const SurfaceWeights& w) {
 bool onsets_by_trapezoid(const Step& step, const Body* a, const Body& b) {
   return step.sprung && !(b.end_rule && (a == nullptr || a->end_rule));
 }
-
-/// Where a contact is at mid-step and at the end, carried by the bodies that own its normal and its points.
-struct ContactPath {
-  const Body* a = nullptr;  // null: fixed, or a structure
-  const Body* b = nullptr;
-  bool structure = false;   // A is one whose surface moves
-  bool from_start = false;  // the impulse is one of the start
-  Vec3 n_mid, n_end;        // normal
-  Vec3 p_mid, p_end;        // where the impulse acts
-  Vec3 a_end, b_end;        // points of both sides
-  Mat3 turned, turned_on;   // of the frame: from the start to mid-step, from there to the end
-};
 
 ContactPath path_of(const IslandContext& in, const Step& step, const Touch& t) {
   ContactPath path;
@@ -168,6 +178,21 @@ void spring_row(const IslandContext& in, Touch& t, contact::ProblemContact& c, c
   c.compliance[0] = 1 / (spring + dashpot);
   c.bias[0] = c.compliance[0] * (h * slope * (t.gap_ref + t.indentation) - h * force - spring * u_ref[0] +
                                  (mean ? dashpot * t.approach : 0.0));
+}
+
+/// The shear spring is stretched by the way of the point that its force acts at, by the velocities that tell
+/// the force's work: a depth inside the other side, what turns moves another way.
+void add_shear(const IslandContext& in, const Step& step, Touch& t, contact::ProblemContact& c,
+               const ContactPath& path, const RowMotion& m, double h) {
+  if (!(t.shear_stiffness > 0 && c.friction + c.cohesion > 0) ||
+      (t.mode != Mode::spring_mean && t.mode != Mode::spring_end && t.mode != Mode::spring_secant))
+    return;
+  const bool by_rates = path.from_start || !path.structure || (in.condensed && t.mode == Mode::spring_end);
+  const Vec3 way = m.stretches ? Vec3(0.5 * (m.u_before + m.u_ref)) : m.u_ref;
+  shear_row(in, step, t, c, h,
+            by_rates ? Vec3(h * way)
+                     : Vec3(t.frame.transpose() * ((path.b_end - t.at.point_b) - (m.a_end - t.at.point_a))),
+            m.u_ref);
 }
 
 }  // namespace
@@ -345,10 +370,12 @@ void RowAssembly::fill_rows(double h, bool first_pass) {
   });
 }
 
-void RowAssembly::fill_row(Touch& t, double h, bool first_pass) {
-  const ContactPath path = path_of(in_, step_, t);
-  const Body& body_b = *path.b;
-  const Body* const body_a = path.a;
+/// Jacobian of both sides at the place where the impulse acts, with the velocities that it makes of theirs.
+RowMotion RowAssembly::add_terms(Touch& t, contact::ProblemContact& c, const ContactPath& path, double h) {
+  RowMotion m;
+  m.a_end = path.a_end;
+  m.stretches = t.shear_stiffness > 0 && t.mode == Mode::spring_mean && !path.structure;
+  m.by_mean = in_.condensed && t.stiffness == 0;
   // Both sides act at one point, so that friction over a gap makes no moment.
   Vec3 p_mid_a = path.p_mid, p_mid_b = path.p_mid;
   // Structure: both sides at the same point of its face, so that traction times gap makes no moment.
@@ -361,45 +388,35 @@ void RowAssembly::fill_row(Touch& t, double h, bool first_pass) {
       t.acts_at = on_nodes(*in_.env.structures[static_cast<std::size_t>(t.a.index)].structure, face);
     p_mid_a = p_mid_b = t.acts_at;
   }
-
-  t.normal = path.n_mid;
-  t.frame = contact_frame(path.n_mid);
-  contact::ProblemContact c = step_.problem.contacts[static_cast<std::size_t>(t.row)];
-  Vec3 u_ref = Vec3::Zero(),
-       u_before = Vec3::Zero();  // J v_ref, and by the velocities at the start that work is accounted with
-  // Positions at the end by theta: about the point that keeps the angular momentum, c_n + (1 - theta) (c_np -
-  // c_n).
-  const bool from_start = in_.leapfrog();
-  const bool stretches = t.shear_stiffness > 0 && t.mode == Mode::spring_mean && !path.structure;
-  const bool by_mean = in_.condensed && t.stiffness == 0;  // its impulse works by the mean of both velocities
   int next = c.first_term;
   const auto add_body = [&](const Body& b, const Vec3& p, double sign) {
     double* j =
         step_.problem.jacobians.data() + step_.problem.terms[static_cast<std::size_t>(next++)].jacobian;
-    write_jacobian(j, t.frame, p - (from_start ? b.start.c : b.about),
+    // Positions at the end by theta: about the point that keeps the angular momentum, c_n + (1 - theta)
+    // (c_np - c_n).
+    write_jacobian(j, t.frame, p - (in_.leapfrog() ? b.start.c : b.about),
                    b.start.F.inverse() * b.half_turn.transpose(), b.half_turn * b.rotation0, b.ndof, sign);
     const Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>> rows(j, 3, b.ndof);
-    u_ref += rows * b.v_ref.head(b.ndof);
-    if (!stretches && !by_mean) return;
+    m.u_ref += rows * b.v_ref.head(b.ndof);
+    if (!m.stretches && !m.by_mean) return;
     Vec12 before = b.v0;
     before.segment<3>(3) = b.free.spin;
-    u_before += rows * before.head(b.ndof);
+    m.u_before += rows * before.head(b.ndof);
   };
-  Vec3 a_end = path.a_end, u_skin = Vec3::Zero();
-  if (body_a != nullptr) add_body(*body_a, p_mid_a, -1);
+  if (path.a != nullptr) add_body(*path.a, p_mid_a, -1);
   if (path.structure) {
-    const Vec3 before = u_ref, mean = add_structure_terms(t.row, t.a.index, face, t.frame, -1, u_ref);
-    a_end += h * mean;
-    u_skin = u_ref - before;
-    if (in_.condensed) u_before -= 2 * (t.frame.transpose() * mean) + u_skin;
+    const Vec3 before = m.u_ref, mean = add_structure_terms(t.row, t.a.index, face, t.frame, -1, m.u_ref);
+    m.a_end += h * mean;
+    m.u_skin = m.u_ref - before;
+    if (in_.condensed) m.u_before -= 2 * (t.frame.transpose() * mean) + m.u_skin;
     next = static_cast<int>(step_.problem.terms.size());
     step_.problem.terms.push_back(
-        {static_cast<int>(&body_b - step_.bodies.data()), static_cast<int>(step_.problem.jacobians.size())});
+        {static_cast<int>(path.b - step_.bodies.data()), static_cast<int>(step_.problem.jacobians.size())});
     step_.problem.jacobians.resize(step_.problem.jacobians.size() +
-                                   3 * static_cast<std::size_t>(body_b.ndof));
+                                   3 * static_cast<std::size_t>(path.b->ndof));
     c.terms = next + 1 - c.first_term;
   }
-  add_body(body_b, p_mid_b, 1);
+  add_body(*path.b, p_mid_b, 1);
 
   // The spring of a block that strains goes by the way of the point that its impulse acts at, as the
   // impulse's work does: one as deep aside as the spring is strained otherwise.
@@ -408,30 +425,36 @@ void RowAssembly::fill_row(Touch& t, double h, bool first_pass) {
     const auto beyond = [](const Body& b, const Vec3& acts, const Vec3& x) {
       return Vec3((b.at_end(acts) - acts) - (b.at_end(x) - x));
     };
-    if (body_b.ndof == 12) aside += beyond(body_b, p_mid_b, t.at.point_b);
-    if (body_a != nullptr && body_a->ndof == 12) aside -= beyond(*body_a, p_mid_a, t.at.point_a);
+    if (path.b->ndof == 12) aside += beyond(*path.b, p_mid_b, t.at.point_b);
+    if (path.a != nullptr && path.a->ndof == 12) aside -= beyond(*path.a, p_mid_a, t.at.point_a);
   }
+  t.gap_ref = path.n_end.dot(path.b_end - m.a_end + aside) + t.offset;
+  t.u_ref = m.u_ref[0];
+  return m;
+}
 
+void RowAssembly::fill_row(Touch& t, double h, bool first_pass) {
+  const ContactPath path = path_of(in_, step_, t);
+  t.normal = path.n_mid;
+  t.frame = contact_frame(path.n_mid);
+  contact::ProblemContact c = step_.problem.contacts[static_cast<std::size_t>(t.row)];
+  const RowMotion m = add_terms(t, c, path, h);
   // Velocity at the end of the linearisation, at the true end configuration and in the carried frame.
-  const double gap_ref = path.n_end.dot(path.b_end - a_end + aside) + t.offset;
-  Vec3 u_end = u_ref;
+  Vec3 u_end = m.u_ref;
   const bool by_trapezoid =
-      t.mode == Mode::end && (in_.condensed || onsets_by_trapezoid(step_, body_a, body_b));
+      t.mode == Mode::end && (in_.condensed || onsets_by_trapezoid(step_, path.a, *path.b));
   if (t.mode == Mode::closed || by_trapezoid) {
-    Vec3 relative = body_b.velocity_at_end(path.p_end);
-    if (body_a != nullptr) relative -= body_a->velocity_at_end(path.p_end);
-    u_end = (path.turned_on * t.frame).transpose() * relative + u_skin;
+    Vec3 relative = path.b->velocity_at_end(path.p_end);
+    if (path.a != nullptr) relative -= path.a->velocity_at_end(path.p_end);
+    u_end = (path.turned_on * t.frame).transpose() * relative + m.u_skin;
   }
-
   // So that (u + slip)/2, u by the row, is the velocity whose product with the impulse is its work.
-  if (by_mean) t.slip = t.frame * (u_before - (u_end - u_ref));
-  t.gap_ref = gap_ref;
-  t.u_ref = u_ref[0];
-  set_strength(in_, t, c, h, u_ref, path.structure);
+  if (m.by_mean) t.slip = t.frame * (m.u_before - (u_end - m.u_ref));
+  set_strength(in_, t, c, h, m.u_ref, path.structure);
   switch (t.mode) {
     case Mode::closed:
       t.theta = in_.leapfrog() ? 1 : 0.5;
-      c.bias = u_end - u_ref;
+      c.bias = u_end - m.u_ref;
       // An opening left by the drift may close; a crossing is projected, never pushed.
       if (in_.scale.left_open(t)) c.bias[0] += std::min(0.5 * t.at.gap / h, in_.scale.closing_speed());
       break;
@@ -439,37 +462,20 @@ void RowAssembly::fill_row(Touch& t, double h, bool first_pass) {
       t.theta = 1;
       if (by_trapezoid) {
         t.theta = 0.5;
-        c.bias = u_end - u_ref;
+        c.bias = u_end - m.u_ref;
         if (!t.glued) c.bias[0] += approach_left(in_, step_, t, h);
         break;
       }
-      onset_row(in_, step_, t, c, path, h, first_pass, u_ref);
+      onset_row(in_, step_, t, c, path, h, first_pass, m.u_ref);
       break;
     }
     case Mode::spring_mean:
-    case Mode::spring_end: {
-      spring_row(in_, t, c, path, h, first_pass, u_ref);
-      break;
-    }
-    case Mode::spring_secant:
-      t.gap_ref = gap_ref;
-      t.u_ref = u_ref[0];
-      secant_row(in_, step_, t, c, h, first_pass);
-      break;
+    case Mode::spring_end: spring_row(in_, t, c, path, h, first_pass, m.u_ref); break;
+    case Mode::spring_secant: secant_row(in_, step_, t, c, h, first_pass); break;
     case Mode::idle: break;
   }
-  if (t.shear_stiffness > 0 && c.friction + c.cohesion > 0 &&
-      (t.mode == Mode::spring_mean || t.mode == Mode::spring_end || t.mode == Mode::spring_secant)) {
-    // A shear spring is stretched by the way of the point that its force acts at, by the velocities that tell
-    // the force's work: a depth inside the other side, what turns moves another way.
-    const bool by_rates = path.from_start || !path.structure || (in_.condensed && t.mode == Mode::spring_end);
-    const Vec3 way = stretches ? Vec3(0.5 * (u_before + u_ref)) : u_ref;
-    shear_row(in_, step_, t, c, h,
-              by_rates ? Vec3(h * way)
-                       : Vec3(t.frame.transpose() * ((path.b_end - t.at.point_b) - (a_end - t.at.point_a))),
-              u_ref);
-  }
-  t.slip_row = t.frame.rightCols<2>().transpose() * (by_mean ? t.slip : Vec3(path.turned * t.slip));
+  add_shear(in_, step_, t, c, path, m, h);
+  t.slip_row = t.frame.rightCols<2>().transpose() * (m.by_mean ? t.slip : Vec3(path.turned * t.slip));
   if (t.swings) c.bias.tail<2>() += t.slip_row;
   c.impulse = first_pass ? Vec3(h * (t.frame.transpose() * t.warm)) : t.impulse;
   step_.problem.contacts[static_cast<std::size_t>(t.row)] = c;
@@ -540,7 +546,7 @@ void RowAssembly::assemble(double h, bool time_stepped, bool first_pass) {
                 1e6 * mass * (in_.scale.speed + h * in_.model.gravity.norm()));
   add_rocking_rows(in_, step_, h, first_pass);
   finish_bodies();
-  if (give) give_a_little(step_.touches, 0.1 * in_.settings.accuracy, step_.problem);
+  if (give) give_a_little(step_.touches, contact::tolerances().solved * in_.settings.accuracy, step_.problem);
 }
 
 void RowAssembly::finish_bodies() {

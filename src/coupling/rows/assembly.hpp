@@ -9,6 +9,9 @@
 
 namespace talus::coupling {
 
+struct ContactPath;
+struct RowMotion;
+
 class RowAssembly {
  public:
   RowAssembly(const IslandContext& in, Step& step);
@@ -33,6 +36,8 @@ class RowAssembly {
   /// nodes that it names.
   void place_row(Touch& t);
   void fill_row(Touch& t, double h, bool first_pass);
+  /// Jacobian of both sides at the place where the impulse acts, and what it makes of their velocities.
+  RowMotion add_terms(Touch& t, contact::ProblemContact& c, const ContactPath& path, double h);
   void add_surface_row(Touch& t, double h, bool first_pass);
   /// Adds the terms of a point of a structure's skin, with the frame's rows; returns its predicted velocity
   /// (world) and adds sign times that to u_ref (frame). `tilt`: of a point above the face, what a node's

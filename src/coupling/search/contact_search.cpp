@@ -149,7 +149,7 @@ void ContactSearch::find_moved(const std::vector<Pose>& last, std::vector<double
     const int l = in_.local[static_cast<std::size_t>(block)];
     return l >= 0 ? ways[static_cast<std::size_t>(l)] : Way{};
   };
-  const double carries = (in_.very_large() ? 3e-4 : in_.large() ? 1e-4 : 1e-5) * in_.scale.length;
+  const double carries = contact::tolerances().same_point * in_.scale.length;
   std::atomic<bool> searched = false;
   each_pair([&](std::size_t i) {
     const CandidatePair& pair = in_.island->pairs[i];
@@ -225,7 +225,7 @@ void ContactSearch::carry_at_structures(const std::vector<Pose>& before) {
       t.at.gap += t.at.normal.dot(way);
       farthest = std::max(farthest, way.norm());
     }
-    if (farthest > 1e-4 * in_.scale.length) search_pair(i);
+    if (farthest > contact::tolerances().same_point * in_.scale.length) search_pair(i);
   }
   if (any) gather();
 }
@@ -340,7 +340,8 @@ void ContactSearch::carry() {
                       [this](const Touch& t) { return step_.length_before(t, step_.found_for); });
     if (in_.moving_surface(pair.a) || (touches.empty() && memory.empty())) return;
     carry_springs(pair, touches, memory, in_.leapfrog(), loose[i]);
-    if (in_.time_stepped() && !touches.empty()) hand_over(touches, memory, 1e-4 * in_.scale.length);
+    if (in_.time_stepped() && !touches.empty())
+      hand_over(touches, memory, contact::tolerances().same_point * in_.scale.length);
   });
   loose_.clear();
   for (const std::vector<LooseSpring>& of : loose) loose_.insert(loose_.end(), of.begin(), of.end());

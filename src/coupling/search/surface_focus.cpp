@@ -86,7 +86,7 @@ bool SurfaceFocus::serves(const Need& need) const {
   for (const Seen& b : seen_) {
     const auto k = static_cast<std::size_t>(b.block);
     moved =
-        std::max(moved, (in_.state.c[k] - b.c).norm() + 2.5 * in_.model.blocks[k].shape->radius *
+        std::max(moved, (in_.state.c[k] - b.c).norm() + 2 * in_.model.blocks[k].shape->radius *
                                                             (in_.state.q[k] * b.q.conjugate()).vec().norm());
   }
   if (!in_.island->blocks.empty() &&

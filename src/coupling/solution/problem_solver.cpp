@@ -46,7 +46,6 @@ double sweep_while_it_pays(contact::ContactSolver& solver, contact::ContactProbl
       return before;
     }
     r.residual = residual;
-    if (work > 0.95 * before) break;
   }
   return work;
 }
@@ -185,7 +184,7 @@ bool ProblemSolver::solve(double h, Effort effort) {
     // slides.
     settings.exact_coulomb = false;
     settings.stalled = 0;
-    settings.sufficient = step.sub_step ? std::max(1e-6, 1e-2 * in_.settings.accuracy) : 1e-6;
+    settings.sufficient = 1e-6;
     for (contact::ProblemContact& c :
          step_.problem.contacts) {  // small compliance: between friction cones an over-constrained body has
                                     // no largest force

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "contact/tolerances.hpp"
+
 namespace talus::coupling {
 
 contact::SolveSettings how_closely(const StepToSolve& s) {
@@ -17,21 +19,23 @@ contact::SolveSettings how_closely(const StepToSolve& s) {
   // Of blocks in sub-steps what one leaves the next may leave as well: as much as a step of theirs among
   // themselves may.
   const bool blocks_in_sub_step = s.sub_step && s.blocks;
-  const double ordinary = 2 * std::sqrt(s.accuracy * s.length /
-                                        std::max(s.gravity, 1e-12));  // a step of blocks among themselves [s]
-  const double lasting = std::max(blocks_in_sub_step ? std::max(s.h, ordinary) : s.h,
-                                  std::sqrt(s.length / std::max(s.gravity, 1e-12)));
-  const double allowed = s.h > 0 ? 0.1 * s.accuracy * s.length / lasting / settings.velocity_scale : 0;
+  const double fall = std::sqrt(s.length / s.gravity);       // [s]
+  const double ordinary = 2 * std::sqrt(s.accuracy) * fall;  // a step of blocks among themselves [s]
+  const double lasting = std::max({s.h, fall, blocks_in_sub_step ? ordinary : 0.0});
+  const double allowed =
+      s.h > 0 ? contact::tolerances().solved * s.accuracy * s.length / lasting / settings.velocity_scale : 0;
   const double part =
       s.large && !s.small && s.h > 0 ? 2 : 1;  // of that: in large islands the interior-point method spends
                                                // half of its work on the last factor of two
   const double coarse =
       std::clamp(s.accuracy / 1e-3, 1.0, 100.0);  // round-off is asked for at the finer accuracies alone
-  settings.tolerance = s.small ? (s.sub_step ? 1e-9 : 1e-12) * coarse
-                       : s.still
-                           ? 1e-9
-                           : part * std::max(std::min(allowed, (blocks_in_sub_step ? 0.1 : 1.0) * s.accuracy),
-                                             std::clamp(0.1 * s.accuracy, 1e-8, 1e-4));
+  settings.tolerance =
+      s.small ? (s.sub_step ? 1e-9 : 1e-12) * coarse
+      : s.still
+          ? 1e-9
+          : part * std::max(std::min(allowed,
+                                     (blocks_in_sub_step ? contact::tolerances().solved : 1.0) * s.accuracy),
+                            std::clamp(contact::tolerances().solved * s.accuracy, 1e-8, 1e-4));
   if (s.located > 0 && !s.small && !s.still && s.h > 0) {
     settings.velocity_scale = s.speed;
     settings.tolerance = s.located / s.speed;
@@ -40,7 +44,7 @@ contact::SolveSettings how_closely(const StepToSolve& s) {
   }
   // Where springs make hundreds of steps of one, what they leave adds up, of one sign here and of the other
   // there: so much less is left by each.
-  if (s.sprung && !s.small && s.h > 0) settings.tolerance *= std::sqrt(std::clamp(s.h / ordinary, 1e-3, 1.0));
+  if (s.sprung && !s.small && s.h > 0) settings.tolerance *= std::sqrt(std::min(1.0, s.h / ordinary));
   // Touches that lie close together can keep round-off above the tolerance. Rows linearised about a rough end
   // contradict each other by what that end is off; those of a provisional pass need not be solved closer.
   if (s.small && s.sub_step)
@@ -49,20 +53,17 @@ contact::SolveSettings how_closely(const StepToSolve& s) {
     settings.sufficient = s.provisional ? 1e-7 : 1e-10 * coarse;
   else if (blocks_in_sub_step)
     settings.sufficient = std::max(settings.tolerance, s.accuracy);  // where iteration stagnates
-  else if (s.still)  // where sticking contacts of a large island are over-constrained: 1e-9 of the island's
-                     // speed, or what a block at rest may move by
-    settings.sufficient = std::max(1e-5, s.at_rest / settings.velocity_scale);
+  else if (s.still)  // where sticking contacts of a large island are over-constrained
+    settings.sufficient = s.at_rest / settings.velocity_scale;
   else if (s.h > 0 && s.heap)
     settings.sufficient = (2 / part) * settings.tolerance;
   // Impacts that propagate through a large island, and loads that shift in one that comes to rest, are solved
-  // over the next steps: where hundreds of factorisations get no farther a fiftieth of what moves is taken,
-  // of creep up to 1e-3 of the island's speed, but never a third of what moves.
+  // over the next steps: where hundreds of factorisations get no farther a fiftieth of what moves is taken.
   if (s.large && !s.small && s.h > 0) {
     if (s.still)
       settings.most_factorisations = 200;
     else
-      settings.stalled =
-          std::max({settings.sufficient, 0.02, std::min(0.3, 1e-3 * s.speed / settings.velocity_scale)});
+      settings.stalled = std::max(settings.sufficient, 0.02);
   }
   // A loaded spring's row holds its elongation over h: of short steps that leaves no more than round-off of
   // it.
@@ -89,14 +90,14 @@ bool judge(const StepToSolve& s, const contact::SolveSettings& settings, Patienc
     take();
   // Of sub-steps at structures no shorter one would be solved closer: a tenth of the accuracy, as large
   // islands are.
-  if (!r.converged && patience.last_resort && s.sub_step && r.residual <= 0.1 * s.accuracy) take();
+  if (!r.converged && patience.last_resort && s.sub_step &&
+      r.residual <= contact::tolerances().solved * s.accuracy)
+    take();
   if (r.converged && !s.small && r.residual > settings.tolerance) r.tier = 'C';
   const bool certified = r.converged && !stalled;
   // A step like any other, though it proves no rest: far less than is accepted of a large island that creeps,
   // and what shorter steps or the convex problem would leave no smaller.
-  if (!r.converged && s.still && !s.small && s.h > 0 &&
-      r.residual <= (s.heap ? std::max(s.accuracy, 1e-2) : s.accuracy))
-    take();
+  if (!r.converged && s.still && !s.small && s.h > 0 && r.residual <= s.accuracy) take();
   return certified;
 }
 

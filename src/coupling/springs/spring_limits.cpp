@@ -15,7 +15,7 @@ namespace {
 
 /// Step over resolved_phase at accuracy 1e-3 that has the force as it rises; the error of it falls with its
 /// square, hence with `accuracy`.
-double phase_asked(double accuracy) { return 0.5 * std::clamp(std::sqrt(accuracy / 1e-3), 0.02, 1.0); }
+double phase_asked(double accuracy) { return std::min(0.5, std::sqrt(250 * accuracy)); }
 
 /// Of a point of a skin [1/kg].
 double inverse_mass(const Structure& structure, const SurfaceWeights& w) {

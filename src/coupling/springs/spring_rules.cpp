@@ -57,73 +57,28 @@ Vec12 point_row(const dda::Model::Block& block, const Mat3& rotation, const Mat3
   return j;
 }
 
-void estimate_spring_frequencies(const IslandContext& in, Step& step) {
-  bool any = false;
-  for (const Touch& t : step.touches) any = any || t.stiffness > 0;
-  if (!any) return;
+namespace {
+
+/// Blocks on their springs, as the springs and loads of an island give them.
+class SpringFrequencies {
+ public:
+  SpringFrequencies(const IslandContext& in, Step& step);
+  /// Frequency and speed of the oscillation that the spring of a contact takes part in, and whether it
+  /// counts.
+  void set(Touch& t) const;
+
+ private:
+  /// Of a body.
   struct Weight {
     Mat12 inverse;  // generalised mass
     Mat3 rotation, strain_map;
     Vec3 force = Vec3::Zero(), moment = Vec3::Zero();
     double forces = 0;   // sum of their sizes [N]
     double rate_sq = 0;  // trace over its closed springs
+    double loaded_rate_sq =
+        0;  // Rayleigh's quotient of its springs for the acceleration that its loads give it, rigid [1/s^2]
   };
-  std::vector<Weight> weights(step.bodies.size());
-  for (std::size_t i = 0; i < step.bodies.size(); ++i) {
-    const int block = step.bodies[i].block;
-    Mat12 mass;
-    dda::impulse_mass(in.model, in.state, block, !in.model.blocks[static_cast<std::size_t>(block)].deformable,
-                      mass, weights[i].inverse);
-    weights[i].rotation = in.state.rotation(block);
-    weights[i].strain_map = dda::pose(in.state, block).F.inverse();
-  }
-  const auto body_of = [&](const Partner& a) {
-    return a.kind == Partner::Kind::block ? in.local[static_cast<std::size_t>(a.index)] : -1;
-  };
-  const auto row = [&](int body, const Vec3& x, const Vec3& n) {
-    const auto k = static_cast<std::size_t>(step.bodies[static_cast<std::size_t>(body)].block);
-    const Weight& w = weights[static_cast<std::size_t>(body)];
-    return point_row(in.model.blocks[k], w.rotation, w.strain_map, x - in.state.c[k], n);
-  };
-  const auto load = [&](int body, const Vec3& x, const Vec3& f) {
-    if (body < 0) return;
-    Weight& w = weights[static_cast<std::size_t>(body)];
-    w.force += f;
-    w.forces += f.norm();
-    w.moment += (x - in.state.c[static_cast<std::size_t>(step.bodies[static_cast<std::size_t>(body)].block)])
-                    .cross(f);
-  };
-  const double reachable = 1e-3 * in.scale.length;
-  for (const Touch& t : step.touches) {
-    if (t.b < 0) continue;  // between structures
-    const int a = body_of(t.a), b = in.local[static_cast<std::size_t>(t.b)];
-    Vec3 f = t.warm;  // hard contacts and friction: as in the last step
-    if (t.stiffness > 0) {
-      f -= t.at.normal * t.at.normal.dot(f);
-      f += t.at.normal * t.normal_law.force(t.pulls() ? -t.at.gap : std::max(0.0, -t.at.gap));
-      if (t.at.gap <= reachable) {
-        const Vec12 jb = row(b, t.at.point_b, t.at.normal);
-        weights[static_cast<std::size_t>(b)].rate_sq +=
-            t.stiffness * jb.dot(weights[static_cast<std::size_t>(b)].inverse * jb);
-        if (a >= 0) {
-          const Vec12 ja = row(a, t.at.point_a, t.at.normal);
-          weights[static_cast<std::size_t>(a)].rate_sq +=
-              t.stiffness * ja.dot(weights[static_cast<std::size_t>(a)].inverse * ja);
-        }
-      }
-    }
-    load(b, t.at.point_b, f);
-    load(a, t.at.point_a, -f);
-  }
-  const auto acceleration_at = [&](int body, const Vec3& x) {
-    const Weight& w = weights[static_cast<std::size_t>(body)];
-    const auto k = static_cast<std::size_t>(step.bodies[static_cast<std::size_t>(body)].block);
-    const Vec3 spin = w.inverse.block<3, 3>(3, 3) * w.moment;
-    return Vec3(in.model.gravity + w.force / in.model.blocks[k].mass + spin.cross(x - in.state.c[k]));
-  };
-  const double quiet = in.gentle_speed();
-  for (std::size_t i = 0; i < step.bodies.size(); ++i) step.bodies[i].spring_rate_sq = weights[i].rate_sq;
-  /// Of a block on its springs.
+  /// Of a contact: a block on its springs.
   struct Side {
     double rate_sq = 0, quiet = 0;
     Vec3 acceleration = Vec3::Zero();  // at the contact [m/s^2]
@@ -131,86 +86,155 @@ void estimate_spring_frequencies(const IslandContext& in, Step& step) {
       return std::sqrt(approach * approach + (loaded ? std::pow(n.dot(acceleration), 2) / rate_sq : 0.0));
     }
   };
-  const auto side = [&](int body, const Vec3& x, double least_rate_sq) {
-    Side s;
-    if (body < 0) return s;
-    const Weight& w = weights[static_cast<std::size_t>(body)];
-    const auto k = static_cast<std::size_t>(step.bodies[static_cast<std::size_t>(body)].block);
-    s.acceleration = acceleration_at(body, x);
-    s.rate_sq = std::max(w.rate_sq, least_rate_sq);
-    const double rate = 0.5 * std::sqrt(s.rate_sq),
-                 pressed = 0.5 * (w.forces - w.force.norm()) /
-                           in.model.blocks[k].mass;  // forces in balance with each other
-    s.quiet = std::max(
-        quiet,
-        rate > 0 ? rate * std::min(in.settings.accuracy * in.scale.length, pressed / (rate * rate)) : 0.0);
-    return s;
-  };
-  // Rayleigh's quotient of each block's springs for the acceleration that its loads give it, rigid [1/s^2].
-  std::vector<double> loaded_rate_sq(step.bodies.size(), 0.0);
-  if (std::ranges::any_of(step.touches, &Touch::pulls)) {
-    for (const Touch& t : step.touches) {
-      if (t.stiffness == 0 || t.b < 0 || t.at.gap > reachable) continue;
-      for (const auto& [body, x] : {std::pair(in.local[static_cast<std::size_t>(t.b)], t.at.point_b),
-                                    std::pair(body_of(t.a), t.at.point_a)})
-        if (body >= 0)
-          loaded_rate_sq[static_cast<std::size_t>(body)] +=
-              t.stiffness * std::pow(t.at.normal.dot(acceleration_at(body, x)), 2);
-    }
-    for (std::size_t i = 0; i < step.bodies.size(); ++i) {
-      const Weight& w = weights[i];
-      const auto k = static_cast<std::size_t>(step.bodies[i].block);
-      const double inertia =
-          in.model.blocks[k].mass * acceleration_at(static_cast<int>(i), in.state.c[k]).squaredNorm() +
-          w.moment.dot(w.inverse.block<3, 3>(3, 3) * w.moment);
-      loaded_rate_sq[i] = inertia > 0 ? loaded_rate_sq[i] / inertia : 0;
-    }
+  int body_of(const Partner& a) const {
+    return a.kind == Partner::Kind::block ? in_.local[static_cast<std::size_t>(a.index)] : -1;
   }
-  /// Whether a bond that would bear its load at rest may break as it oscillates about that: the spring's
-  /// greatest pull follows from the amplitude, however small that is beside the accuracy of positions.
-  const auto swings_to_break = [&](const Touch& t, int a, int b, const Vec3& acceleration) {
-    if (!t.pulls()) return false;
-    double rate_sq = loaded_rate_sq[static_cast<std::size_t>(b)];
-    if (a >= 0 && loaded_rate_sq[static_cast<std::size_t>(a)] > 0)
-      rate_sq = std::min(rate_sq, loaded_rate_sq[static_cast<std::size_t>(a)]);
-    if (!(rate_sq > 0)) return false;
-    const double parts = t.at.normal.dot(acceleration),
-                 amplitude = std::sqrt((t.approach * t.approach + parts * parts / rate_sq) / rate_sq);
-    return t.normal_law.stiffness * (t.at.gap + parts / rate_sq + amplitude) > t.bond();
-  };
-  for (Touch& t : step.touches) {
-    if (t.stiffness == 0 || t.b < 0) continue;
-    const int a = body_of(t.a), b = in.local[static_cast<std::size_t>(t.b)];
-    const auto alone = [&](int body, const Vec3& x) {  // rate_sq of a spring that nothing else presses on
-      if (body < 0) return 0.0;
-      const Vec12 j = row(body, x, t.at.normal);
-      return t.stiffness * j.dot(weights[static_cast<std::size_t>(body)].inverse * j);
-    };
-    const Side of_a = side(a, t.at.point_a, alone(a, t.at.point_a)),
-               of_b = side(b, t.at.point_b, alone(b, t.at.point_b));
-    const bool loaded = t.at.gap < 0 || t.pulls(), a_is_slow = a >= 0 && of_a.rate_sq < of_b.rate_sq;
-    t.rate_sq = of_a.rate_sq + of_b.rate_sq;
-    t.quiet_speed = a >= 0 ? std::min(of_a.quiet, of_b.quiet) : of_b.quiet;
-    // Of both sides against each other at the frequency of the faster one; where that is quiet, of the slower
-    // one alone.
-    Side both = a_is_slow || a < 0 ? of_b : of_a;
-    both.acceleration = of_b.acceleration - of_a.acceleration;
-    both.rate_sq = t.rate_sq;
-    const Side& slow = a_is_slow ? of_a : of_b;
-    t.swing_rate = std::sqrt(t.rate_sq);
-    t.swing_speed = both.swing(t.at.normal, t.approach, loaded);
-    t.energetic = t.swing_speed > both.quiet;
-    if (!t.energetic && a >= 0 && slow.rate_sq > 0) {
-      t.swing_rate = std::sqrt(slow.rate_sq);
-      t.swing_speed = slow.swing(t.at.normal, t.approach, loaded);
-      t.energetic = t.swing_speed > slow.quiet;
-    }
-    t.energetic = t.energetic || swings_to_break(t, a, b, both.acceleration);
-    // A crushing contact rebounds by its elastic energy, no farther.
-    if (t.normal_law.limit > 0)
-      t.swing_speed =
-          std::min(t.swing_speed, 0.5 * t.swing_rate * t.normal_law.limit / t.normal_law.stiffness);
+  std::size_t block_of(int body) const {
+    return static_cast<std::size_t>(step_.bodies[static_cast<std::size_t>(body)].block);
   }
+  bool reached(const Touch& t) const { return t.at.gap <= 1e-3 * in_.scale.length; }
+  /// Squared frequency of the spring with the body alone; 0 of none [1/s^2].
+  double rate_sq(const Touch& t, int body, const Vec3& x) const;
+  void add_loads(const Touch& t);
+  void find_loaded_rates();
+  Vec3 acceleration_at(int body, const Vec3& x) const;
+  Side side(const Touch& t, int body, const Vec3& x) const;
+  bool swings_to_break(const Touch& t, int a, int b, const Vec3& acceleration) const;
+
+  const IslandContext& in_;
+  const Step& step_;
+  std::vector<Weight> weights_;
+};
+
+SpringFrequencies::SpringFrequencies(const IslandContext& in, Step& step)
+    : in_(in), step_(step), weights_(step.bodies.size()) {
+  for (std::size_t i = 0; i < weights_.size(); ++i) {
+    const int block = step.bodies[i].block;
+    Mat12 mass;
+    dda::impulse_mass(in.model, in.state, block, !in.model.blocks[static_cast<std::size_t>(block)].deformable,
+                      mass, weights_[i].inverse);
+    weights_[i].rotation = in.state.rotation(block);
+    weights_[i].strain_map = dda::pose(in.state, block).F.inverse();
+  }
+  for (const Touch& t : step.touches)
+    if (t.b >= 0) add_loads(t);  // others are between structures
+  for (std::size_t i = 0; i < weights_.size(); ++i) step.bodies[i].spring_rate_sq = weights_[i].rate_sq;
+  if (std::ranges::any_of(step.touches, &Touch::pulls)) find_loaded_rates();
+}
+
+double SpringFrequencies::rate_sq(const Touch& t, int body, const Vec3& x) const {
+  if (body < 0) return 0;
+  const std::size_t k = block_of(body);
+  const Weight& w = weights_[static_cast<std::size_t>(body)];
+  const Vec12 j = point_row(in_.model.blocks[k], w.rotation, w.strain_map, x - in_.state.c[k], t.at.normal);
+  return t.stiffness * j.dot(w.inverse * j);
+}
+
+void SpringFrequencies::add_loads(const Touch& t) {
+  Vec3 f = t.warm;  // hard contacts and friction: as in the last step
+  if (t.stiffness > 0) {
+    f -= t.at.normal * t.at.normal.dot(f);
+    f += t.at.normal * t.normal_law.force(t.pulls() ? -t.at.gap : std::max(0.0, -t.at.gap));
+  }
+  const auto load = [&](int body, const Vec3& x, const Vec3& force) {
+    if (body < 0) return;
+    Weight& w = weights_[static_cast<std::size_t>(body)];
+    if (t.stiffness > 0 && reached(t)) w.rate_sq += rate_sq(t, body, x);
+    w.force += force;
+    w.forces += force.norm();
+    w.moment += (x - in_.state.c[block_of(body)]).cross(force);
+  };
+  load(in_.local[static_cast<std::size_t>(t.b)], t.at.point_b, f);
+  load(body_of(t.a), t.at.point_a, -f);
+}
+
+Vec3 SpringFrequencies::acceleration_at(int body, const Vec3& x) const {
+  const Weight& w = weights_[static_cast<std::size_t>(body)];
+  const std::size_t k = block_of(body);
+  const Vec3 spin = w.inverse.block<3, 3>(3, 3) * w.moment;
+  return in_.model.gravity + w.force / in_.model.blocks[k].mass + spin.cross(x - in_.state.c[k]);
+}
+
+void SpringFrequencies::find_loaded_rates() {
+  for (const Touch& t : step_.touches) {
+    if (t.stiffness == 0 || t.b < 0 || !reached(t)) continue;
+    for (const auto& [body, x] : {std::pair(in_.local[static_cast<std::size_t>(t.b)], t.at.point_b),
+                                  std::pair(body_of(t.a), t.at.point_a)})
+      if (body >= 0)
+        weights_[static_cast<std::size_t>(body)].loaded_rate_sq +=
+            t.stiffness * std::pow(t.at.normal.dot(acceleration_at(body, x)), 2);
+  }
+  for (std::size_t i = 0; i < weights_.size(); ++i) {
+    Weight& w = weights_[i];
+    const std::size_t k = block_of(static_cast<int>(i));
+    const double inertia =
+        in_.model.blocks[k].mass * acceleration_at(static_cast<int>(i), in_.state.c[k]).squaredNorm() +
+        w.moment.dot(w.inverse.block<3, 3>(3, 3) * w.moment);
+    w.loaded_rate_sq = inertia > 0 ? w.loaded_rate_sq / inertia : 0;
+  }
+}
+
+SpringFrequencies::Side SpringFrequencies::side(const Touch& t, int body, const Vec3& x) const {
+  Side s;
+  if (body < 0) return s;
+  const Weight& w = weights_[static_cast<std::size_t>(body)];
+  s.acceleration = acceleration_at(body, x);
+  s.rate_sq = std::max(w.rate_sq, rate_sq(t, body, x));  // of a spring that nothing else presses on
+  const double rate = 0.5 * std::sqrt(s.rate_sq),
+               pressed = 0.5 * (w.forces - w.force.norm()) /
+                         in_.model.blocks[block_of(body)].mass;  // forces in balance with each other
+  s.quiet = std::max(
+      in_.gentle_speed(),
+      rate > 0 ? rate * std::min(in_.settings.accuracy * in_.scale.length, pressed / (rate * rate)) : 0.0);
+  return s;
+}
+
+/// Whether a bond that would bear its load at rest may break as it oscillates about that: the spring's
+/// greatest pull follows from the amplitude, however small that is beside the accuracy of positions.
+bool SpringFrequencies::swings_to_break(const Touch& t, int a, int b, const Vec3& acceleration) const {
+  if (!t.pulls()) return false;
+  double rate_sq = weights_[static_cast<std::size_t>(b)].loaded_rate_sq;
+  if (a >= 0 && weights_[static_cast<std::size_t>(a)].loaded_rate_sq > 0)
+    rate_sq = std::min(rate_sq, weights_[static_cast<std::size_t>(a)].loaded_rate_sq);
+  if (!(rate_sq > 0)) return false;
+  const double parts = t.at.normal.dot(acceleration),
+               amplitude = std::sqrt((t.approach * t.approach + parts * parts / rate_sq) / rate_sq);
+  return t.normal_law.stiffness * (t.at.gap + parts / rate_sq + amplitude) > t.bond();
+}
+
+void SpringFrequencies::set(Touch& t) const {
+  const int a = body_of(t.a), b = in_.local[static_cast<std::size_t>(t.b)];
+  const Side of_a = side(t, a, t.at.point_a), of_b = side(t, b, t.at.point_b);
+  const bool loaded = t.at.gap < 0 || t.pulls(), a_is_slow = a >= 0 && of_a.rate_sq < of_b.rate_sq;
+  t.rate_sq = of_a.rate_sq + of_b.rate_sq;
+  t.quiet_speed = a >= 0 ? std::min(of_a.quiet, of_b.quiet) : of_b.quiet;
+  // Of both sides against each other at the frequency of the faster one; where that is quiet, of the slower
+  // one alone.
+  Side both = a_is_slow || a < 0 ? of_b : of_a;
+  both.acceleration = of_b.acceleration - of_a.acceleration;
+  both.rate_sq = t.rate_sq;
+  const Side& slow = a_is_slow ? of_a : of_b;
+  t.swing_rate = std::sqrt(t.rate_sq);
+  t.swing_speed = both.swing(t.at.normal, t.approach, loaded);
+  t.energetic = t.swing_speed > both.quiet;
+  if (!t.energetic && a >= 0 && slow.rate_sq > 0) {
+    t.swing_rate = std::sqrt(slow.rate_sq);
+    t.swing_speed = slow.swing(t.at.normal, t.approach, loaded);
+    t.energetic = t.swing_speed > slow.quiet;
+  }
+  t.energetic = t.energetic || swings_to_break(t, a, b, both.acceleration);
+  // A crushing contact rebounds by its elastic energy, no farther.
+  if (t.normal_law.limit > 0)
+    t.swing_speed = std::min(t.swing_speed, 0.5 * t.swing_rate * t.normal_law.limit / t.normal_law.stiffness);
+}
+
+}  // namespace
+
+void estimate_spring_frequencies(const IslandContext& in, Step& step) {
+  if (std::ranges::none_of(step.touches, [](const Touch& t) { return t.stiffness > 0; })) return;
+  const SpringFrequencies frequencies(in, step);
+  for (Touch& t : step.touches)
+    if (t.stiffness != 0 && t.b >= 0) frequencies.set(t);
 }
 
 void choose_spring_rules(const IslandContext& in, Step& step, double h, bool time_stepped) {

@@ -33,7 +33,6 @@
 #include "coupling/ground/ground_laws.hpp"
 #include "coupling/rows/contact_rows.hpp"
 #include "coupling/rows/rolling.hpp"
-#include "coupling/touch/crossed_edges.hpp"
 #include "coupling/touch/touch_flush.hpp"
 
 namespace talus::coupling {
@@ -42,16 +41,204 @@ namespace {
 constexpr double instant = 1e-6;    // of the time of a fall
 constexpr double resolved = 1e-11;  // of the radius: the error by accelerations as they are solved for
 
-/// Rate at which the normal turns [1/s].
-Vec3 normal_rate(const Touch& t, NormalOwner owner, const std::optional<CrossedEdges>& edges,
-                 const Vec3& spin_a, const Vec3& spin_b) {
-  if (owner == NormalOwner::a) return spin_a.cross(t.at.normal);
-  if (owner == NormalOwner::b) return spin_b.cross(t.at.normal);
-  if (!edges) return 0.5 * (spin_a + spin_b).cross(t.at.normal);
-  const Vec3 cross = edges->a.cross(edges->b),
-             rate = spin_a.cross(edges->a).cross(edges->b) + edges->a.cross(spin_b.cross(edges->b));
-  const Vec3 turned = (rate - t.at.normal * t.at.normal.dot(rate)) / cross.norm();
-  return cross.dot(t.at.normal) < 0 ? Vec3(-turned) : turned;
+/// The contact problem of the accelerations at one end of a step. Velocities after a time `delta` stand for
+/// them: so long that they are far above the round-off of velocities, so short that nothing falls.
+class EndProblem {
+ public:
+  EndProblem(const IslandContext& in, const Step& step);
+  /// A contact point, if it is closed. False if the rate of its normal is not known well enough: such steps
+  /// are judged by their iteration alone.
+  bool add(const Touch& t);
+  /// False if there is no solution.
+  bool solve(IslandReport& report, contact::ContactSolver& solver);
+  std::vector<Vec6> accelerations() const;
+
+ private:
+  struct Couple {
+    std::size_t row, of;
+    double resistance;
+  };
+  void add_bodies();
+  bool closed(const Touch& t) const;
+  /// A row at the point of a contact; with `axes` that of a couple about them, with this arm [m].
+  contact::ProblemContact row_of(const Touch& t, const Mat3& frame, std::span<const Vec3> axes = {},
+                                 double arm = 0);
+  void add_couple(const Touch& t, const Mat3& frame, std::span<const Vec3> axes, double resistance,
+                  std::size_t of);
+  /// Bounds of the couples by the normal impulses found; true if they were met.
+  bool bounds_met();
+
+  const IslandContext& in_;
+  const Step& step_;
+  contact::ContactProblem problem_;
+  std::vector<double> pool_, drag_;
+  std::vector<Vec6> now_;
+  std::vector<Couple> couples_;
+  double slowest_ = std::numeric_limits<double>::infinity();  // v_o of the island [m/s]
+  double delta_ = 0;                                          // [s]
+  double scale_ = 0;                                          // of the velocities solved for [m/s]
+};
+
+EndProblem::EndProblem(const IslandContext& in, const Step& step) : in_(in), step_(step) {
+  for (const Body& b : step.bodies)
+    slowest_ = std::min(slowest_, step_error(in, b.block) / (4 * fall_time(in, b.block)));
+  delta_ = slowest_ / in.model.gravity.norm();
+  for (const Body& b : step.bodies) delta_ = std::max(delta_, instant * fall_time(in, b.block));
+  scale_ = delta_ * in.model.gravity.norm();
+  add_bodies();
+}
+
+void EndProblem::add_bodies() {
+  pool_.resize(2 * 36 * step_.bodies.size());
+  now_.resize(step_.bodies.size());
+  drag_.resize(step_.bodies.size());
+  for (std::size_t i = 0; i < step_.bodies.size(); ++i) {
+    const auto k = static_cast<std::size_t>(step_.bodies[i].block);
+    Mat12 mass, inverse;
+    dda::impulse_mass(in_.model, in_.state, step_.bodies[i].block, true, mass, inverse);
+    double* const m = pool_.data() + 72 * i;
+    Eigen::Map<Mat6>(m, 6, 6) = mass.topLeftCorner<6, 6>();
+    Eigen::Map<Mat6>(m + 36, 6, 6) = inverse.topLeftCorner<6, 6>();
+    problem_.bodies.push_back({6, static_cast<int>(6 * i), m, m + 36});
+    now_[i] << in_.state.v[k], in_.state.w[k];
+    Vec6 free;
+    drag_[i] = in_.vegetated ? vegetation_drag(in_.model.blocks[k], in_.env, in_.state.c[k]) : 0.0;
+    free << in_.model.gravity - drag_[i] * in_.state.v[k],
+        inverse.block<3, 3>(3, 3) * -in_.state.w[k].cross(mass.block<3, 3>(3, 3) * in_.state.w[k]);
+    for (int c = 0; c < 6; ++c) problem_.v_hat.push_back(now_[i][c] + delta_ * free[c]);
+  }
+}
+
+/// Slower than v_o, or pressed by the step just computed: what it holds lasts.
+bool EndProblem::closed(const Touch& t) const {
+  if (!(std::abs(t.approach) > slowest_)) return true;
+  return std::abs(t.approach) < contact::tolerances().pressed_still * in_.scale.speed &&
+         std::any_of(step_.touches.begin(), step_.touches.end(), [&](const Touch& k) {
+           return k.row >= 0 && k.impulse[0] > 0 && k.b == t.b && k.a == t.a && k.at.key == t.at.key;
+         });
+}
+
+contact::ProblemContact EndProblem::row_of(const Touch& t, const Mat3& frame, std::span<const Vec3> axes,
+                                           double arm) {
+  contact::ProblemContact c;
+  c.first_term = static_cast<int>(problem_.terms.size());
+  const Vec3 x = 0.5 * (t.at.point_a + t.at.point_b);
+  for (const auto& [block, sign] :
+       {std::pair(t.a.kind == Partner::Kind::block ? t.a.index : -1, -1.0), std::pair(t.b, 1.0)}) {
+    const int l = block < 0 ? -1 : in_.local[static_cast<std::size_t>(block)];
+    if (l < 0) continue;
+    const std::size_t at = problem_.jacobians.size();
+    problem_.terms.push_back({l, static_cast<int>(at)});
+    problem_.jacobians.resize(at + 18, 0.0);
+    double* const j = problem_.jacobians.data() + at;
+    if (axes.empty())
+      write_jacobian(j, frame, x - in_.state.c[static_cast<std::size_t>(block)], Mat3::Identity(),
+                     Mat3::Identity(), 6, sign);
+    for (std::size_t r = 0; r < axes.size(); ++r)
+      for (int d = 0; d < 3; ++d) j[3 * (3 + d) + static_cast<int>(r) + 1] = sign * arm * axes[r][d];
+  }
+  c.terms = static_cast<int>(problem_.terms.size()) - c.first_term;
+  return c;
+}
+
+void EndProblem::add_couple(const Touch& t, const Mat3& frame, std::span<const Vec3> axes, double resistance,
+                            std::size_t of) {
+  if (!(resistance > 0)) return;
+  const double arm = rolling_arm(in_, t);
+  Vec3 spin = in_.state.w[static_cast<std::size_t>(t.b)];
+  if (t.a.kind == Partner::Kind::block) spin -= in_.state.w[static_cast<std::size_t>(t.a.index)];
+  contact::ProblemContact rolling = row_of(t, frame, axes, arm);
+  rolling.bias[0] = 1;
+  rolling.compliance[0] = 1 / in_.model.blocks[static_cast<std::size_t>(t.b)].mass;
+  double fastest = 0;
+  for (const Vec3& axis : axes) fastest = std::max(fastest, arm * std::abs(axis.dot(spin)));
+  if (fastest <= slowest_)
+    for (std::size_t r = 0; r < axes.size(); ++r)
+      rolling.bias[static_cast<int>(r) + 1] = -arm * axes[r].dot(spin);
+  rolling.cohesion = resistance * std::max(0.0, problem_.contacts[of].impulse[0]);
+  couples_.push_back({problem_.contacts.size(), of, resistance});
+  problem_.contacts.push_back(rolling);
+}
+
+bool EndProblem::add(const Touch& t) {
+  if (!closed(t)) return true;
+  const bool of_blocks = t.a.kind == Partner::Kind::block;
+  const Pose pose_a = of_blocks ? dda::pose(in_.state, t.a.index) : Pose{};
+  const NormalOwner owner = normal_owner(t, in_.model, in_.env, &pose_a);
+  if (owner == NormalOwner::edges) return false;
+  const Mat3 frame = contact_frame(t.at.normal);
+  const Vec3 x = 0.5 * (t.at.point_a + t.at.point_b);
+  const auto turning = [&](int block) {
+    const auto k = static_cast<std::size_t>(block);
+    return Vec3(in_.state.w[k].cross(in_.state.w[k].cross(x - in_.state.c[k])));
+  };
+  const Vec3 u = point_velocity(in_.state, t.b, x) -
+                 (of_blocks ? point_velocity(in_.state, t.a.index, x) : Vec3(Vec3::Zero()));
+  const Vec3 bent = turning(t.b) - (of_blocks ? turning(t.a.index) : Vec3(Vec3::Zero()));
+  contact::ProblemContact c = row_of(t, frame);
+  c.bias = delta_ * (frame.transpose() * bent);
+  const int turns = owner == NormalOwner::a ? (of_blocks ? t.a.index : -1) : t.b;  // what the normal is of
+  if (turns >= 0)
+    c.bias[0] += delta_ * 2 * in_.state.w[static_cast<std::size_t>(turns)].cross(t.at.normal).dot(u);
+  c.bias[0] -= t.at.normal.dot(u);
+  const Vec3 along = frame.transpose() * u;
+  if (along.tail<2>().norm() <= slowest_)
+    c.bias.tail<2>() -= along.tail<2>();
+  else
+    scale_ = std::max(scale_, contact::tolerances().still *
+                                  along.tail<2>().norm());  // round-off of the slip is no acceleration
+  c.friction = friction_now(in_.state, t);
+  if (!t.broken) {
+    c.cohesion = (t.law->cohesion + (t.glued ? t.bond_cohesion : 0.0)) * t.at.area * delta_;
+    if (t.glued) c.tension = (t.law->tension + t.bond_tension) * t.at.area * delta_;
+  }
+  c.impulse = delta_ * (frame.transpose() * t.warm);
+  const std::size_t of = problem_.contacts.size();
+  problem_.contacts.push_back(c);
+  if (!t.rolls) return true;
+  add_couple(t, frame, std::array<Vec3, 2>{frame.col(1), frame.col(2)}, t.law->rolling_resistance, of);
+  add_couple(t, frame, std::array<Vec3, 1>{frame.col(0)}, t.law->drilling_resistance, of);
+  return true;
+}
+
+bool EndProblem::bounds_met() {
+  double change = 0, all = 0;
+  for (const Couple& couple : couples_) {
+    const double bound = couple.resistance * std::max(0.0, problem_.contacts[couple.of].impulse[0]);
+    change += std::abs(bound - problem_.contacts[couple.row].cohesion);
+    all += bound;
+    problem_.contacts[couple.row].cohesion = bound;
+  }
+  return change <= 1e-5 * all;
+}
+
+bool EndProblem::solve(IslandReport& report, contact::ContactSolver& solver) {
+  constexpr int most = 10;
+  if (problem_.contacts.empty()) {
+    problem_.v = problem_.v_hat;
+    return true;
+  }
+  contact::SolveSettings settings;
+  settings.velocity_scale = scale_;
+  settings.tolerance = std::max(resolved, contact::tolerances().acceleration * in_.settings.accuracy *
+                                              std::sqrt(in_.settings.accuracy));
+  settings.sufficient = 1e-5;
+  for (int i = 0; i < most; ++i) {
+    const contact::SolveReport r = solver.solve(problem_, settings);
+    report.counters.newton += r.newton;
+    if (!r.converged) return false;
+    if (bounds_met()) break;
+  }
+  return true;
+}
+
+std::vector<Vec6> EndProblem::accelerations() const {
+  std::vector<Vec6> a(step_.bodies.size());
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    a[i] = (Eigen::Map<const Vec6>(problem_.v.data() + 6 * i) - now_[i]) / delta_;
+    if (drag_[i] > 0) a[i].head<3>() += drag_[i] * now_[i].head<3>();
+  }
+  return a;
 }
 
 }  // namespace
@@ -80,165 +267,15 @@ bool looks_ahead(const IslandContext& in, const Step& step) {
 
 std::optional<std::vector<Vec6>> allowed_accelerations(const IslandContext& in, const Step& step,
                                                        IslandReport& report, contact::ContactSolver& solver) {
-  std::vector<Touch> closed;
-  double slowest = std::numeric_limits<double>::infinity();  // v_o of the island
-  for (const Body& b : step.bodies)
-    slowest = std::min(slowest, 0.25 * step_error(in, b.block) / fall_time(in, b.block));
+  std::vector<Touch> touches;
   for (const CandidatePair& pair : in.island->pairs)
-    find_touches(in.model, in.state, in.env, pair, in.scale.near_gap(), in.history, closed);
-  drop_internal_edges(in.model, in.state, in.env, in.scale.flush(), in.scale.flush_skins(), closed);
-  // Velocities after so short a time stand for the accelerations: far above round-off of the velocities, far
-  // below a fall [s].
-  double delta = slowest / in.model.gravity.norm();
-  for (const Body& b : step.bodies) delta = std::max(delta, instant * fall_time(in, b.block));
-
-  contact::ContactProblem problem;
-  std::vector<double> pool(2 * 36 * step.bodies.size());
-  std::vector<Vec6> now(step.bodies.size());
-  std::vector<double> drag(step.bodies.size());
-  for (std::size_t i = 0; i < step.bodies.size(); ++i) {
-    const auto k = static_cast<std::size_t>(step.bodies[i].block);
-    Mat12 mass, inverse;
-    dda::impulse_mass(in.model, in.state, step.bodies[i].block, true, mass, inverse);
-    double* const m = pool.data() + 72 * i;
-    Eigen::Map<Mat6>(m, 6, 6) = mass.topLeftCorner<6, 6>();
-    Eigen::Map<Mat6>(m + 36, 6, 6) = inverse.topLeftCorner<6, 6>();
-    problem.bodies.push_back({6, static_cast<int>(6 * i), m, m + 36});
-    now[i] << in.state.v[k], in.state.w[k];
-    Vec6 free;
-    drag[i] = in.vegetated ? vegetation_drag(in.model.blocks[k], in.env, in.state.c[k]) : 0.0;
-    free << in.model.gravity - drag[i] * in.state.v[k],
-        inverse.block<3, 3>(3, 3) * -in.state.w[k].cross(mass.block<3, 3>(3, 3) * in.state.w[k]);
-    for (int c = 0; c < 6; ++c) problem.v_hat.push_back(now[i][c] + delta * free[c]);
-  }
-
-  double scale = delta * in.model.gravity.norm();
-  struct Couple {
-    std::size_t row, of;
-    double resistance;
-  };
-  std::vector<Couple> couples_of;
-  const auto row_of = [&](const Touch& t, const Mat3& frame, std::span<const Vec3> axes, double arm,
-                          bool couple) {
-    contact::ProblemContact c;
-    c.first_term = static_cast<int>(problem.terms.size());
-    const Vec3 x = 0.5 * (t.at.point_a + t.at.point_b);
-    for (const auto& [block, sign] :
-         {std::pair(t.a.kind == Partner::Kind::block ? t.a.index : -1, -1.0), std::pair(t.b, 1.0)}) {
-      const int l = block < 0 ? -1 : in.local[static_cast<std::size_t>(block)];
-      if (l < 0) continue;
-      const std::size_t at = problem.jacobians.size();
-      problem.terms.push_back({l, static_cast<int>(at)});
-      problem.jacobians.resize(at + 18, 0.0);
-      double* const j = problem.jacobians.data() + at;
-      if (!couple) {
-        write_jacobian(j, frame, x - in.state.c[static_cast<std::size_t>(block)], Mat3::Identity(),
-                       Mat3::Identity(), 6, sign);
-      } else {
-        for (std::size_t r = 0; r < axes.size(); ++r)
-          for (int d = 0; d < 3; ++d) j[3 * (3 + d) + static_cast<int>(r) + 1] = sign * arm * axes[r][d];
-      }
-    }
-    c.terms = static_cast<int>(problem.terms.size()) - c.first_term;
-    return c;
-  };
-  const auto pressed = [&](const Touch& t) {  // by the step just computed: what it holds lasts
-    return std::any_of(step.touches.begin(), step.touches.end(), [&](const Touch& k) {
-      return k.row >= 0 && k.impulse[0] > 0 && k.b == t.b && k.a == t.a && k.at.key == t.at.key;
-    });
-  };
-  for (const Touch& t : closed) {
-    if (std::abs(t.approach) > slowest &&
-        !(std::abs(t.approach) < contact::tolerances().pressed_still * in.scale.speed && pressed(t)))
-      continue;
-    const auto kb = static_cast<std::size_t>(t.b);
-    const bool of_blocks = t.a.kind == Partner::Kind::block;
-    const Pose pose_a = of_blocks ? dda::pose(in.state, t.a.index) : Pose{},
-               pose_b = dda::pose(in.state, t.b);
-    const NormalOwner owner = normal_owner(t, in.model, in.env, &pose_a);
-    const auto edges =
-        owner == NormalOwner::edges ? crossed_edges(t, in.model, in.env, pose_a, pose_b) : std::nullopt;
-    if (owner == NormalOwner::edges)
-      return std::nullopt;  // the rate of its normal is not known well enough: such steps are judged by their
-                            // iteration alone
-    const Mat3 frame = contact_frame(t.at.normal);
-    const Vec3 x = 0.5 * (t.at.point_a + t.at.point_b);
-    const auto turning = [&](int block) {
-      return Vec3(
-          in.state.w[static_cast<std::size_t>(block)].cross(in.state.w[static_cast<std::size_t>(block)].cross(
-              x - in.state.c[static_cast<std::size_t>(block)])));
-    };
-    const Vec3 spin_a = of_blocks ? in.state.w[static_cast<std::size_t>(t.a.index)] : Vec3(Vec3::Zero());
-    const Vec3 u = point_velocity(in.state, t.b, x) -
-                   (of_blocks ? point_velocity(in.state, t.a.index, x) : Vec3(Vec3::Zero()));
-    const Vec3 bent = turning(t.b) - (of_blocks ? turning(t.a.index) : Vec3(Vec3::Zero()));
-    contact::ProblemContact c = row_of(t, frame, {}, 0, false);
-    c.bias = delta * (frame.transpose() * bent);
-    c.bias[0] += delta * 2 * normal_rate(t, owner, edges, spin_a, in.state.w[kb]).dot(u) - t.at.normal.dot(u);
-    const Vec3 along = frame.transpose() * u;
-    if (along.tail<2>().norm() <= slowest)
-      c.bias.tail<2>() -= along.tail<2>();
-    else
-      scale = std::max(scale, contact::tolerances().still *
-                                  along.tail<2>().norm());  // round-off of the slip is no acceleration
-    c.friction = friction_now(in.state, t);
-    if (!t.broken) {
-      c.cohesion = (t.law->cohesion + (t.glued ? t.bond_cohesion : 0.0)) * t.at.area * delta;
-      if (t.glued) c.tension = (t.law->tension + t.bond_tension) * t.at.area * delta;
-    }
-    c.impulse = delta * (frame.transpose() * t.warm);
-    const std::size_t of = problem.contacts.size();
-    problem.contacts.push_back(c);
-    if (!t.rolls) continue;
-    const double arm = rolling_arm(in, t);
-    const std::array<Vec3, 2> tangents{frame.col(1), frame.col(2)};
-    const std::array<Vec3, 1> normal{frame.col(0)};
-    const Vec3 spin = in.state.w[kb] - spin_a;
-    const auto add = [&](std::span<const Vec3> axes, double resistance) {
-      contact::ProblemContact rolling = row_of(t, frame, axes, arm, true);
-      rolling.bias[0] = 1;
-      rolling.compliance[0] = 1 / in.model.blocks[kb].mass;
-      double fastest = 0;
-      for (const Vec3& axis : axes) fastest = std::max(fastest, arm * std::abs(axis.dot(spin)));
-      if (fastest <= slowest)
-        for (std::size_t r = 0; r < axes.size(); ++r)
-          rolling.bias[static_cast<int>(r) + 1] = -arm * axes[r].dot(spin);
-      rolling.cohesion = resistance * std::max(0.0, c.impulse[0]);
-      couples_of.push_back({problem.contacts.size(), of, resistance});
-      problem.contacts.push_back(rolling);
-    };
-    if (t.law->rolling_resistance > 0) add(tangents, t.law->rolling_resistance);
-    if (t.law->drilling_resistance > 0) add(normal, t.law->drilling_resistance);
-  }
-  std::vector<Vec6> a(step.bodies.size());
-  if (problem.contacts.empty()) {
-    problem.v = problem.v_hat;
-  } else {
-    contact::SolveSettings settings;
-    settings.velocity_scale = scale;
-    settings.tolerance = std::max(resolved, contact::tolerances().acceleration * in.settings.accuracy *
-                                                std::sqrt(in.settings.accuracy));
-    settings.sufficient = 1e-5;
-    constexpr int most = 10;
-    for (int i = 0; i < most; ++i) {
-      const contact::SolveReport r = solver.solve(problem, settings);
-      report.counters.newton += r.newton;
-      if (!r.converged) return std::nullopt;
-      double change = 0, all = 0;
-      for (const Couple& couple : couples_of) {
-        const double bound = couple.resistance * std::max(0.0, problem.contacts[couple.of].impulse[0]);
-        change += std::abs(bound - problem.contacts[couple.row].cohesion);
-        all += bound;
-        problem.contacts[couple.row].cohesion = bound;
-      }
-      if (change <= 1e-5 * all) break;
-    }
-  }
-  for (std::size_t i = 0; i < step.bodies.size(); ++i) {
-    a[i] = (Eigen::Map<const Vec6>(problem.v.data() + 6 * i) - now[i]) / delta;
-    if (drag[i] > 0) a[i].head<3>() += drag[i] * now[i].head<3>();
-  }
-  return a;
+    find_touches(in.model, in.state, in.env, pair, in.scale.near_gap(), in.history, touches);
+  drop_internal_edges(in.model, in.state, in.env, in.scale.flush(), in.scale.flush_skins(), touches);
+  EndProblem end(in, step);
+  for (const Touch& t : touches)
+    if (!end.add(t)) return std::nullopt;
+  if (!end.solve(report, solver)) return std::nullopt;
+  return end.accelerations();
 }
 
 double error_by_ends(const IslandContext& in, const Step& step, double h, std::span<const Vec6> at_start,

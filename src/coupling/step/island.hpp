@@ -33,9 +33,10 @@ struct StepSettings {
   int exchanges_per_rise = 20;  // least number of exchanges with a structure while a spring's force rises
   int threads = 1;              // that one island may use; the result does not depend on it
   /// Longest step of an island that is time-stepped, (4 accuracy L / g)^(1/2): what falls by twice the
-  /// accuracy's part of L [m] within it; g in m/s^2 [s].
+  /// accuracy's part of L [m] within it;
+  /// without bound in no gravity. g in m/s^2 [s].
   double time_step(double length, double g) const {
-    return fixed_step > 0 ? fixed_step : std::sqrt(accuracy * 4 * length / std::max(g, 1e-12));
+    return fixed_step > 0 ? fixed_step : std::sqrt(accuracy * 4 * length / g);
   }
   static constexpr double dearer = 4;  // events may cost so many times what time stepping does
 };

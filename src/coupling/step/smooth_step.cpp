@@ -135,7 +135,7 @@ SmoothStep::Outcome SmoothStep::solve(double h, bool time_stepped, int passes, b
       if (!any) break;
       solved = solver_.solve_rolling(h, effort);
     }
-    if (!solved && (time_stepped || pass + 1 >= most_passes || step_.solution.residual > 1e-7)) return out;
+    if (!solved && (time_stepped || pass + 1 >= most_passes)) return out;
     update_.apply(h);
     if (!finite_bodies(in_, step_)) return out;
     balance_springs(in_, step_, h);
@@ -160,7 +160,7 @@ SmoothStep::Outcome SmoothStep::solve(double h, bool time_stepped, int passes, b
       error = std::max(error, 2 * (in_.state.q[k].conjugate() * last_q[i]).vec().norm());
     }
     if (pass > 0 && pass < passes) out.error = error;
-    if (met && (pass + 1 >= passes || (pass > 0 && error < 1e-14))) break;
+    if (met && pass + 1 >= passes) break;
     last_c.clear();
     last_q.clear();
     for (Body& b : step_.bodies) {

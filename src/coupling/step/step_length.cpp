@@ -22,9 +22,7 @@ constexpr double most_work = 10000;  // contacts times factorisations that event
 /// Time in which a rigid block can meet none of its partners: the balls around it and around blocks, by their
 /// speeds and all of gravity; 0 beside terrain and structures [s].
 double apart_for(const IslandContext& in, const Body& body) {
-  const auto ball = [&](int block) {
-    return 1.001 * in.model.blocks[static_cast<std::size_t>(block)].shape->radius;
-  };
+  const auto ball = [&](int block) { return in.model.blocks[static_cast<std::size_t>(block)].shape->radius; };
   const auto rigid = [&](int block) {
     return !in.model.blocks[static_cast<std::size_t>(block)].deformable &&
            in.model.blocks[static_cast<std::size_t>(block)].fixed_points.empty();

@@ -24,7 +24,7 @@ void hold_direction(const IslandContext& in, Step& step, const Touch& t, const c
       return;
     }
     const Vec3 n = along * t.normal;
-    if (n.squaredNorm() > 1e-12)
+    if (n.norm() > contact::tolerances().same_normal)
       along -= n * n.transpose() / n.squaredNorm();
     else if (along.trace() < 0.5)
       along.setZero();

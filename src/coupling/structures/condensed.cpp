@@ -115,7 +115,7 @@ double condensed_length(const IslandContext& in, Step& step, ContactSearch& sear
     const double omega = std::sqrt(12 * in.settings.accuracy) / limit;
     double fastest = 0;
     for (const Vec3& v : in.surface(s).velocities) fastest = std::max(fastest, v.norm());
-    if (fastest <= 0.1 * in.settings.accuracy * in.scale.length * omega)
+    if (fastest <= contact::tolerances().gentle_height * in.settings.accuracy * in.scale.length * omega)
       limit = std::max({limit, 0.8 / omega, 4 * least_gain * structure.critical_step()});
     explicit_step = std::min(explicit_step, structure.critical_step());
     if (in.settings.fixed_step <= 0) longest = std::min(longest, limit);

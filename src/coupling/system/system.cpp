@@ -194,58 +194,56 @@ void replay(StructurePart& part, double start, double duration, std::span<const 
 
 }  // namespace
 
-bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::span<const double> rows,
-                            Failure& failure) {
-  const bool blocks_move = std::any_of(model_.blocks.begin(), model_.blocks.end(),
-                                       [](const dda::Model::Block& b) { return b.ndof() > 0; });
-  const bool searched =
-      blocks_move || !env_.touching_structures.empty() || !env_.grounds.empty();  // else they meet nothing
-  for (StructurePart& part : env_.structures)
-    if ((part.lagging_index && (searched || part.one_way)) || (blocks_move && part.followed.between >= 0))
-      bring_up_to_date(part);
-  IslandPlan p = planner_.plan(duration, wider_);
-  SystemState before = state_;
-  std::vector<std::vector<double>> structures_before(env_.structures.size());
-  std::vector<SkinBefore> skins_before(env_.structures.size());
-  // As it is when the stretch begins: kept, or where it has been stepped in vain, put back.
-  std::vector<char> started(env_.structures.size(), 0);
-  const auto start_structure = [&](std::size_t q) {
-    StructurePart& part = env_.structures[q];
-    if (std::exchange(started[q], 1) != 0) {
-      restore_here(*part.structure, structures_before[q]);
-      bring_up_to_date(part);
-      state_.surface_contacts[q] = before.surface_contacts[q];
-      return;
-    }
-    save_here(*part.structure, structures_before[q]);
-    if (!part.fixed_surface)
-      skins_before[q] = {part.structure->surface().revision, part.structure->surface().vertices};
-  };
-  for (std::size_t q = 0; q < env_.structures.size(); ++q)
-    if (p.structure_used[q]) start_structure(q);
-  for (const Island& island : p.islands)
-    for (int b : island.blocks) state_.asleep[static_cast<std::size_t>(b)] = 0;
-  const dda::State begun = p.beside.empty() ? dda::State{} : state_.blocks;
+/// What a macro step begins with, and what its islands report.
+struct CoupledSystem::MacroStep {
+  IslandPlan plan;
+  SystemState before;
+  std::vector<std::vector<double>> structures;  // as they are when the macro step begins
+  std::vector<SkinBefore> skins;
+  std::vector<char> started;  // per structure
+  dda::State begun;           // where islands that may meet others begin
+  std::vector<IslandReport> reports;
+};
 
-  std::vector<IslandReport> reports(p.islands.size());
-  std::vector<std::size_t> due(p.islands.size());  // islands that are still to be stepped
-  std::iota(due.begin(), due.end(), std::size_t{0});
-  tbb::enumerable_thread_specific<std::unique_ptr<IslandIntegrator>> integrators;
-  const auto hint_of = [&](const Island& island) {  // the smallest suggestion among its blocks and structures
-    double hint = 0;
-    const auto count = [&](double h) {
-      if (h > 0) hint = hint > 0 ? std::min(hint, h) : h;
-    };
-    for (int b : island.blocks) count(state_.step[static_cast<std::size_t>(b)]);
-    for (int q : island.structures) count(state_.structure_step[static_cast<std::size_t>(q)]);
-    return hint;
+/// A structure as it is when the macro step begins: kept, or where it has been stepped in vain, put back.
+void CoupledSystem::start_structure(MacroStep& m, std::size_t q) {
+  StructurePart& part = env_.structures[q];
+  if (std::exchange(m.started[q], 1) != 0) {
+    restore_here(*part.structure, m.structures[q]);
+    bring_up_to_date(part);
+    state_.surface_contacts[q] = m.before.surface_contacts[q];
+    return;
+  }
+  save_here(*part.structure, m.structures[q]);
+  if (!part.fixed_surface)
+    m.skins[q] = {part.structure->surface().revision, part.structure->surface().vertices};
+}
+
+/// The smallest step suggested among its blocks and structures; 0: none [s].
+double CoupledSystem::hint_of(const Island& island) const {
+  double hint = 0;
+  const auto count = [&](double h) {
+    if (h > 0) hint = hint > 0 ? std::min(hint, h) : h;
   };
+  for (int b : island.blocks) count(state_.step[static_cast<std::size_t>(b)]);
+  for (int q : island.structures) count(state_.structure_step[static_cast<std::size_t>(q)]);
+  return hint;
+}
+
+/// Steps all islands; those that met on their way once more, as one.
+void CoupledSystem::step_islands(MacroStep& m, double duration, const std::atomic<int>* stop,
+                                 std::span<const double> rows) {
+  std::vector<std::size_t> due(m.plan.islands.size());  // islands that are still to be stepped
+  std::iota(due.begin(), due.end(), std::size_t{0});
+  m.reports.resize(due.size());
+  tbb::enumerable_thread_specific<std::unique_ptr<IslandIntegrator>> integrators;
   const auto run = [&](std::size_t i) {
     auto& integrator = integrators.local();
     if (!integrator)
       integrator = std::make_unique<IslandIntegrator>(model_, state_.blocks, env_, state_.contacts,
                                                       state_.surface_contacts, settings_.step);
-    reports[i] = integrator->advance(p.islands[i], state_.time, duration, hint_of(p.islands[i]), stop, rows);
+    const Island& island = m.plan.islands[i];
+    m.reports[i] = integrator->advance(island, state_.time, duration, hint_of(island), stop, rows);
   };
   const auto ended = [](const IslandReport& r) { return r.stopped || !r.failure.empty(); };
   BlockPairs met;
@@ -255,58 +253,47 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
     } else {
       for (const std::size_t i : due) run(i);
     }
-    if (p.beside.empty() || std::ranges::any_of(reports, ended)) break;
-    const BlockPairs more = planner_.meetings(p, reports, begun, duration);
-    if (more.empty()) break;
+    if (m.plan.beside.empty() || std::ranges::any_of(m.reports, ended)) return;
+    const BlockPairs more = planner_.meetings(m.plan, m.reports, m.begun, duration);
+    if (more.empty()) return;
     met.insert(met.end(), more.begin(), more.end());
-    due = join_met(met, duration, before, begun, p, reports);
+    due = join_met(met, duration, m.before, m.begun, m.plan, m.reports);
     for (const std::size_t i : due)
-      for (const int q : p.islands[i].structures) start_structure(static_cast<std::size_t>(q));
+      for (const int q : m.plan.islands[i].structures) start_structure(m, static_cast<std::size_t>(q));
   }
+}
 
+/// Why islands failed, and what went farther than foreseen; true if the run was stopped.
+bool CoupledSystem::note_ends(const MacroStep& m, Failure& failure) {
   bool stopped = false;
-  for (std::size_t i = 0; i < reports.size(); ++i) {
-    stopped = stopped || reports[i].stopped;
-    if (!reports[i].failure.empty() && (failure.text.empty() || (failure.shorter && !reports[i].shorter)))
-      failure.shorter = reports[i].shorter,
+  for (std::size_t i = 0; i < m.reports.size(); ++i) {
+    const IslandReport& r = m.reports[i];
+    const std::vector<int>& blocks = m.plan.islands[i].blocks;
+    stopped = stopped || r.stopped;
+    if (!r.failure.empty() && (failure.text.empty() || (failure.shorter && !r.shorter)))
+      failure.shorter = r.shorter,
       failure.text = fmt::format(
           "t = {:.6g} s, {}: {}", state_.time,
-          p.islands[i].blocks.empty()
-              ? std::string("structures that touch")
-              : fmt::format("island of {} blocks with {}", p.islands[i].blocks.size(),
-                            model_.blocks[static_cast<std::size_t>(p.islands[i].blocks.front())].name),
-          reports[i].failure);
-    for (std::size_t j = 0; j < reports[i].went.size(); ++j) {
-      const int b = p.islands[i].blocks[j];
-      const double moved = reports[i].went[j];
-      if (moved > p.reach[static_cast<std::size_t>(b)] + 1e-12)
-        escapes_.push_back({Partner::Kind::block, b, moved});
-    }
+          blocks.empty() ? std::string("structures that touch")
+                         : fmt::format("island of {} blocks with {}", blocks.size(),
+                                       model_.blocks[static_cast<std::size_t>(blocks.front())].name),
+          r.failure);
+    for (std::size_t j = 0; j < r.went.size(); ++j)
+      if (r.went[j] > m.plan.reach[static_cast<std::size_t>(blocks[j])])
+        escapes_.push_back({Partner::Kind::block, blocks[j], r.went[j]});
   }
-  for (std::size_t q = 0; q < skins_before.size(); ++q) {
-    const double moved = farthest(skins_before[q], env_.structures[q]);
-    if (moved > p.structure_reach[q] + 1e-12)
+  for (std::size_t q = 0; q < m.skins.size(); ++q) {
+    const double moved = farthest(m.skins[q], env_.structures[q]);
+    if (moved > m.plan.structure_reach[q])
       escapes_.push_back({Partner::Kind::structure, static_cast<int>(q), moved});
   }
-  const bool escaped = !escapes_.empty() && meets_others(duration, p, before);
-  if (escaped || stopped || !failure.text.empty()) {
-    state_ = before;
-    for (std::size_t q = 0; q < env_.structures.size(); ++q)
-      if (p.structure_used[q]) {
-        restore_here(*env_.structures[q].structure, structures_before[q]);
-        bring_up_to_date(env_.structures[q]);
-      }
-    if (escaped || stopped) failure = {};
-    return false;
-  }
+  return stopped;
+}
 
-  if (!rows.empty()) {
-    for (std::size_t i = 0; i < reports.size(); ++i) reports[i].motion.blocks = p.islands[i].blocks;
-    recorded_.keep(reports, model_, state_);
-  }
-  if (watch_) before_ = std::move(before);
-  for (std::size_t i = 0; i < reports.size(); ++i) {
-    IslandReport& r = reports[i];
+/// Sums and states by what the islands report; blocks that rest fall asleep.
+void CoupledSystem::take_reports(const MacroStep& m) {
+  for (std::size_t i = 0; i < m.reports.size(); ++i) {
+    const IslandReport& r = m.reports[i];
     state_.ledger += r.ledger;
     sums_.counters += r.counters;
     sums_.audit.worst_force = std::max(sums_.audit.worst_force, r.audit.worst_force);
@@ -316,7 +303,7 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
     sums_.audit.work_on_blocks += r.ledger.blocks_contact_work;
     sums_.audit.work_on_structure += r.ledger.structure_contact_work;
     rows_.insert(rows_.end(), r.rows.begin(), r.rows.end());
-    for (int b : p.islands[i].blocks) {
+    for (int b : m.plan.islands[i].blocks) {
       const auto k = static_cast<std::size_t>(b);
       state_.step[k] = r.next_step;
       if (!r.at_rest || !settings_.sleeping) continue;
@@ -329,18 +316,22 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
     }
   }
   std::fill(state_.structure_step.begin(), state_.structure_step.end(), 0.0);
-  for (std::size_t i = 0; i < reports.size(); ++i)
-    for (int q : p.islands[i].structures)
-      state_.structure_step[static_cast<std::size_t>(q)] = reports[i].next_step;
+  for (std::size_t i = 0; i < m.reports.size(); ++i)
+    for (int q : m.plan.islands[i].structures)
+      state_.structure_step[static_cast<std::size_t>(q)] = m.reports[i].next_step;
+}
+
+/// Structures that no island stepped: by recorded forces, or by themselves.
+void CoupledSystem::step_other_structures(const MacroStep& m, double duration) {
   std::vector<char> awake(model_.blocks.size(), 0);
-  for (const Island& island : p.islands)
+  for (const Island& island : m.plan.islands)
     for (int b : island.blocks) awake[static_cast<std::size_t>(b)] = 1;
   for (std::size_t q = 0; q < env_.structures.size(); ++q) {
     StructurePart& part = env_.structures[q];
-    if (!part.stepped() || p.structure_used[q]) continue;
+    if (!part.stepped() || m.plan.structure_used[q]) continue;
     if (part.one_way) {
       std::vector<StructureContact> mine;
-      for (const IslandReport& r : reports)
+      for (const IslandReport& r : m.reports)
         for (const StructureContact& row : r.rows)
           if (row.structure == static_cast<int>(q)) mine.push_back(row);
       const std::vector<StructureContact> resting =
@@ -362,8 +353,49 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
         part.index->surface().revision;  // is never left behind: a checkpoint keeps positions alone
     if (part.lagging_index && (new_topology || part.followed.between >= 0)) bring_up_to_date(part);
   }
-  islands_ = static_cast<int>(p.islands.size());
-  sums_.asleep_skipped += p.skipped;
+}
+
+bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::span<const double> rows,
+                            Failure& failure) {
+  const bool blocks_move = std::any_of(model_.blocks.begin(), model_.blocks.end(),
+                                       [](const dda::Model::Block& b) { return b.ndof() > 0; });
+  const bool searched =
+      blocks_move || !env_.touching_structures.empty() || !env_.grounds.empty();  // else they meet nothing
+  for (StructurePart& part : env_.structures)
+    if ((part.lagging_index && (searched || part.one_way)) || (blocks_move && part.followed.between >= 0))
+      bring_up_to_date(part);
+  const std::size_t structures = env_.structures.size();
+  MacroStep m;
+  m.plan = planner_.plan(duration, wider_);
+  m.before = state_;
+  m.structures.resize(structures), m.skins.resize(structures), m.started.resize(structures, 0);
+  for (std::size_t q = 0; q < structures; ++q)
+    if (m.plan.structure_used[q]) start_structure(m, q);
+  for (const Island& island : m.plan.islands)
+    for (int b : island.blocks) state_.asleep[static_cast<std::size_t>(b)] = 0;
+  if (!m.plan.beside.empty()) m.begun = state_.blocks;
+  step_islands(m, duration, stop, rows);
+  const bool stopped = note_ends(m, failure);
+  const bool escaped = !escapes_.empty() && meets_others(duration, m.plan, m.before);
+  if (escaped || stopped || !failure.text.empty()) {
+    state_ = m.before;
+    for (std::size_t q = 0; q < structures; ++q)
+      if (m.plan.structure_used[q]) {
+        restore_here(*env_.structures[q].structure, m.structures[q]);
+        bring_up_to_date(env_.structures[q]);
+      }
+    if (escaped || stopped) failure = {};
+    return false;
+  }
+  if (!rows.empty()) {
+    for (std::size_t i = 0; i < m.reports.size(); ++i) m.reports[i].motion.blocks = m.plan.islands[i].blocks;
+    recorded_.keep(m.reports, model_, state_);
+  }
+  if (watch_) before_ = std::move(m.before);
+  take_reports(m);
+  step_other_structures(m, duration);
+  islands_ = static_cast<int>(m.plan.islands.size());
+  sums_.asleep_skipped += m.plan.skipped;
   ++state_.stretches;
   return true;
 }

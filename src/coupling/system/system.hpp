@@ -88,6 +88,14 @@ class CoupledSystem {
   };
   bool stretch(double duration, const std::atomic<int>* stop, std::span<const double> rows, Failure& failure);
   void widen();
+  struct MacroStep;
+  void start_structure(MacroStep& m, std::size_t q);
+  double hint_of(const Island& island) const;
+  void step_islands(MacroStep& m, double duration, const std::atomic<int>* stop,
+                    std::span<const double> rows);
+  bool note_ends(const MacroStep& m, Failure& failure);
+  void take_reports(const MacroStep& m);
+  void step_other_structures(const MacroStep& m, double duration);
 
   std::vector<Farther> escapes_, wider_;  // what went farther than foreseen in the last try, and how far [m];
                                           // what the next tries foresee
