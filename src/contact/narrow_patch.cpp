@@ -55,11 +55,12 @@ void Posed::take(const In& in, Patch& patch) {
     q.n = normal(q.face);
     q.level = q.n.dot(q.a);
     for (int k = 0; k < 3; ++k) {
-      q.sharp[k] = q.rim[k] = false;
+      q.sharp[k] = q.rim[k] = q.tip[k] = false;
       const int v0 = v[k], v1 = v[(k + 1) % 3];
       for (int i = p_.vertex_edge_offset[v0]; i < p_.vertex_edge_offset[v0 + 1]; ++i) {
         const auto& e = p_.edges[p_.vertex_edges[i]];
         if ((e.v0 == v0 && e.v1 == v1) || (e.v0 == v1 && e.v1 == v0)) q.sharp[k] = e.sine > 0;
+        q.tip[k] |= e.sine > 0;
       }
     }
     patch.triangles.push_back(q);
@@ -246,7 +247,7 @@ void add_corner(const View& view, int v, Patch& patch) {
   const bool straight =
       q.count == 2 && patch.directions[q.first].dot(patch.directions[q.first + 1]) < 0 &&
       patch.directions[q.first].cross(patch.directions[q.first + 1]).norm() <= tolerances().true_edge;
-  if (convex >= 2 && !straight) patch.vertices.push_back(q);
+  if (convex >= 1 && !straight) patch.vertices.push_back(q);
 }
 
 }  // namespace
@@ -261,6 +262,10 @@ void gather(const SurfaceIndex::Impl& s, const Vec3& origin, const Box3& box, Pa
     if (!s.normal[t].isZero()) add_triangle(view, t, ids, box, patch, corners);
   std::sort(corners.begin(), corners.end());
   corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+  for (Patch::Triangle& q : patch.triangles)
+    for (int k = 0; k < 3; ++k)
+      q.tip[k] = std::binary_search(corners.begin(), corners.end(),
+                                    view.corners(q.id)[view.flipped(q.id) ? (3 - k) % 3 : k]);
   for (const int v : corners) __builtin_prefetch(&s.vertex_triangle[s.vertex_offset[v]]);
   for (const int v : corners)
     for (int i = s.vertex_offset[v]; i < s.vertex_offset[v + 1]; ++i) view.announce(s.vertex_triangle[i]);

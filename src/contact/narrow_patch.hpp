@@ -16,6 +16,7 @@ struct Patch {
     Vec3 a, b, c, n;
     bool sharp[3];  // side k is a convex edge or a rim
     bool rim[3];    // side k ends the surface
+    bool tip[3];    // corner k ends a convex edge or a rim, be it a side of other triangles
     double level;   // n . a
   };
   struct Edge {

@@ -22,7 +22,8 @@ double facing(const Patch& p, const Patch::Vertex& v, const Vec3& n) {
   return least;
 }
 
-/// Where x projects on a triangle: -1 outside, 0 inside, 1 within `touch` of a convex side.
+/// Where x projects on a triangle: -1 outside, 0 inside, 1 within `touch` of a convex side, or at a corner in
+/// which a convex edge ends.
 int inside(const Patch::Triangle& t, const Vec3& x, double touch) {
   const Vec3* p[3] = {&t.a, &t.b, &t.c};
   int result = 0;
@@ -31,6 +32,7 @@ int inside(const Patch::Triangle& t, const Vec3& x, double touch) {
     const double h = e.cross(t.n).dot(x - *p[k]), l = touch * e.norm();
     if (h > l) return -1;
     if (h >= -l && t.sharp[k]) result = 1;
+    if (t.tip[k] && (x - *p[k]).squaredNorm() <= 2 * touch * touch) result = 1;
   }
   return result;
 }
@@ -180,12 +182,13 @@ struct EdgeFaces {
     if (at < most) list[at] = {fall, &t};
   }
   /// Across a convex edge only one of the two faces holds the vertex (it may leave over the other); faces of
-  /// a notch both.
+  /// a notch both, and so do faces none of which admits the vertex's cone: that is a notch then, which the
+  /// edge fills.
   bool excluded(int i) const {
     const auto& t = *list[i].second;
     for (int j = 0; j < i; ++j) {
       const auto& u = *list[j].second;
-      if (list[j].first == -infinity) continue;
+      if (list[j].first < -tolerances().steep) continue;
       const double above = t.n.dot(u.a + u.b + u.c) / 3 - t.level;
       if (above < -tolerances().lean * (u.a - u.b).norm() && t.n.dot(u.n) < tolerances().parallel_cosine())
         return true;

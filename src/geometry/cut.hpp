@@ -33,6 +33,8 @@
 
 namespace talus::geometry {
 
+constexpr double one_plane = 1e-7;  // sine between faces of a block that are one
+
 struct CutJointSet {
   std::string name;
   double dip_direction = 0, dip = 0;              // [rad]

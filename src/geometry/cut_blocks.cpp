@@ -47,14 +47,14 @@ class BlockBuilder {
     for (Vec3& v : x_) v -= block.centroid;
     block.volume = signed_volume(x_, triangles);
     try {
-      block.body = make_polyhedron(x_, triangles, 1e-7);
+      block.body = make_polyhedron(x_, triangles, one_plane);
     } catch (const InputError& e) {
       throw InputError(Problem{
           .key = "rock_mass",
           .value = fmt::format("({:.6g}, {:.6g}, {:.6g})", block.centroid.x(), block.centroid.y(),
                                block.centroid.z()),
           .rule = "the block about this place would touch itself in an edge: " + e.problems().front().str(),
-          .remedy = "shift the origin of a joint set, or the region, by a centimetre"});
+          .remedy = "shift the origin of a joint set, the region or the slip surface by a centimetre"});
     }
     // The joint of a face: that of the larger part of its triangles (coplanar parts may come from two
     // joints).

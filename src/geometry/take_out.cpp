@@ -12,7 +12,6 @@
 #include <map>
 #include <numeric>
 
-#include "contact/detect.hpp"
 #include "core/disjoint_sets.hpp"
 
 namespace talus::geometry {
@@ -185,32 +184,16 @@ void divide(SurfaceMesh& a, SurfaceMesh& b, SurfaceMesh& both, SurfaceMesh* rest
     if (!done[PMP::Corefinement::INTERSECTION] ||
         (rest != nullptr && !done[PMP::Corefinement::TM1_MINUS_TM2]))
       throw refused("what is left would touch itself in an edge");
-  } catch (const CGAL::Failure_exception& e) {
-    throw refused("the surfaces cross themselves (" + e.expression() + ")");
-  }
+  } catch (const CGAL::Failure_exception&) { throw refused("the surfaces cross or touch themselves"); }
 }
 
 /// The body above a slip surface, up to over all of the ground.
 SurfaceMesh above_slip_surface(const TriangleSurface& slip, const TriangleSurface& ground) {
-  constexpr double same_height = 1e-6;  // a slip surface nearer to the ground than that is the ground [m]
-  const contact::SurfaceIndex index(ground);
   double top = -std::numeric_limits<double>::infinity();
-  for (const Vec3& x : ground.vertices) top = std::max(top, x.z());
-  std::vector<char> below(slip.vertices.size(), 0);
-  for (std::size_t v = 0; v < below.size(); ++v) {
-    const Vec3& x = slip.vertices[v];
-    below[v] = index.height(x.x(), x.y()) - x.z() > same_height;
-    top = std::max(top, x.z());
-  }
-  std::vector<int> used;
-  for (std::size_t t = 0; t < slip.triangles.size(); ++t) {
-    const auto& v = slip.triangles[t];
-    if (std::any_of(v.begin(), v.end(), [&](int i) { return below[static_cast<std::size_t>(i)] != 0; }))
-      used.push_back(static_cast<int>(t));
-  }
-  if (used.empty())
-    throw error("rock_mass.slip_surface", "", "lies nowhere below the terrain",
-                "give it in the terrain's map coordinates, and below the ground where the rock mass is");
+  for (const TriangleSurface* of : {&ground, &slip})
+    for (const Vec3& x : of->vertices) top = std::max(top, x.z());
+  std::vector<int> used(slip.triangles.size());
+  std::iota(used.begin(), used.end(), 0);
   expect_facing_up(slip, used, "rock_mass.slip_surface", "the slip surface");
   // The body above it is what a surface that is mirrored in height has below it, mirrored back.
   TriangleSurface mirrored;

@@ -16,10 +16,9 @@ struct TakenOut {
 };
 
 /// `ground`: solid below; it must face up where the body is. The body is what lies above the slip surface,
-/// within the region; of the two one may be null. Triangles of the slip surface that nowhere lie below the
-/// ground are left out: such surfaces are often given for a whole map, and are the ground beside the slide.
-/// `region`: closed, outward. Throws InputError where the ground or the slip surface overhangs, or nothing of
-/// the body lies in the ground.
+/// within the region; of the two one may be null. Where the slip surface is the ground itself, or lies above
+/// it, it takes nothing out. `region`: closed, outward. Throws InputError where the ground or the slip
+/// surface overhangs, or nothing of the body lies in the ground.
 TakenOut take_out(const TriangleSurface& ground, const TriangleSurface* slip, const Mesh* region, int bed);
 
 }  // namespace talus::geometry

@@ -30,9 +30,9 @@ std::vector<Key> rock_mass_keys() {
               "are given. Where it is not below the terrain it does not count."},
       {.path = "rock_mass.from_terrain",
        .type = Type::boolean,
-       .fallback = "true with slip_surface, else false",
        .doc = "The region is cut out of the terrain: of the region what lies below the terrain is the rock "
-              "mass, and the terrain keeps a hollow of that shape, in which the blocks start."},
+              "mass, and the terrain keeps a hollow of that shape, in which the blocks start. Omitted: true "
+              "with slip_surface, else false."},
       {.path = "rock_mass.bed_material",
        .type = Type::text,
        .doc = "Material of the terrain in that hollow. Omitted: the rock mass's own."},

@@ -188,7 +188,7 @@ void Builder::add_copies(const scene::Block& b, const Polyhedron& body) {
 
 void Builder::add_rock_mass() {
   const auto& mass = world_->scene.rock_mass;
-  if (!mass) return;
+  if (!mass || (mass->from_terrain && !terrain_)) return;  // that it cannot be had is told already
   geometry::CutResult cut;
   try {
     if (!mass->blocks.empty()) return add_block_system(*mass);

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "coupling/touch/touch.hpp"
+#include "geometry/cut.hpp"
 #include "geometry/free_path.hpp"
 #include "sim/world.hpp"
 
@@ -65,7 +66,9 @@ struct Buried {
         .rule = fmt::format("{} of its blocks overlap the ground at the start, {} the most, by {:.6g} m at "
                             "({:.6g}, {:.6g}, {:.6g})",
                             blocks, name, deepest, where.x(), where.y(), where.z()),
-        .remedy = scene.site && scene.site->given()
+        .remedy = scene.rock_mass->from_terrain
+                      ? "shift the slip surface, or the origins of the joint sets, by a centimetre"
+                  : scene.site && scene.site->given()
                       ? "from_terrain = true cuts the region out of the terrain; else end it at the ground"
                       : "end the region at the ground"};
   }
@@ -124,7 +127,11 @@ std::vector<Problem> initial_overlaps(World& world, const coupling::KnownPairs& 
     double deepest = 0, raise = 0;
     Vec3 where = Vec3::Zero(), away = Vec3::Zero();
     const dda::Model::Block& b = model.blocks[static_cast<std::size_t>(c.b)];
-    const double allowed = touching * 2 * b.shape->radius;
+    // Faces of a block cut out of the terrain are the terrain's own, but for what makes a plane of several.
+    const bool in_hollow = c.a.kind == Kind::terrain && world.scene.rock_mass &&
+                           world.scene.rock_mass->from_terrain && !single.contains(b.name);
+    const double allowed = (in_hollow ? geometry::one_plane : touching) * 2 * b.shape->radius;
+    if (in_hollow && offsets) start_touching(system, c, touches);
     bool moved_in = offsets && c.a.kind == Kind::structure;
     for (const coupling::Touch& t : touches) {
       const double depth = t.offset - t.at.gap;

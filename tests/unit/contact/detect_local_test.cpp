@@ -152,6 +152,86 @@ TEST(SurfaceContact, TerrainPeakAgainstABlockFace) {
   }
 }
 
+/// A channel that a cube fills from wall to wall, and whose floor ends, the walls with it or not: the cube
+/// that has come a part of the way over its end is held by the floor's end and by both walls.
+TEST(SurfaceContact, CubeThatFillsAChannelIsHeldAtItsEnd) {
+  for (const double walls : {0.0, 1.0}) {  // how far they go on
+    TriangleSurface s;
+    for (const double x : {-3.0, 0.0})
+      for (const Vec3& at : {Vec3(x, -3, 2), Vec3(x, -0.5, 2), Vec3(x, -0.5, 0), Vec3(x, 0.5, 0),
+                             Vec3(x, 0.5, 2), Vec3(x, 3, 2)})
+        s.vertices.push_back(at);
+    for (int k = 0; k < 5; ++k) {
+      s.triangles.push_back({k, k + 6, k + 7});
+      s.triangles.push_back({k, k + 7, k + 1});
+    }
+    if (walls == 0) {  // the end, downwards
+      s.vertices.insert(s.vertices.end(), {{0, -3, -2}, {0, 3, -2}});
+      s.triangles.insert(s.triangles.end(),
+                         {{6, 12, 7}, {7, 12, 8}, {8, 12, 9}, {9, 12, 13}, {9, 13, 10}, {10, 13, 11}});
+    } else {  // 12, 13: below the floor's end; 14 to 17: the walls' further end
+      s.vertices.insert(s.vertices.end(), {{0, -0.5, -2},
+                                           {0, 0.5, -2},
+                                           {walls, -0.5, 2},
+                                           {walls, -0.5, -2},
+                                           {walls, 0.5, 2},
+                                           {walls, 0.5, -2}});
+      s.triangles.insert(s.triangles.end(), {{8, 12, 9},
+                                             {9, 12, 13},
+                                             {7, 8, 14},
+                                             {8, 12, 15},
+                                             {8, 15, 14},
+                                             {10, 16, 9},
+                                             {9, 17, 13},
+                                             {9, 16, 17}});
+    }
+    const SurfaceIndex index(s);
+    for (const double over : {-0.2, 0.0, 0.1, 0.4}) {
+      double front = -9, back = 9;
+      int left = 0, right = 0;
+      for (const auto& c : on(index, cube, {Vec3(over - 0.5, 0, 0.5), Mat3::Identity()}, 1e-4)) {
+        EXPECT_NEAR(c.gap, 0, 1e-12);
+        EXPECT_NEAR(c.normal.cwiseAbs().maxCoeff(), 1, 1e-12);
+        EXPECT_NEAR(c.normal.x(), 0, 1e-12);
+        if (c.normal.z() > 0.9) front = std::max(front, c.point_a.x()), back = std::min(back, c.point_a.x());
+        left += c.normal.y() > 0.9, right += c.normal.y() < -0.9;
+      }
+      EXPECT_NEAR(front, std::min(over, 0.0), 1e-9) << walls << " " << over;
+      EXPECT_NEAR(back, over - 1, 1e-9) << walls << " " << over;
+      EXPECT_GE(left, 2) << walls << " " << over;
+      EXPECT_GE(right, 2) << walls << " " << over;
+    }
+  }
+}
+
+/// A wedge in a hollow of its own shape between two walls, its edges on those of the ground: held by bed and
+/// walls alone, not by the level ground and the cliff that go on beside.
+TEST(SurfaceContact, AWedgeInItsHollowIsNotHeldByTheGroundBeside) {
+  const double bed = 35 * M_PI / 180;
+  TriangleSurface s;  // a plateau z = 0 to y = 10, a cliff below; the bed from (y, z) = (2, 0) to the cliff
+  const double drop = 8 * std::tan(bed);
+  s.vertices = {{-5, 0, 0}, {5, 0, 0}, {-5, 10, 0},     {-1, 10, 0},    {1, 10, 0},    {5, 10, 0},
+                {-1, 2, 0}, {1, 2, 0}, {-1, 10, -drop}, {1, 10, -drop}, {-5, 10, -20}, {5, 10, -20}};
+  s.triangles = {{0, 1, 6},  {1, 7, 6},  {0, 6, 2},  {6, 3, 2},   {1, 5, 7},  {7, 5, 4},    // plateau
+                 {6, 7, 8},  {7, 9, 8},                                                     // bed
+                 {6, 8, 3},  {7, 4, 9},                                                     // walls
+                 {2, 3, 10}, {3, 8, 10}, {8, 9, 10}, {9, 11, 10}, {9, 4, 11}, {4, 5, 11}};  // cliff
+  const SurfaceIndex index(s);
+  const Polyhedron wedge = make_polyhedron(
+      {{-1, 10, 0}, {1, 10, 0}, {-1, 2, 0}, {1, 2, 0}, {-1, 10, -drop}, {1, 10, -drop}},
+      {{2, 3, 1}, {2, 1, 0}, {2, 4, 5}, {2, 5, 3}, {0, 1, 5}, {0, 5, 4}, {0, 4, 2}, {1, 3, 5}});
+  const Vec3 n(0, std::sin(bed), std::cos(bed)), down(0, std::cos(bed), -std::sin(bed));
+  for (const double way : {0.0, 1e-3, 0.1, 1.0}) {
+    int held = 0;
+    for (const auto& c : on(index, wedge, {way * down, Mat3::Identity()}, 1e-5)) {
+      EXPECT_NEAR(c.gap, 0, 1e-9) << way;
+      EXPECT_NEAR(c.normal.dot(down), 0, 1e-9) << way << " at " << c.point_a.transpose();
+      held += c.normal.dot(n) > 0.9;
+    }
+    EXPECT_EQ(held, 4) << way;
+  }
+}
+
 /// A boulder of many faces among peaks: of its faces only those near the ground are looked at, and a peak
 /// that stands beside it, or an edge before it, must not be taken for one inside.
 TEST(SurfaceContact, PeaksBesideABoulderOfManyFacesAreNotInIt) {
