@@ -21,71 +21,63 @@ constexpr double parted_opening =
 /// Whether a cell is the gap between what it joined: cracked through and open, and no bar that holds goes
 /// through it.
 bool FemStructure::parted(int cell) const {
-  if (!spec_.erosion || !damage_ || !damage_->has(cell) || !damage_->cracked_through(cell)) return false;
-  if (bars_ && bars_->tied(live_.size())[static_cast<std::size_t>(cell)]) return false;
-  return ((Mat3::Identity() + gradient_at_centre(cell)).determinant() - 1) *
-             std::cbrt(cell_mass_[cell] / spec_.density) >
+  if (!body_.spec.erosion || !body_.damage || !body_.damage->has(cell) ||
+      !body_.damage->cracked_through(cell))
+    return false;
+  if (body_.bars && body_.bars->tied(body_.live.size())[static_cast<std::size_t>(cell)]) return false;
+  return ((Mat3::Identity() + loads_.stresses().gradient(cell)).determinant() - 1) *
+             std::cbrt(body_.cell_mass[cell] / body_.spec.density) >
          parted_opening;
 }
 
 /// Own cells that are parted and share a node with one of these pieces, of all ranks, by their numbers in the
 /// whole mesh.
 std::vector<int> FemStructure::parted_beside(const std::vector<std::vector<int>>& pieces) const {
-  if (!damage_ || !spec_.erosion) return {};
-  const auto whole = [this](int n) { return partition_ ? partition_->whole_node(n) : n; };
+  if (!body_.damage || !body_.spec.erosion) return {};
+  const auto whole = [this](int n) { return body_.whole_node(n); };
   std::set<int> nodes;
   for (const std::vector<int>& piece : pieces)
-    for (const double n : of_cells(piece, 8, [&](int cell, double*to) {
-           for (const int at : mesh_.hexes[cell]) *to++ = whole(at);
+    for (const double n : body_.of_cells(piece, 8, [&](int cell, double*to) {
+           for (const int at : body_.mesh.hexes[cell]) *to++ = whole(at);
          }))
       nodes.insert(static_cast<int>(n));
   std::vector<int> list;
-  for (const int cell : damage_->cells()) {
-    const auto& hex = mesh_.hexes[cell];
-    if (own_cell(cell) && live_[cell] &&
+  for (const int cell : body_.damage->cells()) {
+    const auto& hex = body_.mesh.hexes[cell];
+    if (body_.own_cell(cell) && body_.live[cell] &&
         std::any_of(hex.begin(), hex.end(), [&](int n) { return nodes.count(whole(n)) > 0; }) && parted(cell))
       list.push_back(cell);
   }
-  return joined(list);
+  return body_.joined(list);
 }
 
 /// A number that changes when a cell cracks or goes, or a bearing lets go: only then pieces can come off.
 long FemStructure::count_cuts() {
-  long cuts = breaks_ * 1'000'000'000L;  // apart from the count: an eroded cell leaves it
+  long cuts = body_.lost.breaks * 1'000'000'000L;  // apart from the count: an eroded cell leaves it
   double cracked = 0;
-  if (damage_)
-    for (int cell : damage_->cells())
-      if (own_cell(cell) && damage_->tension_least(cell) > cut_damage) cracked += parted(cell) ? 2 : 1;
-  sum({&cracked, 1});
+  if (body_.damage)
+    for (int cell : body_.damage->cells())
+      if (body_.own_cell(cell) && body_.damage->tension_least(cell) > cut_damage)
+        cracked += parted(cell) ? 2 : 1;
+  body_.sum({&cracked, 1});
   cuts += static_cast<long>(cracked);
-  if (bearings_)
-    for (std::size_t i = 0; i < bearings_->sites().size(); ++i) cuts += bearings_->holds(i) ? 0 : 1;
+  if (body_.bearings)
+    for (std::size_t i = 0; i < body_.bearings->sites().size(); ++i) cuts += body_.bearings->holds(i) ? 0 : 1;
   return cuts;
-}
-
-/// Displacement gradient at the middle of a cell.
-Mat3 FemStructure::gradient_at_centre(int cell) const {
-  const Mat3 inverse_t = jacobian(mesh_, cell, Vec3::Zero()).inverse().transpose();
-  const std::array<Vec3, 8> g = shape_gradients(Vec3::Zero());
-  Mat3 h = Mat3::Zero();
-  for (int a = 0; a < 8; ++a) {
-    const int n = 4 * mesh_.hexes[cell][a];
-    h += Vec3(u_[n], u_[n + 1], u_[n + 2]) * (inverse_t * g[a]).transpose();
-  }
-  return h;
 }
 
 /// How far the two halves beside a face have moved apart along its normal [m].
 double FemStructure::face_opening(int a, int b, int face) const {
   const int* f = hex_faces[face];
-  const auto& hex = mesh_.hexes[a];
-  const Vec3 normal = (mesh_.nodes[hex[f[2]]] - mesh_.nodes[hex[f[0]]])
-                          .cross(mesh_.nodes[hex[f[3]]] - mesh_.nodes[hex[f[1]]])
+  const auto& hex = body_.mesh.hexes[a];
+  const Vec3 normal = (body_.mesh.nodes[hex[f[2]]] - body_.mesh.nodes[hex[f[0]]])
+                          .cross(body_.mesh.nodes[hex[f[3]]] - body_.mesh.nodes[hex[f[1]]])
                           .normalized();
   double sum = 0;
   for (int cell : {a, b}) {
-    const Mat3 h = gradient_at_centre(cell);
-    const double extent = 2 * (jacobian(mesh_, cell, Vec3::Zero()).transpose() * normal).cwiseAbs().sum();
+    const Mat3 h = loads_.stresses().gradient(cell);
+    const double extent =
+        2 * (jacobian(body_.mesh, cell, Vec3::Zero()).transpose() * normal).cwiseAbs().sum();
     sum += 0.5 * extent * (normal.dot(h * normal) + 0.5 * (h * normal).squaredNorm());
   }
   return sum;
@@ -94,34 +86,36 @@ double FemStructure::face_opening(int a, int b, int face) const {
 /// Of each cell here the lowest number, in the whole mesh, of those that it hangs together with: by faces
 /// that no crack cuts, and by bars. -1: it is gone, parted, or not computed here.
 std::vector<int> FemStructure::piece_labels() const {
-  const int cells = static_cast<int>(mesh_.hexes.size());
-  std::vector<char> solid(live_.begin(), live_.end());
-  if (damage_)
-    for (const int cell : damage_->cells())
-      solid[static_cast<std::size_t>(cell)] = live_[cell] && !parted(cell);
+  const int cells = static_cast<int>(body_.mesh.hexes.size());
+  std::vector<char> solid(body_.live.begin(), body_.live.end());
+  if (body_.damage)
+    for (const int cell : body_.damage->cells())
+      solid[static_cast<std::size_t>(cell)] = body_.live[cell] && !parted(cell);
   const auto counts = [&](int cell) {
-    return solid[static_cast<std::size_t>(cell)] && (!partition_ || partition_->local_cells()[cell]);
+    return solid[static_cast<std::size_t>(cell)] &&
+           (!body_.partition || body_.partition->local_cells()[cell]);
   };
   DisjointSets sets(cells);
   for (int cell = 0; cell < cells; ++cell) {
     if (!counts(cell)) continue;
     for (int face = 0; face < 6; ++face) {
-      const int other = mesh_.across[cell][face];
+      const int other = body_.mesh.across[cell][face];
       if (other < 0 || !counts(other)) continue;
-      if (const auto& back = mesh_.across[other];
+      if (const auto& back = body_.mesh.across[other];
           other < cell && std::find(back.begin(), back.end(), cell) != back.end())
         continue;  // seen from there
-      const bool cut =
-          damage_ && damage_->has(cell) && damage_->has(other) && damage_->tension_least(cell) > cut_damage &&
-          damage_->tension_least(other) > cut_damage && face_opening(cell, other, face) > cut_opening;
+      const bool cut = body_.damage && body_.damage->has(cell) && body_.damage->has(other) &&
+                       body_.damage->tension_least(cell) > cut_damage &&
+                       body_.damage->tension_least(other) > cut_damage &&
+                       face_opening(cell, other, face) > cut_opening;
       if (!cut) sets.join(cell, other);
     }
   }
   std::vector<int> label(static_cast<std::size_t>(cells), -1);
-  if (!partition_) {
-    if (bars_)
-      bars_->ties([&](int, int a, int b) {
-        if (live_[a] && live_[b]) sets.join(a, b);
+  if (!body_.partition) {
+    if (body_.bars)
+      body_.bars->ties([&](int, int a, int b) {
+        if (body_.live[a] && body_.live[b]) sets.join(a, b);
       });
     for (int cell = 0; cell < cells; ++cell)
       if (solid[static_cast<std::size_t>(cell)]) label[static_cast<std::size_t>(cell)] = sets.root(cell);
@@ -129,24 +123,24 @@ std::vector<int> FemStructure::piece_labels() const {
   }
   // What each rank calls the sets of those cells that others know, too, and of those that bars tie to others.
   std::vector<double> mine;
-  const auto name = [&](int cell) { return partition_->whole_cell(sets.root(cell)); };
+  const auto name = [&](int cell) { return body_.partition->whole_cell(sets.root(cell)); };
   const auto tell = [&](std::size_t of, int cell) {
     mine.insert(mine.end(), {static_cast<double>(of), static_cast<double>(name(cell))});
   };
   for (int cell = 0; cell < cells; ++cell) {
     if (!counts(cell)) continue;
     label[static_cast<std::size_t>(cell)] = name(cell);
-    const auto& hex = mesh_.hexes[cell];
-    if (std::any_of(hex.begin(), hex.end(), [&](int n) { return !own_node(n); }))
-      tell(static_cast<std::size_t>(partition_->whole_cell(cell)), cell);
+    const auto& hex = body_.mesh.hexes[cell];
+    if (std::any_of(hex.begin(), hex.end(), [&](int n) { return !body_.own_node(n); }))
+      tell(static_cast<std::size_t>(body_.partition->whole_cell(cell)), cell);
   }
-  if (bars_)
-    bars_->ties([&](int tie, int a, int b) {  // of which both cells are told of if both are there
+  if (body_.bars)
+    body_.bars->ties([&](int tie, int a, int b) {  // of which both cells are told of if both are there
       for (const int cell : {a, b})
-        if (cell >= 0 && own_cell(cell) && live_[cell])
-          tell(partition_->cells_in_all() + static_cast<std::size_t>(tie), cell);
+        if (cell >= 0 && body_.own_cell(cell) && body_.live[cell])
+          tell(body_.partition->cells_in_all() + static_cast<std::size_t>(tie), cell);
     });
-  const std::vector<double> all = partition_->records(2, mine);
+  const std::vector<double> all = body_.partition->records(2, mine);
   std::map<int, int> lower;  // labels that stand for a lower one
   const auto lowest = [&](int of) {
     for (auto at = lower.find(of); at != lower.end(); at = lower.find(of)) of = at->second;
@@ -169,38 +163,39 @@ std::set<int> FemStructure::held_pieces(const std::vector<int>& label) const {
   std::set<int> held;
   std::map<int, double> mass;
   for (std::size_t cell = 0; cell < label.size(); ++cell) {
-    if (label[cell] < 0 || !own_cell(static_cast<int>(cell))) continue;
-    if (supports_.none) mass[label[cell]] += cell_mass_[cell];
-    for (int n : mesh_.hexes[cell])
-      if (supports_.held[n][0] || supports_.held[n][1] || supports_.held[n][2]) held.insert(label[cell]);
+    if (label[cell] < 0 || !body_.own_cell(static_cast<int>(cell))) continue;
+    if (body_.supports.none) mass[label[cell]] += body_.cell_mass[cell];
+    for (int n : body_.mesh.hexes[cell])
+      if (body_.supports.held[n][0] || body_.supports.held[n][1] || body_.supports.held[n][2])
+        held.insert(label[cell]);
   }
-  if (partition_) {
+  if (body_.partition) {
     std::vector<double> mine;
     for (const auto& [piece, of] : mass) mine.insert(mine.end(), {static_cast<double>(piece), of});
     for (const int piece : held) mine.insert(mine.end(), {static_cast<double>(piece), 0.0});
-    const std::vector<double> all = partition_->records(2, mine);
+    const std::vector<double> all = body_.partition->records(2, mine);
     mass.clear();
     for (std::size_t at = 0; at < all.size(); at += 2)
-      supports_.none ? void(mass[static_cast<int>(all[at])] += all[at + 1])
-                     : void(held.insert(static_cast<int>(all[at])));
+      body_.supports.none ? void(mass[static_cast<int>(all[at])] += all[at + 1])
+                          : void(held.insert(static_cast<int>(all[at])));
   }
-  if (supports_.none) {
+  if (body_.supports.none) {
     const auto heaviest = std::max_element(mass.begin(), mass.end(),
                                            [](const auto& a, const auto& b) { return a.second < b.second; });
     if (heaviest != mass.end()) held.insert(heaviest->first);
     return held;
   }
-  if (!bearings_) return held;
+  if (!body_.bearings) return held;
   std::vector<int> cells;  // of each site, below and above
-  for (std::size_t i = 0; i < bearings_->sites().size(); ++i)
-    for (const int cell : {bearings_->cap_cell(i), bearings_->sites()[i].deck_cell})
-      cells.push_back(partition_ ? partition_->whole_cell(cell) : cell);
+  for (std::size_t i = 0; i < body_.bearings->sites().size(); ++i)
+    for (const int cell : {body_.bearings->cap_cell(i), body_.bearings->sites()[i].deck_cell})
+      cells.push_back(body_.whole_cell(cell));
   const std::vector<double> piece =
-      of_cells(cells, 1, [&](int cell, double* to) { *to = label[static_cast<std::size_t>(cell)]; });
+      body_.of_cells(cells, 1, [&](int cell, double* to) { *to = label[static_cast<std::size_t>(cell)]; });
   std::map<int, std::array<bool, 2>> seated;  // piece of a deck -> its ends
-  for (std::size_t i = 0; i < bearings_->sites().size(); ++i) {
-    const Bearings::Site& site = bearings_->sites()[i];
-    if (bearings_->holds(i) && live_[site.deck_cell] && live_[bearings_->cap_cell(i)] &&
+  for (std::size_t i = 0; i < body_.bearings->sites().size(); ++i) {
+    const Bearings::Site& site = body_.bearings->sites()[i];
+    if (body_.bearings->holds(i) && body_.live[site.deck_cell] && body_.live[body_.bearings->cap_cell(i)] &&
         held.count(static_cast<int>(piece[2 * i])) > 0)
       seated[static_cast<int>(piece[2 * i + 1])][site.end] = true;
   }
@@ -216,15 +211,14 @@ std::vector<std::vector<int>> FemStructure::loose_pieces() const {
   const std::set<int> held = held_pieces(label);
   std::map<int, std::vector<int>> loose;
   for (std::size_t cell = 0; cell < label.size(); ++cell)
-    if (label[cell] >= 0 && own_cell(static_cast<int>(cell)) && held.count(label[cell]) == 0)
-      loose[label[cell]].push_back(partition_ ? partition_->whole_cell(static_cast<int>(cell))
-                                              : static_cast<int>(cell));
-  if (partition_) {
+    if (label[cell] >= 0 && body_.own_cell(static_cast<int>(cell)) && held.count(label[cell]) == 0)
+      loose[label[cell]].push_back(body_.whole_cell(static_cast<int>(cell)));
+  if (body_.partition) {
     std::vector<double> mine;
     for (const auto& [piece, cells] : loose)
       for (const int cell : cells)
         mine.insert(mine.end(), {static_cast<double>(cell), static_cast<double>(piece)});
-    const std::vector<double> all = partition_->records(2, mine);
+    const std::vector<double> all = body_.partition->records(2, mine);
     loose.clear();
     for (std::size_t at = 0; at < all.size(); at += 2)
       loose[static_cast<int>(all[at + 1])].push_back(static_cast<int>(all[at]));

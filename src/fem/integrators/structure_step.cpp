@@ -11,9 +11,7 @@ namespace talus::fem {
 namespace {
 
 // Nodal vectors hold three components and a zero: one node is one vector of the processor.
-using material::V4, material::load4, material::store4;
-
-double sum_of(V4 a) { return (a[0] + a[2]) + (a[1] + a[3]); }
+using material::V4, material::load4, material::store4, material::sum_of;
 
 }  // namespace
 
@@ -24,293 +22,210 @@ struct FemStructure::StepWorks {
          gravity = 0, own = 0, plastic = 0, cracking = 0, stored = 0, spent = 0, breaking = 0, jumped = 0;
 };
 
-void FemStructure::moved() {
-  discretisation_.distribute(u_);
-  discretisation_.distribute(v_);
-  forces_valid_ = false;
-  surface_stale_ = true;
-  member_states_.clear();
-}
-
-/// Weight and prescribed loads. The weight is written anew where it may differ: at all nodes once masses have
-/// changed, else at the loads'.
-void FemStructure::external_force(double t) {
-  const auto weigh = [&](int i) {
-    for (int c = 0; c < 3; ++c) f_ext_[4 * i + c] = mass_[i] * gravity_[c];
-  };
-  if (!weights_valid_)
-    for (int i = 0; i < static_cast<int>(mass_.size()); ++i) weigh(i);
-  weights_valid_ = true;
-  for (const PatchLoad& load : loads_)
-    for (int i : load.node) weigh(i);
-  for (const PatchLoad& load : loads_) {
-    const double factor = load.factor(t);
-    if (factor == 0) continue;
-    for (std::size_t k = 0; k < load.node.size(); ++k)
-      for (int c = 0; c < 3; ++c) f_ext_[4 * load.node[k] + c] += factor * load.force[k][c];
-  }
-}
-
-void FemStructure::forces(double t) {
-  if (!forces_valid_) {
-    laws_taken_ = false;
-    const bool measures = finite_ || damage_;
-    const auto clear = [&](AlignedVector& f) {
-      for (const auto& [first, last] : touched_)
-        std::fill(f.begin() + 4L * first, f.begin() + 4L * last, 0.0);
-    };
-    clear(f_int_);
-    if (damage_)
-      for (int cell : damage_->drop_unaccepted()) operator_->set_on(cell, live_[cell]);
-    const ElasticLimits limits = damage_ ? damage_->elastic_limits() : ElasticLimits{};
-    operator_->add_internal_force(u_.data(), f_int_.data(), finite_, measures, damage_ ? &limits : nullptr);
-    if (damage_) {
-      const Motion motion{u_.data(), v_.data(), h_last_, spec_.rate_effect};
-      damage_->add_forces(motion, f_int_.data());
-      // An element below the bound cannot have reached a threshold anywhere; the others are asked.
-      operator_->cells_above(limits.energy, candidates_);
-      for (int cell : candidates_) {
-        if (!damage_->try_cell(cell, motion, f_int_.data())) continue;
-        operator_->add_internal_force_of({cell}, u_.data(), f_int_.data(), finite_, -1);
-        operator_->set_on(cell, false);
-      }
-      clear(f_visc_);
-      operator_->add_bulk_viscosity(u_.data(), v_.data(), f_visc_.data(), spec_.density, wave_speed_);
-    }
-    if (measures) {
-      stored_part_ = operator_->total_energy() + (damage_ ? damage_->stored() : 0);
-    } else {
-      V4 twice{};
-      for (const auto& [first, last] : own_)
-        for (int i = 4 * first; i < 4 * last; i += 4) twice += load4(&u_[i]) * load4(&f_int_[i]);
-      stored_part_ = 0.5 * sum_of(twice);
-    }
-    if (bars_) {
-      bars_->add_forces(u_.data(), h_last_, live_, f_int_.data());
-      stored_part_ += bars_->stored();
-    }
-    if (bearings_) {
-      bearings_->add_forces(u_.data(), live_, f_int_.data());
-      if (first_rank()) stored_part_ += bearings_->stored();
-    }
-    discretisation_.condense(f_int_);
-    if (!f_visc_.empty()) discretisation_.condense(f_visc_);
-  }
-  if (!forces_valid_ || t != forces_time_) external_force(t);
-  forces_valid_ = true;
-  forces_time_ = t;
-}
-
 void FemStructure::predict(double t, double h) {
   leave_modal();
-  if (h_last_ == 0 && steps_taken_ > 0) begin_leapfrog(h);
-  forces(t);
+  if (fields_.h_last == 0 && fields_.steps_taken > 0) begin_leapfrog(h);
+  forces_.evaluate(t);
   find_jump(h);
-  const double kick = 0.5 * (h_last_ > 0 ? h_last_ + h : h);
-  const double a = 0.5 * alpha_ * kick;
+  const double kick = 0.5 * (fields_.h_last > 0 ? fields_.h_last + h : h);
+  const double a = 0.5 * body_.alpha * kick;
   const double keep = (1 - a) / (1 + a), push = kick / (1 + a);
-  drag_ = 1 + a;
+  fields_.drag = 1 + a;
   const bool jumped = !jump_.empty();
-  const double* visc = f_visc_.empty() ? nullptr : f_visc_.data();
-  for (const auto& [first, last] : own_)
+  const double* visc = fields_.f_visc.empty() ? nullptr : fields_.f_visc.data();
+  for (const auto& [first, last] : body_.own)
     for (int i = 4 * first; i < 4 * last; i += 4) {
-      const V4 pushed = push * load4(&inverse_mass_[i]);
-      V4 out = keep * load4(&v_[i]) + pushed * (load4(&f_ext_[i]) - load4(&f_int_[i]));
+      const V4 pushed = push * load4(&body_.inverse_mass[i]);
+      V4 out = keep * load4(&fields_.v[i]) + pushed * (load4(&fields_.f_ext[i]) - load4(&fields_.f_int[i]));
       if (jumped) out -= load4(&jump_[i]);
       if (visc != nullptr) out -= pushed * load4(visc + i);
-      store4(&v_hat_[i], out);
+      store4(&fields_.v_hat[i], out);
     }
-  discretisation_.distribute(v_hat_);
-  prediction_shared_ = !partition_;
+  body_.discretisation.distribute(fields_.v_hat);
+  ++fields_.predictions;
 }
 
 /// Gravity's work in an uneven step beyond the potential lost between the half steps, this rank's part [J].
 double FemStructure::excess_of_gravity(double kick, double h) const {
   double excess = 0;
-  for (const auto& [first, last] : own_)
+  for (const auto& [first, last] : body_.own)
     for (int node = first; node < last; ++node)
       for (int k = 0; k < 3; ++k) {
         const std::size_t i = 4 * static_cast<std::size_t>(node) + static_cast<std::size_t>(k);
-        if (inverse_mass_[i] == 0) continue;
-        excess += 0.5 * mass_[node] * gravity_[k] *
-                  (kick * (v_[i] + v_hat_[i]) - (h_last_ * v_[i] + h * v_hat_[i]));
+        if (body_.inverse_mass[i] == 0) continue;
+        excess += 0.5 * body_.mass[node] * body_.gravity[k] *
+                  (kick * (fields_.v[i] + fields_.v_hat[i]) -
+                   (fields_.h_last * fields_.v[i] + h * fields_.v_hat[i]));
       }
   return excess;
 }
 
 /// Acceleration of the step by the forces that are the structure's own, this rank's part [W/s].
 double FemStructure::power_of_own_forces(double kick) const {
-  const V4 fall{gravity_[0], gravity_[1], gravity_[2], 0}, none{};
+  const V4 fall{body_.gravity[0], body_.gravity[1], body_.gravity[2], 0}, none{};
   V4 power{};
-  for (const auto& [first, last] : own_)
+  for (const auto& [first, last] : body_.own)
     for (int node = first; node < last; ++node) {
       const int i = 4 * node;
-      const V4 own = mass_[node] * fall - load4(&f_int_[i]);
-      power +=
-          material::select(load4(&inverse_mass_[i]) != none, (load4(&v_hat_[i]) - load4(&v_[i])) * own, none);
+      const V4 own = body_.mass[node] * fall - load4(&fields_.f_int[i]);
+      power += material::select(load4(&body_.inverse_mass[i]) != none,
+                                (load4(&fields_.v_hat[i]) - load4(&fields_.v[i])) * own, none);
     }
   return sum_of(power) / kick;
-}
-
-/// Of a step that becomes h, with a . f = `own` and v . (df_int/dt) = `strained` of all ranks. Where the
-/// latter is not known, after a jump of the forces and where no step went before, the other half stands for
-/// both: right on the average, too.
-void FemStructure::book_step_dependence(double h, double own, double strained) {
-  const double q = h_last_ > 0 && power_valid_ ? 0.5 * (own + strained) : own;
-  const double less = (h * h - h_last_ * h_last_) / 8 * q;
-  books_.step_dependence += less;
-  books_.algorithmic -= less;
 }
 
 /// Of impulses on nodes of the whole those on nodes of this rank's part; what hangs gives its own to those
 /// that it follows.
 std::vector<NodeImpulse> FemStructure::impulses_here(std::span<const NodeImpulse> given) const {
-  if (!mesh_.hanging.empty()) return discretisation_.condense(given);
+  if (!body_.mesh.hanging.empty()) return body_.discretisation.condense(given);
   std::vector<NodeImpulse> here(given.begin(), given.end());
-  if (!divided()) return here;
-  for (NodeImpulse& p : here) p.node = partition_->node_here(p.node);
+  if (!body_.divided()) return here;
+  for (NodeImpulse& p : here) p.node = body_.partition->node_here(p.node);
   std::erase_if(here, [](const NodeImpulse& p) { return p.node < 0; });
   return here;
 }
 
 void FemStructure::take_impulses(double h, std::span<const NodeImpulse> impulses) {
-  for (int n : struck_) std::fill_n(&contact_impulse_[4 * static_cast<std::size_t>(n)], 3, 0.0);
-  struck_.clear();
-  contact_step_ = h;
+  for (int n : fields_.struck) std::fill_n(&fields_.contact_impulse[4 * static_cast<std::size_t>(n)], 3, 0.0);
+  fields_.struck.clear();
+  fields_.contact_step = h;
   for (const NodeImpulse& p : impulses) {
-    struck_.push_back(p.node);
+    fields_.struck.push_back(p.node);
     for (int c = 0; c < 3; ++c) {
       const std::size_t i = 4 * static_cast<std::size_t>(p.node) + c;
-      contact_impulse_[i] += p.impulse[c];
-      v_hat_[i] += inverse_mass_[i] * p.impulse[c] / drag_;
+      fields_.contact_impulse[i] += p.impulse[c];
+      fields_.v_hat[i] += body_.inverse_mass[i] * p.impulse[c] / fields_.drag;
     }
   }
-  discretisation_.distribute(v_hat_);
-  drag_ = 1;
+  body_.discretisation.distribute(fields_.v_hat);
+  fields_.drag = 1;
 }
 
 /// Moves all nodes known here; the works at own ones.
 void FemStructure::move_nodes(double h, double kick, StepWorks& works) {
-  const bool loaded = !loads_.empty();
-  const double* visc = f_visc_.empty() ? nullptr : f_visc_.data();
+  const bool loaded = !body_.loads.empty();
+  const double* visc = fields_.f_visc.empty() ? nullptr : fields_.f_visc.data();
   const double* jump = jump_.empty() ? nullptr : jump_.data();
-  const V4 fall{gravity_[0], gravity_[1], gravity_[2], 0}, none{};
+  const V4 fall{body_.gravity[0], body_.gravity[1], body_.gravity[2], 0}, none{};
   V4 damping{}, external{}, viscous{}, power{}, kinetic{}, internal{}, jumped{};
-  for (const auto& [first, last] : own_)
+  for (const auto& [first, last] : body_.own)
     for (int node = first; node < last; ++node) {
       const int i = 4 * node;
-      const double m = mass_[node];
-      const V4 before = load4(&v_[i]), after = load4(&v_hat_[i]), f = load4(&f_int_[i]);
-      store4(&u_[i], load4(&u_[i]) + h * after);
-      store4(&v_[i], after);
+      const double m = body_.mass[node];
+      const V4 before = load4(&fields_.v[i]), after = load4(&fields_.v_hat[i]), f = load4(&fields_.f_int[i]);
+      store4(&fields_.u[i], load4(&fields_.u[i]) + h * after);
+      store4(&fields_.v[i], after);
       power += f * after;
       kinetic += m * after * after;
-      const V4 mean = material::select(load4(&inverse_mass_[i]) != none, 0.5 * (before + after),
+      const V4 mean = material::select(load4(&body_.inverse_mass[i]) != none, 0.5 * (before + after),
                                        none);  // what is held does no work
       internal += kick * mean * f;
       if (visc != nullptr) viscous += kick * mean * load4(visc + i);
       const V4 lost = jump != nullptr ? load4(jump + i) : none;
       jumped += m * mean * lost;
-      if (alpha_ != 0)
-        damping -= mean * (m * (after - before + lost) -
-                           kick * (load4(&f_ext_[i]) - f - (visc != nullptr ? load4(visc + i) : none)) -
-                           load4(&contact_impulse_[i]));
-      if (loaded) external += kick * mean * (load4(&f_ext_[i]) - m * fall);
+      if (body_.alpha != 0)
+        damping -=
+            mean * (m * (after - before + lost) -
+                    kick * (load4(&fields_.f_ext[i]) - f - (visc != nullptr ? load4(visc + i) : none)) -
+                    load4(&fields_.contact_impulse[i]));
+      if (loaded) external += kick * mean * (load4(&fields_.f_ext[i]) - m * fall);
     }
   works.damping = sum_of(damping), works.external = sum_of(external), works.viscous = sum_of(viscous);
   works.power = sum_of(power), works.kinetic = 0.5 * sum_of(kinetic), works.internal = sum_of(internal);
   works.jumped = sum_of(jumped);
-  if (!partition_) return;
-  partition_->exchange(v_hat_);
-  for (const auto& [first, last] : partition_->border_nodes())
+  if (!body_.partition) return;
+  body_.partition->exchange(fields_.v_hat);
+  for (const auto& [first, last] : body_.partition->border_nodes())
     for (int i = 4 * first; i < 4 * last; ++i) {
-      u_[i] += h * v_hat_[i];
-      v_[i] = v_hat_[i];
+      fields_.u[i] += h * fields_.v_hat[i];
+      fields_.v[i] = fields_.v_hat[i];
     }
-  motion_changed();
 }
 
 /// Enters the works of a step of all ranks.
 void FemStructure::account(double h, double kick, const StepWorks& works) {
-  books_.contact_work += works.contact;
-  books_.damping_work += works.damping;
-  books_.external_work += works.external;
-  books_.bulk_viscosity_work += works.viscous;
-  books_.plastic_work += works.plastic;
-  books_.damage_work += works.cracking;
-  const double stored_before = h_last_ == 0 ? works.stored : stored_half_;
-  stored_half_ = works.stored + 0.5 * h * works.power;
+  energy_.works.contact_work += works.contact;
+  energy_.works.damping_work += works.damping;
+  energy_.works.external_work += works.external;
+  energy_.works.bulk_viscosity_work += works.viscous;
+  energy_.works.plastic_work += works.plastic;
+  energy_.works.damage_work += works.cracking;
+  const double stored_before = fields_.h_last == 0 ? works.stored : energy_.stored_half;
+  energy_.stored_half = works.stored + 0.5 * h * works.power;
   // What the laws took in the last condensed step is in its own books; here they are accepted.
-  books_.algorithmic += works.jumped;
+  energy_.works.algorithmic += works.jumped;
   jump_.clear();
-  books_.algorithmic += works.internal - (stored_half_ - stored_before) -
-                        (h_last_ > 0 ? works.cracking + works.plastic : 0.0) - works.gravity;
-  if (h != h_last_)
-    book_step_dependence(h, works.own,
-                         h_last_ > 0 ? (2 * works.internal / kick - works.power - power_) / h_last_ : 0.0);
-  power_ = works.power;
-  power_valid_ = true;
+  energy_.works.algorithmic += works.internal - (energy_.stored_half - stored_before) -
+                               (fields_.h_last > 0 ? works.cracking + works.plastic : 0.0) - works.gravity;
+  if (h != fields_.h_last)
+    energy_.lengthen(h, works.own,
+                     fields_.h_last > 0
+                         ? (2 * works.internal / kick - works.power - energy_.power) / fields_.h_last
+                         : 0.0);
+  energy_.power = works.power;
+  energy_.power_valid = true;
 }
 
 void FemStructure::correct(double t, double h, std::span<const NodeImpulse> given) {
   const std::vector<NodeImpulse> impulses = impulses_here(given);
-  const double kick = 0.5 * (h_last_ > 0 ? h_last_ + h : h);
-  ++steps_taken_;
+  const double kick = 0.5 * (fields_.h_last > 0 ? fields_.h_last + h : h);
+  ++fields_.steps_taken;
   take_impulses(h, impulses);
-  watch_loads(t + h, h);  // by the forces of this step, before the displacements move on
+  loads_.watch(t + h, h);  // by the forces of this step, before the displacements move on
   StepWorks works;
-  if (h != h_last_) works.gravity = excess_of_gravity(kick, h), works.own = power_of_own_forces(kick);
+  if (h != fields_.h_last) works.gravity = excess_of_gravity(kick, h), works.own = power_of_own_forces(kick);
   for (const NodeImpulse& p : impulses) {
-    if (!own_node(p.node)) continue;
+    if (!body_.own_node(p.node)) continue;
     for (int c = 0; c < 3; ++c) {
       const std::size_t i = 4 * static_cast<std::size_t>(p.node) + c;
-      works.contact += p.impulse[c] * 0.5 * (v_[i] + v_hat_[i]);
+      works.contact += p.impulse[c] * 0.5 * (fields_.v[i] + fields_.v_hat[i]);
     }
   }
   move_nodes(h, kick, works);
-  if (!laws_taken_) {  // else a condensed step that was begun and dropped has booked them
-    works.plastic =
-        (bars_ ? bars_->dissipation() : 0.0) + (bearings_ && first_rank() ? bearings_->dissipation() : 0.0);
-    works.cracking = damage_ ? damage_->dissipation() : 0.0;
+  if (!forces_.accepted()) {  // else a condensed step that was begun and dropped has booked them
+    works.plastic = (body_.bars ? body_.bars->dissipation() : 0.0) +
+                    (body_.bearings && body_.first_rank() ? body_.bearings->dissipation() : 0.0);
+    works.cracking = body_.damage ? body_.damage->dissipation() : 0.0;
   }
-  works.stored = stored_part_;
-  const std::vector<int> eroding = damage_ ? spent_cells() : std::vector<int>{};
+  works.stored = forces_.stored();
+  const std::vector<int> eroding = body_.damage ? spent_cells() : std::vector<int>{};
   works.spent = static_cast<double>(eroding.size());
-  works.breaking = bars_ ? bars_->breaking() : 0.0;
+  works.breaking = body_.bars ? body_.bars->breaking() : 0.0;
   auto numbers = std::bit_cast<std::array<double, sizeof(StepWorks) / sizeof(double)>>(works);
-  sum(numbers);
+  body_.sum(numbers);
   works = std::bit_cast<StepWorks>(numbers);
   account(h, kick, works);
-  h_last_ = h;
-  time_ = t + h;
-  reference_kinetic_ = std::max(reference_kinetic_, works.kinetic);
+  fields_.h_last = h;
+  fields_.time = t + h;
+  fields_.reference_kinetic = std::max(fields_.reference_kinetic, works.kinetic);
   // Rounding alone never wakes a structure at rest.
-  if ((works.kinetic > 1e-8 * reference_kinetic_ && works.kinetic > 1e-14 * works.stored) || !given.empty())
-    still_ = false;
-  else if (!still_)
-    still_ = true, still_since_ = time_;
-  if (bars_) {
-    bars_->accept();
-    if (partition_ && works.breaking > 0) bars_->find_broken();
+  if ((works.kinetic > 1e-8 * fields_.reference_kinetic && works.kinetic > 1e-14 * works.stored) ||
+      !given.empty())
+    fields_.still = false;
+  else if (!fields_.still)
+    fields_.still = true, fields_.still_since = fields_.time;
+  if (body_.bars) {
+    body_.bars->accept();
+    if (body_.partition && works.breaking > 0) body_.bars->find_broken();
   }
-  if (bearings_) bearings_->accept();
-  if (damage_) {
-    if (works.spent > 0) erode(joined(eroding));
-    damage_->accept();
-    if (bars_) bars_->see_cracks(*damage_, u_.data(), live_);
+  if (body_.bearings) body_.bearings->accept();
+  if (body_.damage) {
+    if (works.spent > 0) erode(body_.joined(eroding));
+    body_.damage->accept();
+    if (body_.bars) body_.bars->see_cracks(*body_.damage, fields_.u.data(), body_.live);
   }
-  moved();
+  forces_.moved();
 }
 
 void FemStructure::explicit_steps(double t, double duration) {
-  const long steps = std::max(1L, static_cast<long>(std::ceil(duration / critical_step_ * (1 - 1e-12))));
+  const long steps = std::max(1L, static_cast<long>(std::ceil(duration / body_.critical_step * (1 - 1e-12))));
   const double h = duration / static_cast<double>(steps);
   for (long i = 0; i < steps; ++i) {
     const double now = t + duration * (static_cast<double>(i) / static_cast<double>(steps));
     predict(now, h);
     correct(now, h, {});
   }
-  time_ = t + duration;
+  fields_.time = t + duration;
 }
 
 namespace {
@@ -321,11 +236,11 @@ bool has_moved(double kinetic, double stored) { return kinetic > 1e-14 * std::ab
 }  // namespace
 
 bool FemStructure::undisturbed(double t, double duration) const {
-  if (!still_) return false;
-  const bool moved_before = has_moved(reference_kinetic_, stored_half_);
-  const double since = moved_before ? still_since_ : 0;
+  if (!fields_.still) return false;
+  const bool moved_before = has_moved(fields_.reference_kinetic, energy_.stored_half);
+  const double since = moved_before ? fields_.still_since : 0;
   if (moved_before && t - since < settling_time()) return false;
-  for (const PatchLoad& load : loads_) {
+  for (const PatchLoad& load : body_.loads) {
     // What the structure is in balance with: nothing before it ever moved, since the preload is gravity
     // alone.
     const double held = moved_before ? load.factor(since) : 0;
@@ -338,19 +253,19 @@ bool FemStructure::undisturbed(double t, double duration) const {
 
 double FemStructure::settling_time() const {
   if (condensable()) return M_PI / lowest_frequency();
-  return omega_1_ > 0 ? M_PI / omega_1_ : 200 * critical_step_;
+  return body_.omega_1 > 0 ? M_PI / body_.omega_1 : 200 * body_.critical_step;
 }
 
 bool FemStructure::quiet() const {
-  for (const PatchLoad& load : loads_)
-    if (!load.history.empty() && time_ < load.history.back().first) return false;
-  if (!still_) return false;
-  if (!has_moved(reference_kinetic_, stored_half_))
-    return std::all_of(loads_.begin(), loads_.end(),
-                       [&](const PatchLoad& load) { return load.factor(time_) == 0; });
+  for (const PatchLoad& load : body_.loads)
+    if (!load.history.empty() && fields_.time < load.history.back().first) return false;
+  if (!fields_.still) return false;
+  if (!has_moved(fields_.reference_kinetic, energy_.stored_half))
+    return std::all_of(body_.loads.begin(), body_.loads.end(),
+                       [&](const PatchLoad& load) { return load.factor(fields_.time) == 0; });
   // Kinetic energy also vanishes at a turning point: it has to stay small for half a period (or many steps,
   // if that is unknown).
-  return time_ - still_since_ >= settling_time();
+  return fields_.time - fields_.still_since >= settling_time();
 }
 
 }  // namespace talus::fem
