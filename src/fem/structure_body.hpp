@@ -66,6 +66,7 @@ struct StructureBody : Division {
   std::unique_ptr<Bars> bars;           // null: no reinforcement
   std::unique_ptr<Bearings> bearings;   // null: no viaduct
   Losses lost;
+  long revision = 0;  // grows as cells and masses change
 };
 
 }  // namespace talus::fem

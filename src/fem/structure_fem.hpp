@@ -1,29 +1,13 @@
 /// The finite-element structure behind talus::Structure.
-///
-///   m a = f_ext(t) - f_int(u) - f_visc - alpha m v + r,      M lumped by rows, r reactions of the supports
-///   predict:  v_hat = (fields_.v{n-1/2} (1 - a) + k m^-1 f_n) / (1 + a),  a = alpha k / 2,  k = (h_{n-1} +
-///   h_n) / 2 correct:  fields_.v{n+1/2} = v_hat + m^-1 p,   fields_.u{n+1} = u_n + h_n fields_.v{n+1/2}
-///
-/// k equals h while the step does not change; after a change, and at the start (h_{-1} = 0), it keeps the
-/// scheme of second order, since velocities live at half steps [belytschko2014, 6.2]. alpha = 2 zeta omega_1.
-///
-/// symbol   meaning                                   unit   shape
-/// u        displacement from the unstressed shape    m      nodes x 4 (padded)
-/// v        velocity at the last half step            m/s    nodes x 4
-/// m        lumped mass                               kg     nodes
 #pragma once
-#include <map>
 #include <memory>
 #include <optional>
-#include <set>
 
 #include "contact/divided.hpp"
 #include "contact/refinable.hpp"
 #include "contact/structure.hpp"
-#include "fem/integrators/energy_account.hpp"
+#include "fem/integrators/leapfrog.hpp"
 #include "fem/members/capacity.hpp"
-#include "fem/output/contact_surface.hpp"
-#include "fem/structure_body.hpp"
 
 namespace talus::fem {
 
@@ -41,8 +25,6 @@ struct CondensedDeleter {
 
 /// Explicit steps that a condensed one has to save, unless it is asked for.
 constexpr double least_condensed_gain = 6;
-
-struct SeatedNode;  // bearing_pads.hpp
 
 class FemStructure : public Structure, public RefinableStructure, public DividedStructure {
  public:
@@ -62,9 +44,14 @@ class FemStructure : public Structure, public RefinableStructure, public Divided
 
   double young() const override { return body_.spec.young; }
   double critical_step() const override { return body_.critical_step; }
-  void predict(double t, double h) override;
+  void predict(double t, double h) override {
+    leave_modal();
+    leapfrog_.predict(t, h);
+  }
   Vec3 predicted_velocity(int node) const override { return skin_.predicted_velocity(node); }
-  void correct(double t, double h, std::span<const NodeImpulse> impulses) override;
+  void correct(double t, double h, std::span<const NodeImpulse> impulses) override {
+    leapfrog_.correct(t, h, impulses);
+  }
   std::string advance_alone(double t, double duration) override;
 
   double condensed_step(double t, double accuracy) override;
@@ -99,8 +86,8 @@ class FemStructure : public Structure, public RefinableStructure, public Divided
   long elements() const override;
   double memory_of_steps(double duration) override;
   std::string plan() const override;
-  std::vector<Fragment> take_fragments() override;
-  Unsupported unsupported() override;
+  std::vector<Fragment> take_fragments() override { return fracture_.take_fragments(); }
+  Unsupported unsupported() override { return fracture_.unsupported(); }
   void save(std::vector<double>& state) const override { save(state, false); }
   void restore(std::span<const double> state) override { restore(state, false); }
   void save_here(std::vector<double>& state) const override { save(state, true); }
@@ -139,12 +126,6 @@ class FemStructure : public Structure, public RefinableStructure, public Divided
   long cracked_cells() const;
   bool find_cracked_rest(bool balanced, double pressed);
   void warn_of_no_rest() const;
-  // structure_step.cpp
-  struct StepWorks;
-  std::vector<NodeImpulse> impulses_here(std::span<const NodeImpulse> given) const;
-  void take_impulses(double h, std::span<const NodeImpulse> impulses);
-  void move_nodes(double h, double kick, StepWorks& works);
-  void account(double h, double kick, const StepWorks& works);
   void explicit_steps(double t, double duration);
   bool undisturbed(double t, double duration) const;  // at rest, and no load changes until t + duration
   double settling_time() const;  // for which kinetic energy has to stay small to mean rest [s]
@@ -162,7 +143,6 @@ class FemStructure : public Structure, public RefinableStructure, public Divided
   void make_links(const HexMesh& whole);  // bars and bearings
   void divide();
   // structure_linear.cpp
-  void synchronise(double t);
   double ringing_step(double t);
   bool ring_on(double t, double duration);
   // structure_modal.cpp
@@ -203,57 +183,10 @@ class FemStructure : public Structure, public RefinableStructure, public Divided
   Mat3 frame_of(int cell) const;
   void follow_frames();  // K of condensed steps follows where cells have turned or cracked
   void set_frames(std::vector<Mat3> frames);
-  void forget_stiffness();  // of condensed steps: cells or masses have changed
   void find_columns(std::span<const int> nodes);
   void push_condensed(std::span<const NodeImpulse> impulses);
   void drop_condensed_levels();        // they are made again when asked for
   double memory_of_condensed_steps();  // [bytes]
-  // structure_break.cpp
-  struct Excerpt {
-    HexMesh mesh;           // these cells alone, with numbers of their own
-    std::vector<int> node;  // numbers in the whole mesh, ascending
-    std::vector<Vec3> position, velocity;
-    std::vector<double> mass, cell_mass;
-    std::vector<int> cells_at_node;  // in the structure
-    int place(int whole) const;      // -1: not in it
-  };
-  Excerpt excerpt(const std::vector<int>& cells) const;
-  double cell_energy(int cell) const;
-  double link_energy(
-      const std::vector<int>& cells) const;  // of the bars in them and the bearings at them [J]
-  void switch_off(const std::vector<int>& cells);
-  void drop_orphans(const std::vector<int>& cells);
-  void remove_node(int n);
-  std::vector<int> spent_cells() const;  // own cells to erode
-  void begin_leapfrog(double h);
-  void find_jump(double h);  // into jump_
-  void keep_momenta();       // of jump_, of a free structure
-  double excess_of_gravity(double kick, double h) const;
-  double power_of_own_forces(
-      double kick) const;  // a . (m g - f_int), a the step's acceleration: this rank's part [W/s]
-  void erode(const std::vector<int>& cells);
-  struct Leaving {
-    double mass = 0;
-    int cells = 0;      // of the piece
-    bool goes = false;  // keeps no cell
-    Vec3 position, velocity;
-  };
-  std::map<int, Leaving> leaving_nodes(const HexMesh& mesh, const std::vector<int>& cells,
-                                       const Excerpt* apart) const;
-  void shape_of_piece(const HexMesh& mesh, const std::vector<int>& cells, double smallest,
-                      const std::map<int, Leaving>& nodes, const std::vector<SeatedNode>& seated,
-                      Fragment& f) const;
-  Fragment detach(const std::vector<int>& cells, const std::vector<SeatedNode>& seats);
-  std::vector<SeatedNode> seated_nodes() const;  // of all decks, as long as cells of both sides are there
-  // structure_pieces.cpp
-  long count_cuts();
-  double face_opening(int a, int b, int face) const;
-  bool parted(int cell) const;
-  std::vector<int> parted_beside(const std::vector<std::vector<int>>& pieces) const;
-  std::vector<int> piece_labels() const;
-  std::set<int> held_pieces(const std::vector<int>& label) const;
-  std::vector<std::vector<int>> loose_pieces() const;
-  bool is_rubble(const std::vector<int>& piece) const;
   // structure_output.cpp
   // Rows of all nodes or cells of the whole, in its order: each rank writes its own, and all take all.
   void each_node(int width, const WriteRow& write, const TakeRows& take) const;
@@ -267,6 +200,8 @@ class FemStructure : public Structure, public RefinableStructure, public Divided
   EnergyAccount energy_{body_, fields_, forces_};
   ContactSurface skin_{body_, fields_};
   MemberLoads loads_{body_, fields_, forces_};
+  Fracture fracture_{body_, fields_, forces_, energy_, skin_, loads_.stresses()};
+  Leapfrog leapfrog_{body_, fields_, forces_, energy_, loads_, fracture_};
   mutable CapacityTests capacity_{*this};  // keeps what it found
   friend CapacityTests;
   std::unique_ptr<LinearDynamics, LinearDynamicsDeleter> linear_;
@@ -274,10 +209,8 @@ class FemStructure : public Structure, public RefinableStructure, public Divided
   mutable double lowest_frequency_ = 0;  // 0: not asked for yet
   bool factored_ = false;                // from the start, for its weight or its damping
   int modes_ = 24;                       // asked for; more where the energy needs them
-  AlignedVector
-      jump_;  // what the velocities lose in the step that was predicted, whose length jumps; empty: nothing
-  double modal_try_ = 100;       // lone steps after which modal motion is tried next
-  double modal_excess_ = 1e300;  // what was left out at the last try, over what may be
+  double modal_try_ = 100;               // lone steps after which modal motion is tried next
+  double modal_excess_ = 1e300;          // what was left out at the last try, over what may be
 
   bool starting_ = false;  // condensed steps have been begun from explicit ones, the first is not taken yet
   double laws_share_ = 0;  // of the last condensed_step()

@@ -110,7 +110,7 @@ std::unique_ptr<Structure> FemStructure::refined(std::span<const StructureSpec::
 void FemStructure::take_over(FemStructure& before) {
   before.leave_modal();
   const double energy_before = before.energy_.mechanical();
-  before.synchronise(before.fields_.time);
+  before.leapfrog_.synchronise(before.fields_.time);
   before.body_.share(before.fields_.u, before.fields_.v);
   AlignedVector moved_by(before.fields_.u);
   for (std::size_t i = 0; i < moved_by.size(); ++i) moved_by[i] -= before.rest_.u[i];

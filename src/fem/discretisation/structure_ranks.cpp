@@ -90,8 +90,9 @@ std::vector<std::pair<std::string, std::size_t>> FemStructure::memory_consumptio
   std::size_t fields = of(body_.mass) + of(body_.built_mass) + of(body_.cells_at_node) + of(body_.live) +
                        of(body_.cell_mass) + loads_.stresses().memory_consumption() +
                        of(body_.supports.held) + of(body_.dofs.number);
-  for (const AlignedVector* field : {&fields_.u, &fields_.v, &fields_.f_int, &fields_.f_visc, &fields_.f_ext,
-                                     &fields_.v_hat, &body_.inverse_mass, &fields_.contact_impulse, &jump_})
+  for (const AlignedVector* field :
+       {&fields_.u, &fields_.v, &fields_.f_int, &fields_.f_visc, &fields_.f_ext, &fields_.v_hat,
+        &body_.inverse_mass, &fields_.contact_impulse, &leapfrog_.jump()})
     fields += of(*field);
   return {{"mesh", of(body_.mesh.nodes) + of(body_.mesh.local) + of(body_.mesh.hexes) +
                        of(body_.mesh.across) + of(body_.mesh.component) + of(body_.mesh.number)},

@@ -70,7 +70,8 @@ struct Condensed {
   std::vector<char> moves;                     // of each degree of freedom, whether it has mass
   std::vector<std::unique_ptr<Level>> levels;  // the one in use last
   std::unique_ptr<Level>
-      spent;  // one that is no longer true, whose room and analysis the next one takes over
+      spent;               // one that is no longer true, whose room and analysis the next one takes over
+  long body_revision = 0;  // that it is made for
   long step = 0;
   // the step at hand
   VecX v_hat;
@@ -133,7 +134,7 @@ double FemStructure::taken_at_ease(double h) const {
 }
 
 bool FemStructure::at_ease(double h) const {
-  return forces_.dissipation() <= taken_at_ease(h) && !(body_.damage && !spent_cells().empty());
+  return forces_.dissipation() <= taken_at_ease(h) && !(body_.damage && !spent_cells(body_).empty());
 }
 
 /// What condensed steps may take in all, beside what damping and laws do [J].
@@ -225,10 +226,6 @@ void FemStructure::follow_frames() {
 
 void FemStructure::set_frames(std::vector<Mat3> frames) {
   frames_ = std::move(frames);
-  forget_stiffness();
-}
-
-void FemStructure::forget_stiffness() {
   if (condensed_) condensed_->mass.clear();  // made again
 }
 
@@ -237,7 +234,8 @@ Condensed& FemStructure::condensed(double h) {
   Condensed& c = *condensed_;
   const int n = body_.dofs.size;
   body_.elastic->stiffness();
-  if (c.mass.empty()) {
+  if (c.mass.empty() || c.body_revision != body_.revision) {
+    c.body_revision = body_.revision;
     if (!c.levels.empty()) c.spent = std::move(c.levels.back());
     c.levels.clear();
     c.stiffness = {};
@@ -384,7 +382,7 @@ void FemStructure::begin_condensed(double t, double h, bool smoothed) {
   follow_frames();
   if (fields_.h_last > 0) {
     const double before = energy_.mechanical();
-    synchronise(t);
+    leapfrog_.synchronise(t);
     fields_.time = t;
     starting_ = smoothed;
     if (smoothed) smooth_velocities(h);

@@ -17,35 +17,6 @@ constexpr double longest_memory =
     100;  // 1 / omega_1: for which a phase is to be right where there is little damping
 }  // namespace
 
-/// Brings velocities from the last half step to the time of the displacements.
-void FemStructure::synchronise(double t) {
-  if (fields_.h_last == 0) return;
-  forces_.evaluate(t);
-  const double half = 0.5 * fields_.h_last;
-  std::array<double, 2> powers{};  // a . f of its own, and v . f_int by the velocities that come here
-  for (const auto& [first, last] : body_.own)
-    for (int i = 4 * first; i < 4 * last; ++i) {
-      fields_.v_hat[i] =
-          fields_.v[i] + half * (body_.inverse_mass[i] * (fields_.f_ext[i] - fields_.f_int[i]) -
-                                 body_.alpha * (body_.inverse_mass[i] > 0 ? fields_.v[i] : 0.0));
-      powers[1] += fields_.f_int[i] * fields_.v[i];
-    }
-  // What presses goes on pressing: a node in balance with it would be kicked by half a step of the reaction.
-  const double pressed = half / (fields_.contact_step > 0 ? fields_.contact_step : 1.0);
-  for (const int n : fields_.struck)
-    if (body_.own_node(n))
-      for (int i = 4 * n; i < 4 * n + 3; ++i)
-        fields_.v_hat[i] += pressed * body_.inverse_mass[i] * fields_.contact_impulse[i];
-  powers[0] = power_of_own_forces(half);
-  body_.sum(powers);
-  energy_.lengthen(0, powers[0], (powers[1] - energy_.power) / fields_.h_last);
-  for (const auto& [first, last] : body_.own)
-    std::copy(fields_.v_hat.begin() + 4L * first, fields_.v_hat.begin() + 4L * last,
-              fields_.v.begin() + 4L * first);
-  fields_.h_last = 0;
-  ++fields_.revision;
-}
-
 /// Longest step of the midpoint rule that keeps the phases of what rings; infinite if nothing does. A mode of
 /// amplitude A is off by (omega h)^2 / 12 of its phase omega t, and rings for a time m = 1 / (zeta omega_1):
 /// its displacement is wrong by at most A (omega h)^2 omega m / (12 e), and never by more than 2 A.
@@ -129,6 +100,57 @@ std::string FemStructure::advance_alone(double t, double duration) {
     return "condensed";
   explicit_steps(t, duration);
   return "explicit";
+}
+
+void FemStructure::explicit_steps(double t, double duration) {
+  const long steps = std::max(1L, static_cast<long>(std::ceil(duration / body_.critical_step * (1 - 1e-12))));
+  const double h = duration / static_cast<double>(steps);
+  for (long i = 0; i < steps; ++i) {
+    const double now = t + duration * (static_cast<double>(i) / static_cast<double>(steps));
+    predict(now, h);
+    correct(now, h, {});
+  }
+  fields_.time = t + duration;
+}
+
+namespace {
+
+/// Whether anything moved since the preload, which is gravity alone, by the largest kinetic energy so far.
+bool has_moved(double kinetic, double stored) { return kinetic > 1e-14 * std::abs(stored); }
+
+}  // namespace
+
+bool FemStructure::undisturbed(double t, double duration) const {
+  if (!fields_.still) return false;
+  const bool moved_before = has_moved(fields_.reference_kinetic, energy_.stored_half);
+  const double since = moved_before ? fields_.still_since : 0;
+  if (moved_before && t - since < settling_time()) return false;
+  for (const PatchLoad& load : body_.loads) {
+    // What the structure is in balance with: nothing before it ever moved, since the preload is gravity
+    // alone.
+    const double held = moved_before ? load.factor(since) : 0;
+    if (load.factor(t) != held || load.factor(t + duration) != held) return false;
+    for (const auto& [when, factor] : load.history)
+      if (when > since && when < t + duration && factor != held) return false;
+  }
+  return true;
+}
+
+double FemStructure::settling_time() const {
+  if (condensable()) return M_PI / lowest_frequency();
+  return body_.omega_1 > 0 ? M_PI / body_.omega_1 : 200 * body_.critical_step;
+}
+
+bool FemStructure::quiet() const {
+  for (const PatchLoad& load : body_.loads)
+    if (!load.history.empty() && fields_.time < load.history.back().first) return false;
+  if (!fields_.still) return false;
+  if (!has_moved(fields_.reference_kinetic, energy_.stored_half))
+    return std::all_of(body_.loads.begin(), body_.loads.end(),
+                       [&](const PatchLoad& load) { return load.factor(fields_.time) == 0; });
+  // Kinetic energy also vanishes at a turning point: it has to stay small for half a period (or many steps,
+  // if that is unknown).
+  return fields_.time - fields_.still_since >= settling_time();
 }
 
 }  // namespace talus::fem

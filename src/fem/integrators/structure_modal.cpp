@@ -171,7 +171,7 @@ void FemStructure::put_off_modes() {
 /// Starts modal motion from the present state, if modes enough for it can be had.
 bool FemStructure::enter_modal(double t, bool forced) {
   const double before = energy_.mechanical(), read_less = energy_.works.step_dependence;
-  synchronise(t);
+  leapfrog_.synchronise(t);
   const double expected = before - (energy_.works.step_dependence - read_less);  // by a step of no length
   body_.share(fields_.u, fields_.v);
   bool holds = project(t);

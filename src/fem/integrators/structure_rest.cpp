@@ -155,7 +155,7 @@ bool FemStructure::find_cracked_rest(bool balanced, double pressed) {
   int passes = 0, turns = 0;
   for (bool found = balanced && affordable; found && turns < most_turns; ++turns) {
     const StaticBalance cracked = find_balance(body_.dofs.size, left, solve, move);
-    found = cracked.found && spent_cells().empty();
+    found = cracked.found && spent_cells(body_).empty();
     passes += cracked.passes;
     if (!found) break;
     energy_.accept_laws();

@@ -33,7 +33,7 @@ struct PointStrains {
   double dilation;                                 // mean trace of the strain
 };
 
-/// One instruction set's functions. NodalFields are nodes x 4 [m], [m/s], [N]; tensors are aligned to 64 bytes.
+/// One instruction set's functions. Fields are nodes x 4 [m], [m/s], [N]; tensors are aligned to 64 bytes.
 struct LawPoints {
   void (*strains)(const LawGeometry& g, const double* u, bool finite, PointStrains& out);
   /// The rates of the strains `at` at velocities v.

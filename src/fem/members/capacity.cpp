@@ -179,10 +179,10 @@ std::unique_ptr<FemStructure> CapacityTests::cut_out(const PierPlace& place, boo
   std::vector<int> outside;
   for (int cell = 0; cell < static_cast<int>(inside.size()); ++cell)
     if (!inside[cell] && copy->body_.live[cell]) outside.push_back(cell);
-  copy->switch_off(outside);
+  copy->fracture_.switch_off(outside);
   for (int n = 0; n < static_cast<int>(body_.mesh.nodes.size()); ++n) {
     copy->body_.supports.held[n] = {false, false, false};
-    if (copy->body_.cells_at_node[n] == 0) copy->remove_node(n);
+    if (copy->body_.cells_at_node[n] == 0) copy->fracture_.remove_node(n);
     for (int c = 0; c < 3; ++c) {
       copy->body_.inverse_mass[4 * n + c] = copy->body_.mass[n] > 0 ? 1 / copy->body_.mass[n] : 0;
       copy->fields_.v[4 * n + c] = 0;

@@ -275,7 +275,7 @@ void FemStructure::restore(std::span<const double> state, bool here) {
     if (body_.largest(changed) > 0) {
       skin_.rebuild();
       forces_.pass_over_the_gone();
-      forget_stiffness();
+      ++body_.revision;
     }
   }
   std::vector<Mat3> frames(at < state.size() && next() != 0 ? body_.mesh.hexes.size()

@@ -11,7 +11,7 @@
 #include <array>
 #include <cmath>
 
-#include "fem/structure_fem.hpp"
+#include "fem/integrators/leapfrog.hpp"
 
 namespace talus::fem {
 
@@ -23,7 +23,7 @@ constexpr double slow_change = 0.025;  // of a step from the last one
 /// the sqrt(1 - x) by which a mode's amplitude goes on as it was, and exact to x. From v itself modes near
 /// the stable limit went on with up to five times their energy, of whatever phase, and a structure that
 /// changed between both kinds of steps rang up.
-void FemStructure::begin_leapfrog(double h) {
+void Leapfrog::begin(double h) {
   const bool cracked =
       body_.damage &&
       !body_.damage->cells().empty();  // softer than K, and what opens and closes there is slow
@@ -50,7 +50,7 @@ void FemStructure::begin_leapfrog(double h) {
 
 /// What a step that jumps to h takes from the velocities in it: 1 - c = a x^2 + b x^5 by the x of the longer
 /// step. a is that of slow modes, b is right at the stable limit; between, more goes than must.
-void FemStructure::find_jump(double h) {
+void Leapfrog::find_jump(double h) {
   jump_.clear();
   if (fields_.h_last == 0 || std::abs(h - fields_.h_last) <= slow_change * fields_.h_last) return;
   if (body_.largest(body_.damage && !body_.damage->cells().empty() ? 1 : 0) > 0)
@@ -86,7 +86,7 @@ void FemStructure::find_jump(double h) {
 
 /// Of a structure that turned, K as built gives its rotation a little force: what the jump takes has no
 /// momenta.
-void FemStructure::keep_momenta() {
+void Leapfrog::keep_momenta() {
   const auto node = [](const AlignedVector& x, std::size_t i) {
     return Vec3(x[4 * i], x[4 * i + 1], x[4 * i + 2]);
   };

@@ -1,11 +1,11 @@
 // Which cells of a broken structure hang together, and which of these pieces nothing holds any more.
+#include "fem/fracture/pieces.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <set>
 
 #include "core/disjoint_sets.hpp"
-#include "fem/structure_fem.hpp"
 
 namespace talus::fem {
 
@@ -20,19 +20,19 @@ constexpr double parted_opening =
 
 /// Whether a cell is the gap between what it joined: cracked through and open, and no bar that holds goes
 /// through it.
-bool FemStructure::parted(int cell) const {
+bool Pieces::parted(int cell) const {
   if (!body_.spec.erosion || !body_.damage || !body_.damage->has(cell) ||
       !body_.damage->cracked_through(cell))
     return false;
   if (body_.bars && body_.bars->tied(body_.live.size())[static_cast<std::size_t>(cell)]) return false;
-  return ((Mat3::Identity() + loads_.stresses().gradient(cell)).determinant() - 1) *
+  return ((Mat3::Identity() + stresses_.gradient(cell)).determinant() - 1) *
              std::cbrt(body_.cell_mass[cell] / body_.spec.density) >
          parted_opening;
 }
 
 /// Own cells that are parted and share a node with one of these pieces, of all ranks, by their numbers in the
 /// whole mesh.
-std::vector<int> FemStructure::parted_beside(const std::vector<std::vector<int>>& pieces) const {
+std::vector<int> Pieces::parted_beside(const std::vector<std::vector<int>>& pieces) const {
   if (!body_.damage || !body_.spec.erosion) return {};
   const auto whole = [this](int n) { return body_.whole_node(n); };
   std::set<int> nodes;
@@ -52,7 +52,7 @@ std::vector<int> FemStructure::parted_beside(const std::vector<std::vector<int>>
 }
 
 /// A number that changes when a cell cracks or goes, or a bearing lets go: only then pieces can come off.
-long FemStructure::count_cuts() {
+long Pieces::count_cuts() const {
   long cuts = body_.lost.breaks * 1'000'000'000L;  // apart from the count: an eroded cell leaves it
   double cracked = 0;
   if (body_.damage)
@@ -67,7 +67,7 @@ long FemStructure::count_cuts() {
 }
 
 /// How far the two halves beside a face have moved apart along its normal [m].
-double FemStructure::face_opening(int a, int b, int face) const {
+double Pieces::face_opening(int a, int b, int face) const {
   const int* f = hex_faces[face];
   const auto& hex = body_.mesh.hexes[a];
   const Vec3 normal = (body_.mesh.nodes[hex[f[2]]] - body_.mesh.nodes[hex[f[0]]])
@@ -75,7 +75,7 @@ double FemStructure::face_opening(int a, int b, int face) const {
                           .normalized();
   double sum = 0;
   for (int cell : {a, b}) {
-    const Mat3 h = loads_.stresses().gradient(cell);
+    const Mat3 h = stresses_.gradient(cell);
     const double extent =
         2 * (jacobian(body_.mesh, cell, Vec3::Zero()).transpose() * normal).cwiseAbs().sum();
     sum += 0.5 * extent * (normal.dot(h * normal) + 0.5 * (h * normal).squaredNorm());
@@ -85,7 +85,7 @@ double FemStructure::face_opening(int a, int b, int face) const {
 
 /// Of each cell here the lowest number, in the whole mesh, of those that it hangs together with: by faces
 /// that no crack cuts, and by bars. -1: it is gone, parted, or not computed here.
-std::vector<int> FemStructure::piece_labels() const {
+std::vector<int> Pieces::labels() const {
   const int cells = static_cast<int>(body_.mesh.hexes.size());
   std::vector<char> solid(body_.live.begin(), body_.live.end());
   if (body_.damage)
@@ -159,7 +159,7 @@ std::vector<int> FemStructure::piece_labels() const {
 /// Pieces that are held, by their labels: by supports, or, a deck, by bearings at both ends on pieces that
 /// supports hold. With one end off its seat it falls, and so does a cap beam that has lost its pier: bearings
 /// do not pull. A free body keeps its largest piece as itself.
-std::set<int> FemStructure::held_pieces(const std::vector<int>& label) const {
+std::set<int> Pieces::held(const std::vector<int>& label) const {
   std::set<int> held;
   std::map<int, double> mass;
   for (std::size_t cell = 0; cell < label.size(); ++cell) {
@@ -206,25 +206,25 @@ std::set<int> FemStructure::held_pieces(const std::vector<int>& label) const {
 
 /// The cells of each piece that nothing holds, by their numbers in the whole mesh, in the order of their
 /// lowest cells.
-std::vector<std::vector<int>> FemStructure::loose_pieces() const {
-  const std::vector<int> label = piece_labels();
-  const std::set<int> held = held_pieces(label);
-  std::map<int, std::vector<int>> loose;
+std::vector<std::vector<int>> Pieces::loose() const {
+  const std::vector<int> label = labels();
+  const std::set<int> kept = held(label);
+  std::map<int, std::vector<int>> pieces;
   for (std::size_t cell = 0; cell < label.size(); ++cell)
-    if (label[cell] >= 0 && body_.own_cell(static_cast<int>(cell)) && held.count(label[cell]) == 0)
-      loose[label[cell]].push_back(body_.whole_cell(static_cast<int>(cell)));
+    if (label[cell] >= 0 && body_.own_cell(static_cast<int>(cell)) && kept.count(label[cell]) == 0)
+      pieces[label[cell]].push_back(body_.whole_cell(static_cast<int>(cell)));
   if (body_.partition) {
     std::vector<double> mine;
-    for (const auto& [piece, cells] : loose)
+    for (const auto& [piece, cells] : pieces)
       for (const int cell : cells)
         mine.insert(mine.end(), {static_cast<double>(cell), static_cast<double>(piece)});
     const std::vector<double> all = body_.partition->records(2, mine);
-    loose.clear();
+    pieces.clear();
     for (std::size_t at = 0; at < all.size(); at += 2)
-      loose[static_cast<int>(all[at + 1])].push_back(static_cast<int>(all[at]));
+      pieces[static_cast<int>(all[at + 1])].push_back(static_cast<int>(all[at]));
   }
   std::vector<std::vector<int>> list;
-  for (auto& [first, cells] : loose) list.push_back(std::move(cells));
+  for (auto& [first, cells] : pieces) list.push_back(std::move(cells));
   return list;
 }
 

@@ -1,10 +1,11 @@
+#include "fem/integrators/leapfrog.hpp"
+
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
 
 #include "fem/materials/material_simd.hpp"
-#include "fem/structure_fem.hpp"
 
 namespace talus::fem {
 
@@ -17,14 +18,13 @@ using material::V4, material::load4, material::store4, material::sum_of;
 
 /// Works of a step [J], but for `power` and `own` [W], `spent` cells and `breaking` segments: of this rank's
 /// part, then of all.
-struct FemStructure::StepWorks {
+struct Leapfrog::StepWorks {
   double contact = 0, damping = 0, external = 0, viscous = 0, power = 0, kinetic = 0, internal = 0,
          gravity = 0, own = 0, plastic = 0, cracking = 0, stored = 0, spent = 0, breaking = 0, jumped = 0;
 };
 
-void FemStructure::predict(double t, double h) {
-  leave_modal();
-  if (fields_.h_last == 0 && fields_.steps_taken > 0) begin_leapfrog(h);
+void Leapfrog::predict(double t, double h) {
+  if (fields_.h_last == 0 && fields_.steps_taken > 0) begin(h);
   forces_.evaluate(t);
   find_jump(h);
   const double kick = 0.5 * (fields_.h_last > 0 ? fields_.h_last + h : h);
@@ -46,7 +46,7 @@ void FemStructure::predict(double t, double h) {
 }
 
 /// Gravity's work in an uneven step beyond the potential lost between the half steps, this rank's part [J].
-double FemStructure::excess_of_gravity(double kick, double h) const {
+double Leapfrog::excess_of_gravity(double kick, double h) const {
   double excess = 0;
   for (const auto& [first, last] : body_.own)
     for (int node = first; node < last; ++node)
@@ -61,7 +61,7 @@ double FemStructure::excess_of_gravity(double kick, double h) const {
 }
 
 /// Acceleration of the step by the forces that are the structure's own, this rank's part [W/s].
-double FemStructure::power_of_own_forces(double kick) const {
+double Leapfrog::power_of_own_forces(double kick) const {
   const V4 fall{body_.gravity[0], body_.gravity[1], body_.gravity[2], 0}, none{};
   V4 power{};
   for (const auto& [first, last] : body_.own)
@@ -76,7 +76,7 @@ double FemStructure::power_of_own_forces(double kick) const {
 
 /// Of impulses on nodes of the whole those on nodes of this rank's part; what hangs gives its own to those
 /// that it follows.
-std::vector<NodeImpulse> FemStructure::impulses_here(std::span<const NodeImpulse> given) const {
+std::vector<NodeImpulse> Leapfrog::impulses_here(std::span<const NodeImpulse> given) const {
   if (!body_.mesh.hanging.empty()) return body_.discretisation.condense(given);
   std::vector<NodeImpulse> here(given.begin(), given.end());
   if (!body_.divided()) return here;
@@ -85,7 +85,7 @@ std::vector<NodeImpulse> FemStructure::impulses_here(std::span<const NodeImpulse
   return here;
 }
 
-void FemStructure::take_impulses(double h, std::span<const NodeImpulse> impulses) {
+void Leapfrog::take_impulses(double h, std::span<const NodeImpulse> impulses) {
   for (int n : fields_.struck) std::fill_n(&fields_.contact_impulse[4 * static_cast<std::size_t>(n)], 3, 0.0);
   fields_.struck.clear();
   fields_.contact_step = h;
@@ -102,7 +102,7 @@ void FemStructure::take_impulses(double h, std::span<const NodeImpulse> impulses
 }
 
 /// Moves all nodes known here; the works at own ones.
-void FemStructure::move_nodes(double h, double kick, StepWorks& works) {
+void Leapfrog::move_nodes(double h, double kick, StepWorks& works) {
   const bool loaded = !body_.loads.empty();
   const double* visc = fields_.f_visc.empty() ? nullptr : fields_.f_visc.data();
   const double* jump = jump_.empty() ? nullptr : jump_.data();
@@ -143,7 +143,7 @@ void FemStructure::move_nodes(double h, double kick, StepWorks& works) {
 }
 
 /// Enters the works of a step of all ranks.
-void FemStructure::account(double h, double kick, const StepWorks& works) {
+void Leapfrog::account(double h, double kick, const StepWorks& works) {
   energy_.works.contact_work += works.contact;
   energy_.works.damping_work += works.damping;
   energy_.works.external_work += works.external;
@@ -166,7 +166,7 @@ void FemStructure::account(double h, double kick, const StepWorks& works) {
   energy_.power_valid = true;
 }
 
-void FemStructure::correct(double t, double h, std::span<const NodeImpulse> given) {
+void Leapfrog::correct(double t, double h, std::span<const NodeImpulse> given) {
   const std::vector<NodeImpulse> impulses = impulses_here(given);
   const double kick = 0.5 * (fields_.h_last > 0 ? fields_.h_last + h : h);
   ++fields_.steps_taken;
@@ -188,7 +188,7 @@ void FemStructure::correct(double t, double h, std::span<const NodeImpulse> give
     works.cracking = body_.damage ? body_.damage->dissipation() : 0.0;
   }
   works.stored = forces_.stored();
-  const std::vector<int> eroding = body_.damage ? spent_cells() : std::vector<int>{};
+  const std::vector<int> eroding = body_.damage ? spent_cells(body_) : std::vector<int>{};
   works.spent = static_cast<double>(eroding.size());
   works.breaking = body_.bars ? body_.bars->breaking() : 0.0;
   auto numbers = std::bit_cast<std::array<double, sizeof(StepWorks) / sizeof(double)>>(works);
@@ -210,62 +210,40 @@ void FemStructure::correct(double t, double h, std::span<const NodeImpulse> give
   }
   if (body_.bearings) body_.bearings->accept();
   if (body_.damage) {
-    if (works.spent > 0) erode(body_.joined(eroding));
+    if (works.spent > 0) fracture_.erode(body_.joined(eroding));
     body_.damage->accept();
     if (body_.bars) body_.bars->see_cracks(*body_.damage, fields_.u.data(), body_.live);
   }
   forces_.moved();
 }
 
-void FemStructure::explicit_steps(double t, double duration) {
-  const long steps = std::max(1L, static_cast<long>(std::ceil(duration / body_.critical_step * (1 - 1e-12))));
-  const double h = duration / static_cast<double>(steps);
-  for (long i = 0; i < steps; ++i) {
-    const double now = t + duration * (static_cast<double>(i) / static_cast<double>(steps));
-    predict(now, h);
-    correct(now, h, {});
-  }
-  fields_.time = t + duration;
-}
-
-namespace {
-
-/// Whether anything moved since the preload, which is gravity alone, by the largest kinetic energy so far.
-bool has_moved(double kinetic, double stored) { return kinetic > 1e-14 * std::abs(stored); }
-
-}  // namespace
-
-bool FemStructure::undisturbed(double t, double duration) const {
-  if (!fields_.still) return false;
-  const bool moved_before = has_moved(fields_.reference_kinetic, energy_.stored_half);
-  const double since = moved_before ? fields_.still_since : 0;
-  if (moved_before && t - since < settling_time()) return false;
-  for (const PatchLoad& load : body_.loads) {
-    // What the structure is in balance with: nothing before it ever moved, since the preload is gravity
-    // alone.
-    const double held = moved_before ? load.factor(since) : 0;
-    if (load.factor(t) != held || load.factor(t + duration) != held) return false;
-    for (const auto& [when, factor] : load.history)
-      if (when > since && when < t + duration && factor != held) return false;
-  }
-  return true;
-}
-
-double FemStructure::settling_time() const {
-  if (condensable()) return M_PI / lowest_frequency();
-  return body_.omega_1 > 0 ? M_PI / body_.omega_1 : 200 * body_.critical_step;
-}
-
-bool FemStructure::quiet() const {
-  for (const PatchLoad& load : body_.loads)
-    if (!load.history.empty() && fields_.time < load.history.back().first) return false;
-  if (!fields_.still) return false;
-  if (!has_moved(fields_.reference_kinetic, energy_.stored_half))
-    return std::all_of(body_.loads.begin(), body_.loads.end(),
-                       [&](const PatchLoad& load) { return load.factor(fields_.time) == 0; });
-  // Kinetic energy also vanishes at a turning point: it has to stay small for half a period (or many steps,
-  // if that is unknown).
-  return fields_.time - fields_.still_since >= settling_time();
+/// Brings velocities from the last half step to the time of the displacements.
+void Leapfrog::synchronise(double t) {
+  if (fields_.h_last == 0) return;
+  forces_.evaluate(t);
+  const double half = 0.5 * fields_.h_last;
+  std::array<double, 2> powers{};  // a . f of its own, and v . f_int by the velocities that come here
+  for (const auto& [first, last] : body_.own)
+    for (int i = 4 * first; i < 4 * last; ++i) {
+      fields_.v_hat[i] =
+          fields_.v[i] + half * (body_.inverse_mass[i] * (fields_.f_ext[i] - fields_.f_int[i]) -
+                                 body_.alpha * (body_.inverse_mass[i] > 0 ? fields_.v[i] : 0.0));
+      powers[1] += fields_.f_int[i] * fields_.v[i];
+    }
+  // What presses goes on pressing: a node in balance with it would be kicked by half a step of the reaction.
+  const double pressed = half / (fields_.contact_step > 0 ? fields_.contact_step : 1.0);
+  for (const int n : fields_.struck)
+    if (body_.own_node(n))
+      for (int i = 4 * n; i < 4 * n + 3; ++i)
+        fields_.v_hat[i] += pressed * body_.inverse_mass[i] * fields_.contact_impulse[i];
+  powers[0] = power_of_own_forces(half);
+  body_.sum(powers);
+  energy_.lengthen(0, powers[0], (powers[1] - energy_.power) / fields_.h_last);
+  for (const auto& [first, last] : body_.own)
+    std::copy(fields_.v_hat.begin() + 4L * first, fields_.v_hat.begin() + 4L * last,
+              fields_.v.begin() + 4L * first);
+  fields_.h_last = 0;
+  ++fields_.revision;
 }
 
 }  // namespace talus::fem

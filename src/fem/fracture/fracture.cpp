@@ -1,23 +1,22 @@
 // Erosion and fragments: what leaves the structure.
+#include "fem/fracture/fracture.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numeric>
 
-#include "fem/bearings/bearing_pads.hpp"
 #include "fem/discretisation/hanging.hpp"
 #include "fem/fracture/piece_shape.hpp"
-#include "fem/structure_fem.hpp"
 
 namespace talus::fem {
 
 namespace {
 // A cracked cell carries pressure along its cracks and across them once they close, and its bars hold:
 // however wide it stands open, it goes only when it is crushed, too, or when what it parts comes off
-// (structure_pieces.cpp).
+// (pieces.cpp).
 constexpr double open_gap = 5e-3;  // of what is cracked and crushed [m]
 // No solid to touch or to compute with, also where nothing is to erode:
 constexpr double torn_strain = 1;       // of a cell 1.7 times as long as it was
@@ -44,11 +43,11 @@ std::array<double, 8> node_shares(const HexMesh& mesh, int cell, double density)
 
 }  // namespace
 
-double FemStructure::cell_energy(int cell) const {
+double Fracture::cell_energy(int cell) const {
   return body_.damage && body_.damage->has(cell) ? body_.damage->stored(cell) : body_.elements->energy(cell);
 }
 
-double FemStructure::link_energy(const std::vector<int>& cells) const {
+double Fracture::link_energy(const std::vector<int>& cells) const {
   const std::vector<int> here = body_.partition ? body_.partition->cells_here(cells) : cells;
   double energy = body_.bars ? body_.bars->stored_in(here) : 0.0;
   if (body_.bearings && body_.first_rank()) energy += body_.bearings->stored_at(here, body_.live);
@@ -56,9 +55,9 @@ double FemStructure::link_energy(const std::vector<int>& cells) const {
   return energy;
 }
 
-void FemStructure::switch_off(const std::vector<int>& cells) {
+void Fracture::switch_off(const std::vector<int>& cells) {
   energy_.power_valid = false;
-  forget_stiffness();
+  ++body_.revision;
   for (const int whole : cells) {
     const int cell = body_.cell_here(whole);
     if (cell < 0) continue;
@@ -73,7 +72,7 @@ void FemStructure::switch_off(const std::vector<int>& cells) {
 /// Removes cells: their stored energy is accounted for, that of their bars and bearings too, and the mass of
 /// their nodes stays where other cells hold it. A node without cells would fly on for ever: its mass is dust,
 /// and leaves with its motion. A free body keeps it, and with it its mass and momenta to the last digit.
-void FemStructure::drop_orphans(const std::vector<int>& cells) {
+void Fracture::drop_orphans(const std::vector<int>& cells) {
   const std::vector<double> values = body_.of_cells(
       cells, 2, [this](int cell, double* to) { to[0] = cell_energy(cell), to[1] = body_.cell_mass[cell]; });
   const double links = link_energy(cells);
@@ -119,21 +118,21 @@ void FemStructure::drop_orphans(const std::vector<int>& cells) {
   }
 }
 
-void FemStructure::remove_node(int n) {
+void Fracture::remove_node(int n) {
   body_.mass[n] = 0;
   forces_.masses_changed();
   for (int c = 0; c < 3; ++c)
     body_.inverse_mass[4 * n + c] = 0, fields_.v[4 * n + c] = fields_.v_hat[4 * n + c] = 0;
 }
 
-std::vector<int> FemStructure::spent_cells() const {
+std::vector<int> spent_cells(const StructureBody& body) {
   const std::vector<char> none;
-  return body_.damage->spent(
-      {flat_volume, torn_strain, body_.spec.erosion ? open_gap : std::numeric_limits<double>::infinity()},
-      body_.bars ? body_.bars->tied(body_.live.size()) : none);
+  return body.damage->spent(
+      {flat_volume, torn_strain, body.spec.erosion ? open_gap : std::numeric_limits<double>::infinity()},
+      body.bars ? body.bars->tied(body.live.size()) : none);
 }
 
-void FemStructure::erode(const std::vector<int>& cells) {
+void Fracture::erode(const std::vector<int>& cells) {
   if (!body_.spec.erosion && body_.lost.eroded_volume == 0)
     body_.report(
         fmt::format("structure {}: cells torn to 1.7 times their length or crushed flat are removed, "
@@ -146,7 +145,7 @@ void FemStructure::erode(const std::vector<int>& cells) {
 }
 
 /// Rubble that still shares nodes with others stays in the mesh: its cells carry pressure and no tension.
-bool FemStructure::is_rubble(const std::vector<int>& piece) const {
+bool Fracture::is_rubble(const std::vector<int>& piece) const {
   const double least = std::min(least_volume, least_share * body_.mass_of_cells / body_.spec.density);
   double volume = 0;
   for (const double mass :
@@ -155,13 +154,13 @@ bool FemStructure::is_rubble(const std::vector<int>& piece) const {
   return piece.size() < least_piece || volume < least;
 }
 
-Structure::Unsupported FemStructure::unsupported() {
-  Unsupported lost;
+Structure::Unsupported Fracture::unsupported() {
+  Structure::Unsupported lost;
   if (!body_.damage && !body_.bearings) return lost;
-  const long cuts = count_cuts();
+  const long cuts = pieces_.count_cuts();
   if (cuts == body_.lost.cuts_seen) return lost;
   body_.lost.cuts_seen = cuts;
-  for (const std::vector<int>& piece : loose_pieces()) {
+  for (const std::vector<int>& piece : pieces_.loose()) {
     if (is_rubble(piece)) continue;
     const std::vector<double> values = body_.of_cells(piece, 4, [this](int cell, double* to) {
       Vec3 middle = Vec3::Zero();
@@ -178,7 +177,7 @@ Structure::Unsupported FemStructure::unsupported() {
 }
 
 /// Cells of the whole mesh, with what a piece needs of them and of their nodes, from the ranks that own them.
-FemStructure::Excerpt FemStructure::excerpt(const std::vector<int>& cells) const {
+Fracture::Excerpt Fracture::excerpt(const std::vector<int>& cells) const {
   Excerpt e;
   const auto node = [&](int n) { return body_.whole_node(n); };
   const std::vector<double> of_cell = body_.of_cells(cells, 9, [&](int cell, double* to) {
@@ -230,17 +229,17 @@ FemStructure::Excerpt FemStructure::excerpt(const std::vector<int>& cells) const
   return e;
 }
 
-int FemStructure::Excerpt::place(int whole) const {
+int Fracture::Excerpt::place(int whole) const {
   const auto at = std::lower_bound(node.begin(), node.end(), whole);
   return at == node.end() || *at != whole ? -1 : static_cast<int>(at - node.begin());
 }
 
-std::vector<Fragment> FemStructure::take_fragments() {
+std::vector<Fragment> Fracture::take_fragments() {
   if (!body_.damage && !body_.bearings) return {};
-  const long cuts = count_cuts();
+  const long cuts = pieces_.count_cuts();
   if (cuts == body_.lost.cuts_seen) return {};
   body_.lost.cuts_seen = cuts;
-  std::vector<std::vector<int>> pieces = loose_pieces();
+  std::vector<std::vector<int>> pieces = pieces_.loose();
   const auto hangs = [&](const std::vector<int>& piece) {
     std::map<int, int> inside;  // cells of the piece
     const auto hanging = [&](const auto& cells_at) {
@@ -262,7 +261,7 @@ std::vector<Fragment> FemStructure::take_fragments() {
   if (pieces.empty()) return {};
 
   forces_.evaluate(fields_.time);  // energies of the cells
-  drop_orphans(parted_beside(pieces));
+  drop_orphans(pieces_.parted_beside(pieces));
   const std::vector<SeatedNode> seats = seated_nodes();  // a cap beam may come off before its deck
   std::vector<Fragment> fragments;
   for (const std::vector<int>& piece : pieces) {
@@ -272,14 +271,14 @@ std::vector<Fragment> FemStructure::take_fragments() {
       fragments.push_back(detach(piece, seats));
   }
   ++body_.lost.breaks;
-  body_.lost.cuts_seen = count_cuts();  // the parts that left took some of it along
+  body_.lost.cuts_seen = pieces_.count_cuts();  // the parts that left took some of it along
   skin_.rebuild();
   forces_.pass_over_the_gone();
   forces_.moved();
   return fragments;
 }
 
-std::vector<SeatedNode> FemStructure::seated_nodes() const {
+std::vector<SeatedNode> Fracture::seated_nodes() const {
   std::vector<SeatedNode> seats;
   if (!body_.bearings) return seats;
   for (std::size_t i = 0; i < body_.bearings->sites().size(); ++i) {
@@ -297,9 +296,8 @@ std::vector<SeatedNode> FemStructure::seated_nodes() const {
 
 /// Mass that leaves with each node of a piece; of a hanging node that of what it follows. A node that keeps
 /// no cell gives all it has: steel, and what rounding left.
-std::map<int, FemStructure::Leaving> FemStructure::leaving_nodes(const HexMesh& mesh,
-                                                                 const std::vector<int>& cells,
-                                                                 const Excerpt* apart) const {
+std::map<int, Fracture::Leaving> Fracture::leaving_nodes(const HexMesh& mesh, const std::vector<int>& cells,
+                                                         const Excerpt* apart) const {
   std::map<int, Leaving> nodes;
   for (int cell : cells) {
     const std::array<double, 8> m = node_shares(mesh, cell, body_.spec.density);
@@ -323,9 +321,9 @@ std::map<int, FemStructure::Leaving> FemStructure::leaving_nodes(const HexMesh& 
 }
 
 /// The surface of a piece: vertices and triangles of `f`.
-void FemStructure::shape_of_piece(const HexMesh& mesh, const std::vector<int>& cells, double smallest,
-                                  const std::map<int, Leaving>& nodes, const std::vector<SeatedNode>& seated,
-                                  Fragment& f) const {
+void Fracture::shape_of_piece(const HexMesh& mesh, const std::vector<int>& cells, double smallest,
+                              const std::map<int, Leaving>& nodes, const std::vector<SeatedNode>& seated,
+                              Fragment& f) const {
   std::vector<char> only(mesh.hexes.size(), 0);
   for (int cell : cells) only[cell] = 1;
   std::vector<SkinQuad> quads = skin(mesh, only);
@@ -354,7 +352,7 @@ void FemStructure::shape_of_piece(const HexMesh& mesh, const std::vector<int>& c
   merge_planar(f.vertices, f.triangles);
 }
 
-Fragment FemStructure::detach(const std::vector<int>& whole_cells, const std::vector<SeatedNode>& seats) {
+Fragment Fracture::detach(const std::vector<int>& whole_cells, const std::vector<SeatedNode>& seats) {
   // On several ranks by an excerpt with numbers of its own, which all of them have; on one in the mesh
   // itself.
   std::optional<Excerpt> excerpted;
