@@ -27,55 +27,61 @@ bool prestressed(const Bars* bars) {
 
 FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const Report& report, Zones struck,
                            const FemStructure* before)
-    : spec_(spec), struck_zones_(std::move(struck)), gravity_(gravity), report_(report) {
+    : body_(spec, gravity, report, std::move(struck)) {
   set_material(before == nullptr);
-  shear_ = spec_.young / (2 * (1 + spec_.poisson));
-  bulk_ = spec_.young / (3 * (1 - 2 * spec_.poisson));
-  wave_speed_ = std::sqrt((bulk_ + 4.0 / 3 * shear_) / spec_.density);
+  body_.shear = body_.spec.young / (2 * (1 + body_.spec.poisson));
+  body_.bulk = body_.spec.young / (3 * (1 - 2 * body_.spec.poisson));
+  body_.wave_speed = std::sqrt((body_.bulk + 4.0 / 3 * body_.shear) / body_.spec.density);
   const Box3 extent = make_cells();
   give_back_memory();
-  live_.assign(mesh_.hexes.size(), 1);
-  if (before != nullptr) supports_.centroid = before->supports_.centroid;  // moments go on about one point
-  rebuild_skin();
+  body_.live.assign(body_.mesh.hexes.size(), 1);
+  if (before != nullptr)
+    body_.supports.centroid = before->body_.supports.centroid;  // moments go on about one point
+  skin_.rebuild();
   set_loads(extent);
 
-  const std::size_t n = mesh_.nodes.size();
-  if (!partition_) own_ = {{0, static_cast<int>(n)}};
-  touched_ = {{0, static_cast<int>(n)}};
-  for (AlignedVector* a : {&u_, &v_, &f_int_, &f_ext_, &v_hat_, &inverse_mass_, &contact_impulse_})
+  const std::size_t n = body_.mesh.nodes.size();
+  if (!body_.partition) body_.own = {{0, static_cast<int>(n)}};
+  body_.touched = {{0, static_cast<int>(n)}};
+  for (AlignedVector* a : {&fields_.u, &fields_.v, &fields_.f_int, &fields_.f_ext, &fields_.v_hat,
+                           &body_.inverse_mass, &fields_.contact_impulse})
     a->assign(4 * n, 0.0);
   set_masses();
-  if (!operator_) operator_ = std::make_unique<ElementOperator>(mesh_, shear_, bulk_, spec_.damage != "none");
-  if (spec_.damage != "none") {
-    damage_ = make_damage_field(spec_.damage, mesh_, *concrete_, spec_.rate_effect, finite_, largest_cell(),
-                                "structure." + spec_.name + ".cell_size");
-    f_visc_.assign(4 * n, 0.0);
-    if (partition_) damage_->restrict_to(*partition_);
+  if (!body_.elements)
+    body_.elements =
+        std::make_unique<ElementOperator>(body_.mesh, body_.shear, body_.bulk, body_.spec.damage != "none");
+  if (body_.spec.damage != "none") {
+    body_.damage =
+        make_damage_field(body_.spec.damage, body_.mesh, *body_.concrete, body_.spec.rate_effect,
+                          body_.finite, largest_cell(), "structure." + body_.spec.name + ".cell_size");
+    fields_.f_visc.assign(4 * n, 0.0);
+    if (body_.partition) body_.damage->restrict_to(*body_.partition);
   }
-  elastic_ = std::make_unique<ElasticSystem>(ElasticSystem::Parts{
-      spec_, discretisation_, dofs_, shear_, bulk_, *operator_, bars_, bearings_, live_, partition_});
-  if (!divided()) check_supports(mesh_);
+  body_.elastic = std::make_unique<ElasticSystem>(body_);
+  if (!body_.divided()) check_supports(body_.mesh);
   progress(fmt::format("{} cells and {} degrees of freedom are made; next its stable step",
-                       partition_ ? partition_->cells_in_all() : mesh_.hexes.size(), free_dofs_));
+                       body_.partition ? body_.partition->cells_in_all() : body_.mesh.hexes.size(),
+                       body_.free_dofs));
   find_critical_step();
   for (std::size_t i = 0; i < n; ++i)
     for (int c = 0; c < 3; ++c)
-      if (!supports_.held[i][c]) v_[4 * i + c] = spec_.initial_velocity[c];
-  if (spec_.damping_ratio > 0 && !supports_.none && free_dofs_ > 0) {
+      if (!body_.supports.held[i][c]) fields_.v[4 * i + c] = body_.spec.initial_velocity[c];
+  if (body_.spec.damping_ratio > 0 && !body_.supports.none && body_.free_dofs > 0) {
     progress("first frequency");
-    omega_1_ = before != nullptr ? before->omega_1_ : elastic_->first_frequency(built_mass_);
-    alpha_ = 2 * spec_.damping_ratio * omega_1_;
+    body_.omega_1 =
+        before != nullptr ? before->body_.omega_1 : body_.elastic->first_frequency(body_.built_mass);
+    body_.alpha = 2 * body_.spec.damping_ratio * body_.omega_1;
   }
-  if (spec_.gravity_preload && !supports_.none && free_dofs_ > 0 &&
-      (gravity_.norm() > 0 || prestressed(bars_.get())))
+  if (body_.spec.gravity_preload && !body_.supports.none && body_.free_dofs > 0 &&
+      (body_.gravity.norm() > 0 || prestressed(body_.bars.get())))
     preload();
-  factored_ = elastic_->factored();
-  elastic_->forget_multigrid();  // only the preload and the first frequency of large systems need it
+  factored_ = body_.elastic->factored();
+  body_.elastic->forget_multigrid();  // only the preload and the first frequency of large systems need it
   give_back_memory();
-  set_members();
+  loads_.complete();
   divide();
-  moved();
-  begin_loads();
+  forces_.moved();
+  loads_.begin();
   keep_rest();
 }
 
@@ -83,71 +89,72 @@ FemStructure::~FemStructure() = default;
 
 /// Of the concrete, if it is one; `first`: with a report.
 void FemStructure::set_material(bool first) {
-  if (spec_.f_cm > 0) {
+  if (body_.spec.f_cm > 0) {
     material::ConcreteInput input;
-    input.f_cm = spec_.f_cm;
-    input.young = spec_.young;
-    input.poisson = spec_.poisson;
-    input.density = spec_.density;
-    input.f_t = spec_.tensile_strength;
-    input.fracture_energy = spec_.fracture_energy;
-    concrete_ = material::mc2010(input, "structure." + spec_.name + ".material");
-    spec_.young = concrete_->young;
-    spec_.poisson = concrete_->poisson;
-    spec_.density = concrete_->density;
-    concrete_->aggregate = spec_.aggregate;
-    for (const std::string& line : first ? concrete_->report : std::vector<std::string>{})
-      report_("structure " + spec_.name + ": " + line);
+    input.f_cm = body_.spec.f_cm;
+    input.young = body_.spec.young;
+    input.poisson = body_.spec.poisson;
+    input.density = body_.spec.density;
+    input.f_t = body_.spec.tensile_strength;
+    input.fracture_energy = body_.spec.fracture_energy;
+    body_.concrete = material::mc2010(input, "structure." + body_.spec.name + ".material");
+    body_.spec.young = body_.concrete->young;
+    body_.spec.poisson = body_.concrete->poisson;
+    body_.spec.density = body_.concrete->density;
+    body_.concrete->aggregate = body_.spec.aggregate;
+    for (const std::string& line : first ? body_.concrete->report : std::vector<std::string>{})
+      body_.report("structure " + body_.spec.name + ": " + line);
   }
-  if (spec_.damage != "none" && !concrete_)
-    bad(spec_, "damage", spec_.damage, "a damage law needs a concrete",
+  if (body_.spec.damage != "none" && !body_.concrete)
+    bad(body_.spec, "damage", body_.spec.damage, "a damage law needs a concrete",
         "give the material an f_cm, or write damage = \"none\"");
-  if (spec_.damage != "none" && spec_.damage != "concrete" && spec_.damage != "concrete-cdpm2")
-    bad(spec_, "damage", spec_.damage, "must be none, concrete or concrete-cdpm2", "choose one");
-  if (!(spec_.young > 0))
-    bad(spec_, "material", fmt::format("young = {:g}", spec_.young), "Young's modulus must be positive",
-        "give young or f_cm for the material");
-  if (!(spec_.poisson > -1 && spec_.poisson < 0.5))
-    bad(spec_, "material", fmt::format("poisson = {:g}", spec_.poisson), "must lie in (-1, 0.5)",
+  if (body_.spec.damage != "none" && body_.spec.damage != "concrete" && body_.spec.damage != "concrete-cdpm2")
+    bad(body_.spec, "damage", body_.spec.damage, "must be none, concrete or concrete-cdpm2", "choose one");
+  if (!(body_.spec.young > 0))
+    bad(body_.spec, "material", fmt::format("young = {:g}", body_.spec.young),
+        "Young's modulus must be positive", "give young or f_cm for the material");
+  if (!(body_.spec.poisson > -1 && body_.spec.poisson < 0.5))
+    bad(body_.spec, "material", fmt::format("poisson = {:g}", body_.spec.poisson), "must lie in (-1, 0.5)",
         "correct the material");
-  if (!(spec_.density > 0))
-    bad(spec_, "material", fmt::format("density = {:g}", spec_.density), "must be positive",
+  if (!(body_.spec.density > 0))
+    bad(body_.spec, "material", fmt::format("density = {:g}", body_.spec.density), "must be positive",
         "correct the material");
-  if (!(spec_.critical_step_fraction > 0 && spec_.critical_step_fraction <= 1))
-    bad(spec_, "critical_step_fraction", fmt::format("{:g}", spec_.critical_step_fraction),
+  if (!(body_.spec.critical_step_fraction > 0 && body_.spec.critical_step_fraction <= 1))
+    bad(body_.spec, "critical_step_fraction", fmt::format("{:g}", body_.spec.critical_step_fraction),
         "must lie in (0, 1]", "take 0.9");
 }
 
 material::CellSize FemStructure::largest_cell() const {
   material::CellSize largest;
-  for (int cell = 0; cell < static_cast<int>(mesh_.hexes.size()); ++cell) {
-    const Mat3 edges = 2 * jacobian(mesh_, cell, Vec3::Zero());
+  for (int cell = 0; cell < static_cast<int>(body_.mesh.hexes.size()); ++cell) {
+    const Mat3 edges = 2 * jacobian(body_.mesh, cell, Vec3::Zero());
     largest.edge = std::max(largest.edge, edges.colwise().norm().maxCoeff());
     for (const double y : {1.0, -1.0})
       for (const double z : {1.0, -1.0})
         largest.diagonal = std::max(largest.diagonal, (edges * Vec3(1, y, z)).norm());
   }
-  largest.edge = this->largest(largest.edge), largest.diagonal = this->largest(largest.diagonal);
+  largest.edge = body_.largest(largest.edge), largest.diagonal = body_.largest(largest.diagonal);
   return largest;
 }
 
 /// What is being computed now, of a structure that takes more than a moment.
 void FemStructure::progress(const std::string& what) const {
   constexpr std::size_t large = 20000;  // cells
-  if ((partition_ ? partition_->cells_in_all() : mesh_.hexes.size()) >= large)
-    report_(fmt::format("progress: structure {}: {}", spec_.name, what));
+  if ((body_.partition ? body_.partition->cells_in_all() : body_.mesh.hexes.size()) >= large)
+    body_.report(fmt::format("progress: structure {}: {}", body_.spec.name, what));
 }
 
 /// Parts connected to supports must be held by them wherever a static solution is needed; elsewhere a part
 /// may move as a pendulum, hence rotate.
 void FemStructure::check_supports(const HexMesh& mesh) {
-  if (supports_.none) return;
+  if (body_.supports.none) return;
   const std::optional<LoosePart> loose =
-      loose_part(mesh, supports_, bearings_ ? bearings_->springs() : std::vector<Spring>{});
+      loose_part(mesh, body_.supports, body_.bearings ? body_.bearings->springs() : std::vector<Spring>{});
   if (!loose) return;
-  finite_ = true;
-  const bool weighs = spec_.gravity_preload && (gravity_.norm() > 0 || prestressed(bars_.get()));
-  if (!weighs && !(spec_.damping_ratio > 0)) return;
+  body_.finite = true;
+  const bool weighs =
+      body_.spec.gravity_preload && (body_.gravity.norm() > 0 || prestressed(body_.bars.get()));
+  if (!weighs && !(body_.spec.damping_ratio > 0)) return;
   const Vec3 at = mesh.nodes[static_cast<std::size_t>(mesh.hexes[static_cast<std::size_t>(loose->first)][0])];
   const std::string part =
       loose->cells == static_cast<int>(mesh.hexes.size())
@@ -157,85 +164,88 @@ void FemStructure::check_supports(const HexMesh& mesh) {
   const std::string wanted =
       weighs ? "preload = \"none\" if it is meant to move" : "no damping_ratio if it is meant to move";
   if (loose->held)
-    bad(spec_, "support", part, "its supports leave it free to " + loose->motion,
+    bad(body_.spec, "support", part, "its supports leave it free to " + loose->motion,
         "hold more nodes or directions, or write " + wanted);
-  bad(spec_, "support", part, "nothing holds it: it shares no node with a part that is held",
+  bad(body_.spec, "support", part, "nothing holds it: it shares no node with a part that is held",
       "merge the nodes of the mesh that lie in one place, or hold this part too");
 }
 
 void FemStructure::set_loads(const Box3& extent) {
-  if (!divided()) {
-    loads_ = find_loads(spec_, mesh_, skin_);
+  if (!body_.divided()) {
+    body_.loads = find_loads(body_.spec, body_.mesh, skin_.faces());
     return;
   }
-  std::vector<SkinQuad> faces = skin(mesh_, live_);  // at own nodes
+  std::vector<SkinQuad> faces = skin(body_.mesh, body_.live);  // at own nodes
   std::erase_if(faces, [this](const SkinQuad& q) {
-    return std::none_of(q.node.begin(), q.node.end(), [this](int n) { return own_node(n); });
+    return std::none_of(q.node.begin(), q.node.end(), [this](int n) { return body_.own_node(n); });
   });
-  loads_ = find_loads(spec_, mesh_, faces, &extent);
-  for (std::size_t k = 0; k < loads_.size(); ++k) check_area(spec_, spec_.loads[k], largest(loads_[k].area));
+  body_.loads = find_loads(body_.spec, body_.mesh, faces, &extent);
+  for (std::size_t k = 0; k < body_.loads.size(); ++k)
+    check_area(body_.spec, body_.spec.loads[k], body_.largest(body_.loads[k].area));
 }
 
 void FemStructure::make_links(const HexMesh& whole) {
-  if (spec_.kind == "viaduct") bearings_ = std::make_unique<Bearings>(spec_, whole, viaduct_plan(spec_));
-  if (spec_.rebar_file.empty() && spec_.rebar_rules.empty()) return;
+  if (body_.spec.kind == "viaduct")
+    body_.bearings = std::make_unique<Bearings>(body_.spec, whole, viaduct_plan(body_.spec));
+  if (body_.spec.rebar_file.empty() && body_.spec.rebar_rules.empty()) return;
   std::vector<rebar::Member> shapes;
-  for (const Pier& pier : find_piers(spec_)) shapes.push_back(pier.shape);
-  bars_ = std::make_unique<Bars>(spec_, whole, supports_, std::move(shapes),
-                                 [&](const std::string& text) { report_("warning: " + text); });
+  for (const Pier& pier : find_piers(body_.spec)) shapes.push_back(pier.shape);
+  body_.bars = std::make_unique<Bars>(body_.spec, whole, body_.supports, std::move(shapes),
+                                      [&](const std::string& text) { body_.report("warning: " + text); });
 }
 
 void FemStructure::set_masses() {
-  const std::size_t n = mesh_.nodes.size();
-  cells_at_node_.assign(n, 0);
-  for (int cell = 0; cell < static_cast<int>(mesh_.hexes.size()); ++cell)
-    for (int node : carriers(mesh_, cell)) ++cells_at_node_[node];
-  if (partition_) partition_->exchange_numbers(cells_at_node_);
-  cell_mass_ = cell_volumes(mesh_);
-  mass_of_cells_ = 0;
-  for (std::size_t cell = 0; cell < cell_mass_.size(); ++cell) {
-    cell_mass_[cell] *= spec_.density;
-    if (own_cell(static_cast<int>(cell))) mass_of_cells_ += cell_mass_[cell];
+  const std::size_t n = body_.mesh.nodes.size();
+  body_.cells_at_node.assign(n, 0);
+  for (int cell = 0; cell < static_cast<int>(body_.mesh.hexes.size()); ++cell)
+    for (int node : carriers(body_.mesh, cell)) ++body_.cells_at_node[node];
+  if (body_.partition) body_.partition->exchange_numbers(body_.cells_at_node);
+  body_.cell_mass = cell_volumes(body_.mesh);
+  body_.mass_of_cells = 0;
+  for (std::size_t cell = 0; cell < body_.cell_mass.size(); ++cell) {
+    body_.cell_mass[cell] *= body_.spec.density;
+    if (body_.own_cell(static_cast<int>(cell))) body_.mass_of_cells += body_.cell_mass[cell];
   }
-  sum({&mass_of_cells_, 1});
+  body_.sum({&body_.mass_of_cells, 1});
   // Row sums of the consistent mass: integral of rho N_a, with the points of the stiffness.
-  mass_.assign(n, 0.0);
-  for (int cell = 0; cell < static_cast<int>(mesh_.hexes.size()); ++cell) {
-    const TrilinearMap map(mesh_, cell);
+  body_.mass.assign(n, 0.0);
+  for (int cell = 0; cell < static_cast<int>(body_.mesh.hexes.size()); ++cell) {
+    const TrilinearMap map(body_.mesh, cell);
     for (int q = 0; q < 8; ++q) {
       const std::array<double, 8> shape = shape_values(gauss_point(q));
-      const double w = spec_.density * map.jacobian(gauss_point(q)).determinant();
-      for (int a = 0; a < 8; ++a) mass_[mesh_.hexes[cell][a]] += w * shape[a];
+      const double w = body_.spec.density * map.jacobian(gauss_point(q)).determinant();
+      for (int a = 0; a < 8; ++a) body_.mass[body_.mesh.hexes[cell][a]] += w * shape[a];
     }
   }
-  if (bars_) bars_->add_mass(steel_density - spec_.density, mass_);
+  if (body_.bars) body_.bars->add_mass(steel_density - body_.spec.density, body_.mass);
   settle_hanging_nodes();
-  if (partition_) partition_->exchange_numbers(mass_);
-  built_mass_ = mass_;
-  discretisation_.hold(supports_.held);
-  dofs_ = discretisation_.free_dofs();
+  if (body_.partition) body_.partition->exchange_numbers(body_.mass);
+  body_.built_mass = body_.mass;
+  body_.discretisation.hold(body_.supports.held);
+  body_.dofs = body_.discretisation.free_dofs();
   long free = 0;
   for (std::size_t i = 0; i < n; ++i)
-    if (own_node(static_cast<int>(i)))
-      for (const int d : dofs_.number[i]) free += d >= 0;
-  free_dofs_ = static_cast<int>(count_of(free));
+    if (body_.own_node(static_cast<int>(i)))
+      for (const int d : body_.dofs.number[i]) free += d >= 0;
+  body_.free_dofs = static_cast<int>(body_.count_of(free));
   for (std::size_t i = 0; i < n; ++i)
     for (int c = 0; c < 3; ++c)
-      if (dofs_.number[i][c] >= 0) inverse_mass_[4 * i + c] = 1 / mass_[i];
+      if (body_.dofs.number[i][c] >= 0) body_.inverse_mass[4 * i + c] = 1 / body_.mass[i];
 }
 
 void FemStructure::find_critical_step() {
-  if (free_dofs_ ==
+  if (body_.free_dofs ==
       0) {  // nothing can move: waves cross a cell as they would, and what asks for a step gets a number
     double shortest = INFINITY;
-    for (int cell = 0; cell < static_cast<int>(mesh_.hexes.size()); ++cell)
-      shortest = std::min(shortest, 2 * jacobian(mesh_, cell, Vec3::Zero()).colwise().norm().minCoeff());
-    critical_step_ = spec_.critical_step_fraction * -largest(-shortest) / wave_speed_;
+    for (int cell = 0; cell < static_cast<int>(body_.mesh.hexes.size()); ++cell)
+      shortest = std::min(shortest, 2 * jacobian(body_.mesh, cell, Vec3::Zero()).colwise().norm().minCoeff());
+    body_.critical_step = body_.spec.critical_step_fraction * -body_.largest(-shortest) / body_.wave_speed;
     return;
   }
-  critical_step_ = spec_.critical_step_fraction * 2 / elastic_->highest_frequency(mass_, inverse_mass_);
+  body_.critical_step = body_.spec.critical_step_fraction * 2 /
+                        body_.elastic->highest_frequency(body_.mass, body_.inverse_mass);
   // Linear bulk viscosity b1 shortens the stable step by sqrt(1 + b1^2) - b1.
-  if (damage_) critical_step_ *= std::sqrt(1 + 0.06 * 0.06) - 0.06;
+  if (body_.damage) body_.critical_step *= std::sqrt(1 + 0.06 * 0.06) - 0.06;
 }
 
 }  // namespace talus::fem

@@ -33,71 +33,72 @@ StructureSpec of_coarse_mesh(const StructureSpec& spec) {
 /// Coarse cells as the specification says, halved by the zones that end at their borders; supports and probes
 /// on them. Of several ranks that divide memory each keeps its part.
 Box3 FemStructure::make_cells() {
-  HexMesh coarse = make_mesh(of_coarse_mesh(spec_));
-  check_cells(coarse, "structure." + spec_.name, spec_.file);
-  if (!spec_.file.empty()) {
-    check_faces(coarse, "structure." + spec_.name, spec_.file);
+  HexMesh coarse = make_mesh(of_coarse_mesh(body_.spec));
+  check_cells(coarse, "structure." + body_.spec.name, body_.spec.file);
+  if (!body_.spec.file.empty()) {
+    check_faces(coarse, "structure." + body_.spec.name, body_.spec.file);
     if (const auto pair = overlapping_cells(coarse))
-      report_(fmt::format(
+      body_.report(fmt::format(
           "warning: {}: {} and {} overlap but share no nodes: nothing ties them together, and the volume "
           "counts twice; merge the parts' nodes where they touch, or remove one of them",
-          spec_.file, cell_name(coarse, pair->first), cell_name(coarse, pair->second)));
+          body_.spec.file, cell_name(coarse, pair->first), cell_name(coarse, pair->second)));
   }
   const Box3 extent = bounds(coarse.nodes);
   const auto settle = [this](const HexMesh& mesh) {
-    supports_ = find_supports(spec_, mesh);
-    probes_ = find_probes(spec_, mesh);
-    finite_ = supports_.none || spec_.damage != "none" || spec_.kind == "viaduct";
+    body_.supports = find_supports(body_.spec, mesh);
+    skin_.probe(find_probes(body_.spec, mesh));
+    body_.finite = body_.supports.none || body_.spec.damage != "none" || body_.spec.kind == "viaduct";
   };
   if (ranks() != nullptr) {
     settle(coarse);
     if (divides_memory(coarse)) {
-      find_places(coarse);
-      find_feet(coarse);
+      loads_.find_places(coarse);
+      loads_.find_feet(coarse);
       make_links(coarse);
       check_supports(coarse);
       take_part(std::move(coarse));
       return extent;
     }
   }
-  const bool given = refines_locally(spec_) && !spec_.refinements.empty();
-  Zones zones = given ? spec_.refinements : Zones{};
-  zones.insert(zones.end(), struck_zones_.begin(), struck_zones_.end());
+  const bool given = refines_locally(body_.spec) && !body_.spec.refinements.empty();
+  Zones zones = given ? body_.spec.refinements : Zones{};
+  zones.insert(zones.end(), body_.struck_zones.begin(), body_.struck_zones.end());
   const std::size_t before = coarse.hexes.size();
-  discretisation_.reinit(std::move(coarse), zones, most_cells(spec_));
-  if (given && struck_zones_.empty() && mesh_.hexes.size() == before)
-    bad(spec_, "refine", fmt::format("{} zones", spec_.refinements.size()),
+  body_.discretisation.reinit(std::move(coarse), zones, most_cells(body_.spec));
+  if (given && body_.struck_zones.empty() && body_.mesh.hexes.size() == before)
+    bad(body_.spec, "refine", fmt::format("{} zones", body_.spec.refinements.size()),
         "no cell lies in them that is larger than they ask for",
         "give the region in scene coordinates, about the part to refine, and cells smaller than the "
         "structure's");
-  if (impact_refinement(spec_).cell_size == 0) discretisation_.forget_cells();
-  settle(mesh_);
-  find_places(mesh_);
-  make_links(mesh_);
+  if (impact_refinement(body_.spec).cell_size == 0) body_.discretisation.forget_cells();
+  settle(body_.mesh);
+  loads_.find_places(body_.mesh);
+  make_links(body_.mesh);
   return extent;
 }
 
 bool FemStructure::refinable() const {
-  if (impact_refinement(spec_).cell_size == 0) return false;  // its triangulation is gone
+  if (impact_refinement(body_.spec).cell_size == 0) return false;  // its triangulation is gone
   // What has been at rest since the start is in the state that its permanent load brings it to; that of finer
   // cells has its own cracks.
-  const bool unmoved = still_ && !(reference_kinetic_ > 1e-14 * std::abs(stored_part_));
-  const bool whole = (!damage_ || damage_->cells().empty() || unmoved) && !supports_.none &&
-                     std::find(live_.begin(), live_.end(), 0) == live_.end() &&
-                     (!bars_ || bars_->dissipation() == 0);
-  return largest(whole ? 0 : 1) == 0;  // on every rank
+  const bool unmoved = fields_.still && !(fields_.reference_kinetic > 1e-14 * std::abs(forces_.stored()));
+  const bool whole = (!body_.damage || body_.damage->cells().empty() || unmoved) && !body_.supports.none &&
+                     std::find(body_.live.begin(), body_.live.end(), 0) == body_.live.end() &&
+                     (!body_.bars || body_.bars->dissipation() == 0);
+  return body_.largest(whole ? 0 : 1) == 0;  // on every rank
 }
 
 std::unique_ptr<Structure> FemStructure::refined(std::span<const StructureSpec::Refinement> zones) {
   const auto asked_for = [&](const std::array<int, 8>& hex) {
     std::array<Vec3, 8> corners;
-    for (std::size_t a = 0; a < 8; ++a) corners[a] = mesh_.nodes[static_cast<std::size_t>(hex[a])];
+    for (std::size_t a = 0; a < 8; ++a) corners[a] = body_.mesh.nodes[static_cast<std::size_t>(hex[a])];
     return std::any_of(zones.begin(), zones.end(),
                        [&](const auto& zone) { return to_be_halved(corners, zone); });
   };
-  if (!refinable() || std::none_of(mesh_.hexes.begin(), mesh_.hexes.end(), asked_for)) return nullptr;
-  auto finer =
-      std::make_unique<FemStructure>(spec_, gravity_, report_, Zones(zones.begin(), zones.end()), this);
+  if (!refinable() || std::none_of(body_.mesh.hexes.begin(), body_.mesh.hexes.end(), asked_for))
+    return nullptr;
+  auto finer = std::make_unique<FemStructure>(body_.spec, body_.gravity, body_.report,
+                                              Zones(zones.begin(), zones.end()), this);
   finer->take_over(*this);
   return finer;
 }
@@ -108,66 +109,66 @@ std::unique_ptr<Structure> FemStructure::refined(std::span<const StructureSpec::
 /// assumed strains and by the sums of squares.
 void FemStructure::take_over(FemStructure& before) {
   before.leave_modal();
-  const double energy_before = before.mechanical_energy();
-  before.synchronise(before.time_);
-  before.share_motion();
-  AlignedVector moved_by(before.u_);
+  const double energy_before = before.energy_.mechanical();
+  before.leapfrog_.synchronise(before.fields_.time);
+  before.body_.share(before.fields_.u, before.fields_.v);
+  AlignedVector moved_by(before.fields_.u);
   for (std::size_t i = 0; i < moved_by.size(); ++i) moved_by[i] -= before.rest_.u[i];
-  discretisation_.interpolate(before.discretisation_, moved_by, u_);
-  discretisation_.interpolate(before.discretisation_, before.v_, v_);
-  for (std::size_t i = 0; i < u_.size(); ++i) u_[i] += rest_.u[i];
-  books_ = before.books_;
-  time_ = before.time_, still_ = before.still_, still_since_ = before.still_since_,
-  blow_time_ = before.blow_time_;
-  reference_kinetic_ = before.reference_kinetic_, steps_taken_ = before.steps_taken_,
-  taken_by_condensed_ = before.taken_by_condensed_;
-  if (bearings_ && bearings_->sites().size() == before.bearings_->sites().size()) {
+  body_.discretisation.interpolate(before.body_.discretisation, moved_by, fields_.u);
+  body_.discretisation.interpolate(before.body_.discretisation, before.fields_.v, fields_.v);
+  for (std::size_t i = 0; i < fields_.u.size(); ++i) fields_.u[i] += rest_.u[i];
+  energy_.works = before.energy_.works;
+  fields_.time = before.fields_.time, fields_.still = before.fields_.still,
+  fields_.still_since = before.fields_.still_since, blow_time_ = before.blow_time_;
+  fields_.reference_kinetic = before.fields_.reference_kinetic,
+  fields_.steps_taken = before.fields_.steps_taken, taken_by_condensed_ = before.taken_by_condensed_;
+  if (body_.bearings && body_.bearings->sites().size() == before.body_.bearings->sites().size()) {
     std::vector<double> state;
-    before.bearings_->save(state);
-    bearings_->restore(state);
+    before.body_.bearings->save(state);
+    body_.bearings->restore(state);
   }
-  load_track_ = before.load_track_;
+  loads_.track() = before.loads_.track();
   std::vector<std::array<double, 2>> drift;
   for (std::size_t k = 0; k < rest_.drift.size(); ++k)
     drift.push_back(
         {rest_.drift[k][0] - before.rest_.drift[k][0], rest_.drift[k][1] - before.rest_.drift[k][1]});
-  find_feet(mesh_);  // load_track_ is told of this mesh's
+  loads_.find_feet(body_.mesh);  // loads_.track() is told of this mesh's
   std::vector<double> reaction;
   for (std::size_t i = 0; i < std::min(rest_.reaction.size(), before.rest_.reaction.size()); ++i)
     reaction.push_back(rest_.reaction[i] - before.rest_.reaction[i]);
-  load_track_.shift(reaction, drift);
-  moved();
-  books_.algorithmic -= mechanical_energy() - energy_before - (rest_.energy - before.rest_.energy);
+  loads_.track().shift(reaction, drift);
+  forces_.moved();
+  energy_.works.algorithmic -= energy_.mechanical() - energy_before - (rest_.energy - before.rest_.energy);
 }
 
 void FemStructure::keep_rest() {
-  if (impact_refinement(spec_).cell_size == 0) return;
-  rest_.u = u_;
-  const StructureEnergy e = energy();
+  if (impact_refinement(body_.spec).cell_size == 0) return;
+  rest_.u = fields_.u;
+  const StructureEnergy e = energy_.total();
   rest_.energy = e.elastic + e.gravity_potential;
-  forces(time_);
-  find_feet(mesh_);
-  rest_.reaction = foot_reactions(0);
-  for (const MemberState& m : member_states()) rest_.drift.push_back(m.drift);
+  forces_.evaluate(fields_.time);
+  loads_.find_feet(body_.mesh);
+  rest_.reaction = loads_.foot_reactions(0);
+  for (const MemberState& m : loads_.states()) rest_.drift.push_back(m.drift);
 }
 
 void FemStructure::settle_hanging_nodes() {
-  for (const HangingNode& h : mesh_.hanging) {
+  for (const HangingNode& h : body_.mesh.hanging) {
     const auto n = static_cast<std::size_t>(h.node);
     for (const auto& [master, weight] : h.masters)
-      mass_[static_cast<std::size_t>(master)] += weight * mass_[n];
-    mass_[n] = 0;
-    supports_.held[n] = {false, false, false};
+      body_.mass[static_cast<std::size_t>(master)] += weight * body_.mass[n];
+    body_.mass[n] = 0;
+    body_.supports.held[n] = {false, false, false};
   }
-  if (mesh_.hanging.empty()) return;
-  std::vector<char> hangs(mesh_.nodes.size(), 0);
-  for (const HangingNode& h : mesh_.hanging) hangs[static_cast<std::size_t>(h.node)] = 1;
-  std::erase_if(supports_.nodes, [&](int n) { return hangs[static_cast<std::size_t>(n)] != 0; });
-  for (PatchLoad& load : loads_) {
-    std::vector<Vec3> force(mesh_.nodes.size(), Vec3::Zero());
+  if (body_.mesh.hanging.empty()) return;
+  std::vector<char> hangs(body_.mesh.nodes.size(), 0);
+  for (const HangingNode& h : body_.mesh.hanging) hangs[static_cast<std::size_t>(h.node)] = 1;
+  std::erase_if(body_.supports.nodes, [&](int n) { return hangs[static_cast<std::size_t>(n)] != 0; });
+  for (PatchLoad& load : body_.loads) {
+    std::vector<Vec3> force(body_.mesh.nodes.size(), Vec3::Zero());
     for (std::size_t k = 0; k < load.node.size(); ++k)
       force[static_cast<std::size_t>(load.node[k])] += load.force[k];
-    for (const HangingNode& h : mesh_.hanging) {
+    for (const HangingNode& h : body_.mesh.hanging) {
       for (const auto& [master, weight] : h.masters)
         force[static_cast<std::size_t>(master)] += weight * force[static_cast<std::size_t>(h.node)];
       force[static_cast<std::size_t>(h.node)].setZero();

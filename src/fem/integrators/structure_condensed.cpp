@@ -70,7 +70,8 @@ struct Condensed {
   std::vector<char> moves;                     // of each degree of freedom, whether it has mass
   std::vector<std::unique_ptr<Level>> levels;  // the one in use last
   std::unique_ptr<Level>
-      spent;  // one that is no longer true, whose room and analysis the next one takes over
+      spent;               // one that is no longer true, whose room and analysis the next one takes over
+  long body_revision = 0;  // that it is made for
   long step = 0;
   // the step at hand
   VecX v_hat;
@@ -106,44 +107,40 @@ std::size_t levels_kept(std::size_t factor) {
 }  // namespace
 
 bool FemStructure::condensable() const {
-  return spec_.integrator != "explicit" && !partition_ && !supports_.none && dofs_.size > 0 &&
-         dofs_.size <= largest_factored_system && lowest_frequency() > 0;
+  return body_.spec.integrator != "explicit" && !body_.partition && !body_.supports.none &&
+         body_.dofs.size > 0 && body_.dofs.size <= largest_factored_system && lowest_frequency() > 0;
 }
 
 double FemStructure::lowest_frequency() const {
   if (lowest_frequency_ != 0) return lowest_frequency_;
   lowest_frequency_ = -1;
   try {
-    const double omega = omega_1_ > 0 ? omega_1_ : elastic_->first_frequency(built_mass_);
-    if (omega * critical_step_ > 1e-6) lowest_frequency_ = omega;
+    const double omega = body_.omega_1 > 0 ? body_.omega_1 : body_.elastic->first_frequency(body_.built_mass);
+    if (omega * body_.critical_step > 1e-6) lowest_frequency_ = omega;
   } catch (const std::exception& e) {
     // Supports that leave it free to move, or no room for the factor: explicit steps need none.
-    report_(fmt::format("structure {}: explicit steps alone: {}", spec_.name, e.what()));
+    body_.report(fmt::format("structure {}: explicit steps alone: {}", body_.spec.name, e.what()));
   }
   return lowest_frequency_;
-}
-
-double FemStructure::dissipation() const {
-  return (damage_ ? damage_->dissipation() : 0.0) + (bars_ ? bars_->dissipation() : 0.0) +
-         (bearings_ ? bearings_->dissipation() : 0.0);
 }
 
 /// What takes less than the accuracy's part of the stored energy in a period of the first mode leaves the
 /// motion what it was, to that accuracy. Of a structure that has broken little may be stored; what it has
 /// taken so far is known to the accuracy, too: a hundred periods may add that part of it [J].
 double FemStructure::taken_at_ease(double h) const {
-  const double share = laws_share_ * h * lowest_frequency() / (2 * M_PI), stored = std::abs(stored_part_);
-  return std::max(1e-9 * stored, share * (stored + 0.01 * (books_.damage_work + books_.plastic_work)));
+  const double share = laws_share_ * h * lowest_frequency() / (2 * M_PI), stored = std::abs(forces_.stored());
+  return std::max(1e-9 * stored,
+                  share * (stored + 0.01 * (energy_.works.damage_work + energy_.works.plastic_work)));
 }
 
 bool FemStructure::at_ease(double h) const {
-  return dissipation() <= taken_at_ease(h) && !(damage_ && !spent_cells().empty());
+  return forces_.dissipation() <= taken_at_ease(h) && !(body_.damage && !spent_cells(body_).empty());
 }
 
 /// What condensed steps may take in all, beside what damping and laws do [J].
 double FemStructure::condensed_budget(double accuracy) const {
   return std::min(start_share * accuracy, most_start_share) *
-         (reference_kinetic_ + books_.damage_work + books_.plastic_work);
+         (fields_.reference_kinetic + energy_.works.damage_work + energy_.works.plastic_work);
 }
 
 /// Over a way s the viscosity h/2 (K - K_now) takes 1/2 s . (K - K_now) s, most of it as cracks open and
@@ -151,13 +148,14 @@ double FemStructure::condensed_budget(double accuracy) const {
 /// of the motion; more only out of the budget, half of what is left of it.
 bool FemStructure::viscosity_at_ease(double h, double taken, double damped, double kinetic) const {
   constexpr double of_damping = 0.05, of_motion = 1e-3;  // in a period of the first mode
-  const double always = taken_at_ease(h) + (alpha_ > 0 ? of_damping * damped
-                                                       : of_motion * h * lowest_frequency() / M_PI * kinetic);
+  const double always =
+      taken_at_ease(h) +
+      (body_.alpha > 0 ? of_damping * damped : of_motion * h * lowest_frequency() / M_PI * kinetic);
   return std::abs(taken) <= always + 0.5 * std::max(0.0, condensed_budget(laws_share_) - taken_by_condensed_);
 }
 
 bool FemStructure::loads_hold(double from, double to) const {
-  return std::all_of(loads_.begin(), loads_.end(), [&](const PatchLoad& load) {
+  return std::all_of(body_.loads.begin(), body_.loads.end(), [&](const PatchLoad& load) {
     if (load.factor(from) != load.factor(to)) return false;
     return std::all_of(load.history.begin(), load.history.end(), [&](const auto& point) {
       return point.first <= from || point.first >= to || point.second == load.factor(from);
@@ -172,53 +170,53 @@ double FemStructure::condensed_step(double t, double accuracy) {
 double FemStructure::condensed_step(double t, double accuracy, double laws_share) {
   // Where neither weight nor damping asked for a factor, none is made before explicit steps have cost as
   // much: a short run needs none.
-  if (!factored_ && !condensed_by_choice() && steps_taken_ < steps_worth_a_factor) return 0;
+  if (!factored_ && !condensed_by_choice() && fields_.steps_taken < steps_worth_a_factor) return 0;
   if (!condensable()) return 0;
   // A period is off by (omega h)^2 / 12.
   double longest = std::sqrt(12 * accuracy) / lowest_frequency();
   const double quarter = 0.5 * M_PI / lowest_frequency();
   if (t < blow_time_ + quarter) return 0;
   if (condensed_by_choice()) {
-    const double ringing = struck_.empty() ? ringing_step(t) : longest;
-    if (ringing < std::min(longest, critical_step_)) return 0;  // explicit steps cost less
+    const double ringing = fields_.struck.empty() ? ringing_step(t) : longest;
+    if (ringing < std::min(longest, body_.critical_step)) return 0;  // explicit steps cost less
     longest = std::min(longest, ringing);
   } else if (!loads_hold(t - quarter, t + quarter)) {  // what it gains is the island's to judge: contacts
                                                        // shorten explicit steps, rest lengthens this one
     return 0;
   }
-  forces(t);
+  forces_.evaluate(t);
   laws_share_ = laws_share;
-  return at_ease(contact_step_ > 0 ? contact_step_ : critical_step_) ? longest : 0;
+  return at_ease(fields_.contact_step > 0 ? fields_.contact_step : body_.critical_step) ? longest : 0;
 }
 
 /// Most that the law of a damaged cell may come to, over sound concrete. A crack takes Poisson's effect away,
 /// which leaves pressed concrete E/2 in shear for E / (2 (1 + nu)), and its faces interlock with up to that
 /// of sound concrete again. By steps, so that growing cracks seldom ask for new factors.
 double FemStructure::stiffest(int cell) const {
-  if (!damage_ || damage_->cells().empty()) return 1;
-  const double tension = damage_->tension(cell), nu = spec_.poisson;
+  if (!body_.damage || body_.damage->cells().empty()) return 1;
+  const double tension = body_.damage->tension(cell), nu = body_.spec.poisson;
   const double d = tension > cracked_least ? std::min(1.0, std::ceil(4 * tension) / 4) : cracked_least;
-  const bool interlocks = spec_.damage == "concrete" && concrete_ && concrete_->aggregate > 0;
+  const bool interlocks = body_.spec.damage == "concrete" && body_.concrete && body_.concrete->aggregate > 0;
   const double cracked = (1 + nu) / (1 + nu * (1 - d)) + (interlocks ? d : 0.0);
-  return std::max(cracked, damage_->compression(cell) > cracked_least ? crushed_stiffest : 1.0);
+  return std::max(cracked, body_.damage->compression(cell) > cracked_least ? crushed_stiffest : 1.0);
 }
 
 /// T of a cell in K, T K_e T^T: its rotation, and the root of how much stiffer it may be than sound concrete.
 Mat3 FemStructure::frame_of(int cell) const {
   Mat3 t = Mat3::Identity();
-  const Mat3 h = gradient_at_centre(cell), f = t + h;
+  const Mat3 h = loads_.stresses().gradient(cell), f = t + h;
   if (h.norm() > turned_most && f.determinant() > 0) t = nearest_rotation(f);
   return std::sqrt(stiffest(cell)) * t;
 }
 
 void FemStructure::follow_frames() {
-  if (!finite_) return;
-  const auto cells = static_cast<int>(mesh_.hexes.size());
-  std::vector<Mat3> now(mesh_.hexes.size(), Mat3::Identity());
+  if (!body_.finite) return;
+  const auto cells = static_cast<int>(body_.mesh.hexes.size());
+  std::vector<Mat3> now(body_.mesh.hexes.size(), Mat3::Identity());
   bool stale = false;
   for (int cell = 0; cell < cells; ++cell) {
     const auto c = static_cast<std::size_t>(cell);
-    if (live_[c] == 0) continue;
+    if (body_.live[c] == 0) continue;
     now[c] = frame_of(cell);
     stale = stale || (now[c] - (frames_.empty() ? Mat3(Mat3::Identity()) : frames_[c])).norm() >
                          std::sqrt(2.0) * turned_most;
@@ -228,43 +226,42 @@ void FemStructure::follow_frames() {
 
 void FemStructure::set_frames(std::vector<Mat3> frames) {
   frames_ = std::move(frames);
-  forget_stiffness();
-}
-
-void FemStructure::forget_stiffness() {
   if (condensed_) condensed_->mass.clear();  // made again
 }
 
 Condensed& FemStructure::condensed(double h) {
   if (!condensed_) condensed_.reset(new Condensed);
   Condensed& c = *condensed_;
-  const int n = dofs_.size;
-  elastic_->stiffness();
-  if (c.mass.empty()) {
+  const int n = body_.dofs.size;
+  body_.elastic->stiffness();
+  if (c.mass.empty() || c.body_revision != body_.revision) {
+    c.body_revision = body_.revision;
     if (!c.levels.empty()) c.spent = std::move(c.levels.back());
     c.levels.clear();
     c.stiffness = {};
     c.mass.assign(n, 1.0);
     c.moves.assign(n, 0);
-    for (std::size_t i = 0; i < mass_.size(); ++i)
+    for (std::size_t i = 0; i < body_.mass.size(); ++i)
       for (int k = 0; k < 3; ++k)
-        if (const int d = dofs_.number[i][k]; d >= 0 && mass_[i] > 0) c.mass[d] = mass_[i], c.moves[d] = 1;
+        if (const int d = body_.dofs.number[i][k]; d >= 0 && body_.mass[i] > 0)
+          c.mass[d] = body_.mass[i], c.moves[d] = 1;
     const bool whole =
-        frames_.empty() && std::all_of(live_.begin(), live_.end(), [](char on) { return on != 0; });
+        frames_.empty() && std::all_of(body_.live.begin(), body_.live.end(), [](char on) { return on != 0; });
     const std::vector<Mat3>* frames = frames_.empty() ? nullptr : &frames_;
     c.stiffness = whole ? SymmetricMatrix{}
-                        : assemble_stiffness(mesh_, dofs_, shear_, bulk_, elastic_->springs(frames), &live_,
-                                             frames, &elastic_->stiffness());
+                        : assemble_stiffness(body_.mesh, body_.dofs, body_.shear, body_.bulk,
+                                             body_.elastic->springs(frames), &body_.live, frames,
+                                             &body_.elastic->stiffness());
   }
   // Twelve digits: intervals that differ by rounding share one factor, and a restart finds the same step.
   const double key = std::strtod(fmt::format("{:.11e}", h).c_str(), nullptr);
   const double phase = lowest_frequency() * key;
-  const bool damped = spec_.damping_ratio > 0;
+  const bool damped = body_.spec.damping_ratio > 0;
   const double delta = starting_ ? 0.5
                        : damped  ? std::min(0.1 * phase * phase, 0.5)
                                  : 0.0;  // damping of the first mode 0.1 phase^3
   const double theta = 0.5 + delta, scale = key * key * theta * theta,
-               shift = (1 + 0.5 * alpha_ * key) / scale;
+               shift = (1 + 0.5 * body_.alpha * key) / scale;
   const auto found = std::find_if(c.levels.begin(), c.levels.end(), [&](const auto& level) {
     return level->h == key && level->theta == theta;
   });
@@ -276,8 +273,8 @@ Condensed& FemStructure::condensed(double h) {
     c.spent = std::move(c.levels.front());
     c.levels.erase(c.levels.begin());
   }
-  elastic_->forget_factor();  // that of the structure at rest is made again where it is asked for
-  const SymmetricMatrix& k = c.stiffness.n > 0 ? c.stiffness : elastic_->stiffness();
+  body_.elastic->forget_factor();  // that of the structure at rest is made again where it is asked for
+  const SymmetricMatrix& k = c.stiffness.n > 0 ? c.stiffness : body_.elastic->stiffness();
   std::unique_ptr<Condensed::Level> level = std::move(c.spent);
   if (level)
     level->factor.again(k, shift, c.mass, &c.ordering);
@@ -302,13 +299,13 @@ void FemStructure::find_columns(std::span<const int> nodes) {
       all = false;
   }
   if (all) return;
-  if (c.bytes_of_columns() > room_of_columns(dofs_.size)) c.drop_idle_columns();
+  if (c.bytes_of_columns() > room_of_columns(body_.dofs.size)) c.drop_idle_columns();
   for (const int node : nodes) {
     const auto [at, fresh] = level.column.try_emplace(node);
     if (!fresh) continue;
     at->second.used = c.step;
     for (std::size_t k = 0; k < 3; ++k)
-      if (const int d = dofs_.number[static_cast<std::size_t>(node)][k];
+      if (const int d = body_.dofs.number[static_cast<std::size_t>(node)][k];
           d >= 0 && c.moves[static_cast<std::size_t>(d)])
         at->second.half[k] = level.factor.half_column(d);
   }
@@ -323,20 +320,12 @@ void FemStructure::drop_condensed_levels() {
 double FemStructure::memory_of_condensed_steps() {
   if (!condensable()) return 0;
   const std::size_t factor_bytes =
-      elastic_->factor().bytes();  // stands now, and makes way for the first of them
-  const std::size_t followed = finite_ ? elastic_->stiffness().value.size() * (sizeof(double) + sizeof(int))
-                                       : 0;  // K that has turned or cracked, beside that as built
-  return static_cast<double>((levels_kept(factor_bytes) - 1) * factor_bytes + room_of_columns(dofs_.size) +
-                             followed);
-}
-
-void FemStructure::accept_laws() {
-  books_.plastic_work += (bars_ ? bars_->dissipation() : 0.0) + (bearings_ ? bearings_->dissipation() : 0.0);
-  books_.damage_work += damage_ ? damage_->dissipation() : 0.0;
-  if (bars_) bars_->accept();
-  if (bearings_) bearings_->accept();
-  if (damage_) damage_->accept();
-  if (damage_ && bars_) bars_->see_cracks(*damage_, u_.data(), live_);
+      body_.elastic->factor().bytes();  // stands now, and makes way for the first of them
+  const std::size_t followed = body_.finite
+                                   ? body_.elastic->stiffness().value.size() * (sizeof(double) + sizeof(int))
+                                   : 0;  // K that has turned or cracked, beside that as built
+  return static_cast<double>((levels_kept(factor_bytes) - 1) * factor_bytes +
+                             room_of_columns(body_.dofs.size) + followed);
 }
 
 /// What h does not resolve of the velocities, (1 - A^-1 M)^3 v: a mode keeps all but (x / (1 + x))^3 of its
@@ -344,10 +333,11 @@ void FemStructure::accept_laws() {
 VecX FemStructure::unresolved_velocities(double h) {
   const Condensed& c = condensed(h);
   const Condensed::Level& level = *c.levels.back();
-  VecX v(dofs_.size), rhs(dofs_.size), kept(dofs_.size);
-  gather(dofs_, v_, v);
+  VecX v(body_.dofs.size), rhs(body_.dofs.size), kept(body_.dofs.size);
+  gather(body_.dofs, fields_.v, v);
   for (int pass = 0; pass < 3; ++pass) {
-    for (int d = 0; d < dofs_.size; ++d) rhs[d] = c.mass[static_cast<std::size_t>(d)] * v[d] / level.scale;
+    for (int d = 0; d < body_.dofs.size; ++d)
+      rhs[d] = c.mass[static_cast<std::size_t>(d)] * v[d] / level.scale;
     level.factor.solve(rhs.data(), kept.data());
     v -= kept;
   }
@@ -355,21 +345,21 @@ VecX FemStructure::unresolved_velocities(double h) {
 }
 
 void FemStructure::smooth_velocities(double h) {
-  VecX v(dofs_.size);
-  gather(dofs_, v_, v);
-  scatter(dofs_, v - unresolved_velocities(h), v_);
-  surface_stale_ = true;
+  VecX v(body_.dofs.size);
+  gather(body_.dofs, fields_.v, v);
+  scatter(body_.dofs, v - unresolved_velocities(h), fields_.v);
+  ++fields_.revision;
 }
 
 bool FemStructure::may_begin(double t, double h, double accuracy) {
-  if (h_last_ == 0 || !(spec_.damping_ratio > 0) || condensed_by_choice())
+  if (fields_.h_last == 0 || !(body_.spec.damping_ratio > 0) || condensed_by_choice())
     return true;  // under way, or with all of its motion
   follow_frames();
   starting_ = true;  // by the factor of the first step
   const VecX v = unresolved_velocities(h);
   starting_ = false;
   double lost = 0;  // its kinetic energy, and as much that it stores
-  for (int d = 0; d < dofs_.size; ++d)
+  for (int d = 0; d < body_.dofs.size; ++d)
     if (condensed_->moves[static_cast<std::size_t>(d)])
       lost += condensed_->mass[static_cast<std::size_t>(d)] * v[d] * v[d];
   // Half of what earlier starts have left of it: together they never take more, and one more is never far
@@ -379,54 +369,57 @@ bool FemStructure::may_begin(double t, double h, double accuracy) {
   if (lost <= most) return true;
   // Damping alone takes so long; contacts and cracks may be quicker.
   const double quarter = 0.5 * M_PI / lowest_frequency();
-  blow_time_ = t + std::max(0.0, 0.5 * std::log(lost / most) / alpha_ - quarter);
+  blow_time_ = t + std::max(0.0, 0.5 * std::log(lost / most) / body_.alpha - quarter);
   return false;
 }
 
-void FemStructure::predict_condensed(double t, double h) { begin_condensed(t, h, spec_.damping_ratio > 0); }
+void FemStructure::predict_condensed(double t, double h) {
+  begin_condensed(t, h, body_.spec.damping_ratio > 0);
+}
 
 void FemStructure::begin_condensed(double t, double h, bool smoothed) {
   leave_modal();
   follow_frames();
-  if (h_last_ > 0) {
-    const double before = mechanical_energy();
-    synchronise(t);
-    time_ = t;
+  if (fields_.h_last > 0) {
+    const double before = energy_.mechanical();
+    leapfrog_.synchronise(t);
+    fields_.time = t;
     starting_ = smoothed;
     if (smoothed) smooth_velocities(h);
     const double taken =
-        before - mechanical_energy() - (laws_taken_ ? 0.0 : dissipation());  // which accept_laws() books
-    books_.algorithmic += taken;
+        before - energy_.mechanical() -
+        (forces_.accepted() ? 0.0 : forces_.dissipation());  // which energy_.accept_laws() books
+    energy_.works.algorithmic += taken;
     taken_by_condensed_ += std::max(0.0, taken);
   }
-  forces(t);
-  if (!laws_taken_) accept_laws();
-  laws_taken_ = true;
+  forces_.evaluate(t);
+  if (!forces_.accepted()) energy_.accept_laws();
   Condensed& c = condensed(h);
   ++c.step;
   c.before.clear();
   save(c.before);
-  c.stored = stored_part_;
-  const int n = dofs_.size;
+  c.stored = forces_.stored();
+  const int n = body_.dofs.size;
   VecX v(n), stiff(n), rhs(n), push = VecX::Zero(n);
-  gather(dofs_, v_, v);
-  (c.stiffness.n > 0 ? c.stiffness : elastic_->stiffness()).multiply(v.data(), stiff.data());
-  AlignedVector mean(f_ext_);
-  if (!loads_.empty()) {
-    external_force(t + h);
-    for (std::size_t i = 0; i < mean.size(); ++i) mean[i] = 0.5 * (mean[i] + f_ext_[i]);
-    external_force(t);
+  gather(body_.dofs, fields_.v, v);
+  (c.stiffness.n > 0 ? c.stiffness : body_.elastic->stiffness()).multiply(v.data(), stiff.data());
+  AlignedVector mean(fields_.f_ext);
+  if (!body_.loads.empty()) {
+    forces_.load(t + h);
+    for (std::size_t i = 0; i < mean.size(); ++i) mean[i] = 0.5 * (mean[i] + fields_.f_ext[i]);
+    forces_.load(t);
   }
-  for (std::size_t i = 0; i < mass_.size(); ++i)
+  for (std::size_t i = 0; i < body_.mass.size(); ++i)
     for (int k = 0; k < 3; ++k)
-      if (const int d = dofs_.number[i][k]; d >= 0 && mass_[i] > 0)
-        push[d] = h * (mean[4 * i + k] - f_int_[4 * i + k] - alpha_ * mass_[i] * v_[4 * i + k]);
+      if (const int d = body_.dofs.number[i][k]; d >= 0 && body_.mass[i] > 0)
+        push[d] = h * (mean[4 * i + k] - fields_.f_int[4 * i + k] -
+                       body_.alpha * body_.mass[i] * fields_.v[4 * i + k]);
   const Condensed::Level& level = *c.levels.back();
   rhs = push / level.scale - stiff / level.theta;
   c.v_hat.resize(n);
   level.factor.solve(rhs.data(), c.v_hat.data());
   c.v_hat += v;
-  scatter(dofs_, c.v_hat, v_hat_);
+  scatter(body_.dofs, c.v_hat, fields_.v_hat);
 }
 
 MatX FemStructure::compliance(std::span<const int> nodes) {
@@ -466,82 +459,86 @@ void FemStructure::push_condensed(std::span<const NodeImpulse> impulses) {
     if (!p.impulse.isZero(0)) nodes.push_back(p.node);
   if (nodes.empty()) return;
   find_columns(nodes);
-  VecX z = VecX::Zero(dofs_.size), moved(dofs_.size);
+  VecX z = VecX::Zero(body_.dofs.size), moved(body_.dofs.size);
   for (const NodeImpulse& p : impulses)
     for (std::size_t k = 0; k < 3; ++k)
       if (p.impulse[static_cast<Eigen::Index>(k)] != 0)
         level.factor.add(level.column.find(p.node)->second.half[k],
                          p.impulse[static_cast<Eigen::Index>(k)] / level.scale, z.data());
   level.factor.back(z.data(), moved.data());
-  for (int d = 0; d < dofs_.size; ++d)
+  for (int d = 0; d < body_.dofs.size; ++d)
     if (c.moves[static_cast<std::size_t>(d)]) c.v_hat[d] += moved[d];
 }
 
 bool FemStructure::correct_condensed(double t, double h, std::span<const NodeImpulse> impulses) {
   Condensed& c = *condensed_;
   push_condensed(impulses);
-  const double stored_before = stored_part_;
-  const AlignedVector external_before(f_ext_), internal_before(f_int_);
-  for (int n : struck_) std::fill_n(&contact_impulse_[4 * static_cast<std::size_t>(n)], 3, 0.0);
-  struck_.clear();
-  contact_step_ = h;
+  const double stored_before = forces_.stored();
+  const AlignedVector external_before(fields_.f_ext), internal_before(fields_.f_int);
+  for (int n : fields_.struck) std::fill_n(&fields_.contact_impulse[4 * static_cast<std::size_t>(n)], 3, 0.0);
+  fields_.struck.clear();
+  fields_.contact_step = h;
   for (const NodeImpulse& p : impulses) {
-    struck_.push_back(p.node);
-    for (int k = 0; k < 3; ++k) contact_impulse_[4 * static_cast<std::size_t>(p.node) + k] += p.impulse[k];
+    fields_.struck.push_back(p.node);
+    for (int k = 0; k < 3; ++k)
+      fields_.contact_impulse[4 * static_cast<std::size_t>(p.node) + k] += p.impulse[k];
   }
-  AlignedVector v_before(v_);
-  scatter(dofs_, c.v_hat, v_);
+  AlignedVector v_before(fields_.v);
+  scatter(body_.dofs, c.v_hat, fields_.v);
   const double theta = c.levels.back()->theta;
-  for (std::size_t i = 0; i < u_.size(); ++i) u_[i] += h * ((1 - theta) * v_before[i] + theta * v_[i]);
-  time_ = t + h;
-  moved();
-  forces(t + h);
+  for (std::size_t i = 0; i < fields_.u.size(); ++i)
+    fields_.u[i] += h * ((1 - theta) * v_before[i] + theta * fields_.v[i]);
+  fields_.time = t + h;
+  forces_.moved();
+  forces_.evaluate(t + h);
   if (!at_ease(h)) return false;
 
   double gained = 0, kinetic = 0, damping = 0, external = 0, whole = 0, contact = 0;
   double sprung = 0, begun = 0;  // s . K s, s . f_int(u_n) of the way s
-  for (std::size_t node = 0; node < mass_.size(); ++node) {
-    const double m = mass_[node];
+  for (std::size_t node = 0; node < body_.mass.size(); ++node) {
+    const double m = body_.mass[node];
     for (int k = 0; k < 3; ++k) {
       const std::size_t i = 4 * node + k;
-      if (inverse_mass_[i] == 0) continue;
-      const double mean = 0.5 * (v_before[i] + v_[i]), load = 0.5 * (external_before[i] + f_ext_[i]);
-      const double moved = h * ((1 - theta) * v_before[i] + theta * v_[i]);
-      gained += m * (v_[i] - v_before[i]) * mean;
-      kinetic += 0.5 * m * v_[i] * v_[i];
-      damping += h * alpha_ * m * mean * mean;
+      if (body_.inverse_mass[i] == 0) continue;
+      const double mean = 0.5 * (v_before[i] + fields_.v[i]),
+                   load = 0.5 * (external_before[i] + fields_.f_ext[i]);
+      const double moved = h * ((1 - theta) * v_before[i] + theta * fields_.v[i]);
+      gained += m * (fields_.v[i] - v_before[i]) * mean;
+      kinetic += 0.5 * m * fields_.v[i] * fields_.v[i];
+      damping += h * body_.alpha * m * mean * mean;
       whole += load * moved;
-      external += (load - m * gravity_[k]) * moved;
-      contact += contact_impulse_[i] * mean;
+      external += (load - m * body_.gravity[k]) * moved;
+      contact += fields_.contact_impulse[i] * mean;
       begun += internal_before[i] * moved;
-      sprung += (load - internal_before[i] - alpha_ * m * mean +
-                 (contact_impulse_[i] - m * (v_[i] - v_before[i])) / h) /
+      sprung += (load - internal_before[i] - body_.alpha * m * mean +
+                 (fields_.contact_impulse[i] - m * (fields_.v[i] - v_before[i])) / h) /
                 theta * moved;  // by (4)
     }
   }
-  const double by_laws = stored_part_ - stored_before + dissipation(),
+  const double by_laws = forces_.stored() - stored_before + forces_.dissipation(),
                viscous = 0.5 * sprung + begun - by_laws;
   if (!viscosity_at_ease(h, viscous, damping, kinetic)) return false;
   taken_by_condensed_ += std::max(0.0, viscous);
-  books_.contact_work += contact;
-  books_.damping_work += damping;
-  if (!loads_.empty()) books_.external_work += external;
-  books_.algorithmic += whole + contact - damping - gained - by_laws;
-  watch_loads(t + h, h);
+  energy_.works.contact_work += contact;
+  energy_.works.damping_work += damping;
+  if (!body_.loads.empty()) energy_.works.external_work += external;
+  energy_.works.algorithmic += whole + contact - damping - gained - by_laws;
+  loads_.watch(t + h, h);
   starting_ = false;
-  stored_half_ = stored_part_;
-  reference_kinetic_ = std::max(reference_kinetic_, kinetic);
-  if (kinetic > 1e-8 * reference_kinetic_ && kinetic > 1e-14 * stored_part_)
-    still_ = false;
-  else if (!still_)
-    still_ = true, still_since_ = time_;
+  energy_.stored_half = forces_.stored();
+  fields_.reference_kinetic = std::max(fields_.reference_kinetic, kinetic);
+  if (kinetic > 1e-8 * fields_.reference_kinetic && kinetic > 1e-14 * forces_.stored())
+    fields_.still = false;
+  else if (!fields_.still)
+    fields_.still = true, fields_.still_since = fields_.time;
   return true;
 }
 
 void FemStructure::undo_condensed() {
   restore(condensed_->before);
-  forces(time_);  // explicit steps go on from what the laws say here after a step of no length
-  books_.algorithmic += condensed_->stored - stored_part_ - dissipation();
+  forces_.evaluate(
+      fields_.time);  // explicit steps go on from what the laws say here after a step of no length
+  energy_.works.algorithmic += condensed_->stored - forces_.stored() - forces_.dissipation();
 }
 
 }  // namespace talus::fem

@@ -17,59 +17,28 @@ constexpr double longest_memory =
     100;  // 1 / omega_1: for which a phase is to be right where there is little damping
 }  // namespace
 
-/// Brings velocities from the last half step to the time of the displacements.
-void FemStructure::synchronise(double t) {
-  if (h_last_ == 0) return;
-  forces(t);
-  const double half = 0.5 * h_last_;
-  std::array<double, 2> powers{};  // a . f of its own, and v . f_int by the velocities that come here
-  for (const auto& [first, last] : own_)
-    for (int i = 4 * first; i < 4 * last; ++i) {
-      v_hat_[i] = v_[i] + half * (inverse_mass_[i] * (f_ext_[i] - f_int_[i]) -
-                                  alpha_ * (inverse_mass_[i] > 0 ? v_[i] : 0.0));
-      powers[1] += f_int_[i] * v_[i];
-    }
-  // What presses goes on pressing: a node in balance with it would be kicked by half a step of the reaction.
-  const double pressed = half / (contact_step_ > 0 ? contact_step_ : 1.0);
-  for (const int n : struck_)
-    if (own_node(n))
-      for (int i = 4 * n; i < 4 * n + 3; ++i) v_hat_[i] += pressed * inverse_mass_[i] * contact_impulse_[i];
-  powers[0] = power_of_own_forces(half);
-  sum(powers);
-  book_step_dependence(0, powers[0], (powers[1] - power_) / h_last_);
-  for (const auto& [first, last] : own_)
-    std::copy(v_hat_.begin() + 4L * first, v_hat_.begin() + 4L * last, v_.begin() + 4L * first);
-  h_last_ = 0;
-  motion_changed();
-  surface_stale_ = true;
-}
-
-double FemStructure::mechanical_energy() {
-  const StructureEnergy e = energy();
-  return e.kinetic + e.elastic + e.gravity_potential;
-}
-
 /// Longest step of the midpoint rule that keeps the phases of what rings; infinite if nothing does. A mode of
 /// amplitude A is off by (omega h)^2 / 12 of its phase omega t, and rings for a time m = 1 / (zeta omega_1):
 /// its displacement is wrong by at most A (omega h)^2 omega m / (12 e), and never by more than 2 A.
 double FemStructure::ringing_step(double t) {
-  forces(t);
+  forces_.evaluate(t);
   double longest = std::numeric_limits<double>::infinity();
-  if (reference_kinetic_ <= 1e-14 * std::abs(stored_part_)) return longest;  // it never moved
+  if (fields_.reference_kinetic <= 1e-14 * std::abs(forces_.stored())) return longest;  // it never moved
   const LinearDynamics& l = linear_dynamics();
-  const int n = dofs_.size;
+  const int n = body_.dofs.size;
   VecX v(n), f(n), push = VecX::Zero(n);
-  gather(dofs_, v_, v);
-  gather(dofs_, f_ext_, push);
-  gather(dofs_, f_int_, f);
+  gather(body_.dofs, fields_.v, v);
+  gather(body_.dofs, fields_.f_ext, push);
+  gather(body_.dofs, fields_.f_int, f);
   push -= f;
   const VecX& omega = l.modes.omega;
   const VecX rate = l.modes.phi.transpose() * l.mass.cwiseProduct(v),
              acceleration = l.modes.phi.transpose() * push;
   const double memory =
-      std::min(longest_memory, spec_.damping_ratio > 0 ? 1 / spec_.damping_ratio : longest_memory) / omega[0];
-  const double wrong =
-      ringing_error * l.modes.phi.col(0).cwiseAbs().maxCoeff() * std::sqrt(2 * reference_kinetic_) / omega[0];
+      std::min(longest_memory, body_.spec.damping_ratio > 0 ? 1 / body_.spec.damping_ratio : longest_memory) /
+      omega[0];
+  const double wrong = ringing_error * l.modes.phi.col(0).cwiseAbs().maxCoeff() *
+                       std::sqrt(2 * fields_.reference_kinetic) / omega[0];
   for (int i = 0; i < omega.size(); ++i) {
     const double amplitude = std::hypot(rate[i] / omega[i], acceleration[i] / (omega[i] * omega[i])) *
                              l.modes.phi.col(i).cwiseAbs().maxCoeff();
@@ -88,7 +57,7 @@ bool FemStructure::ring_on(double t, double duration) {
   long steps = 1;  // a power of two: few factors serve
   while (longest * static_cast<double>(steps) < duration * (1 - 1e-12)) steps *= 2;
   const double h = duration / static_cast<double>(steps);
-  if (h < (chosen ? 1.0 : least_condensed_gain) * critical_step_) return false;
+  if (h < (chosen ? 1.0 : least_condensed_gain) * body_.critical_step) return false;
   for (long k = 0; k < steps; ++k) {
     const double now = t + duration * (static_cast<double>(k) / static_cast<double>(steps));
     begin_condensed(now, h, false);
@@ -98,17 +67,17 @@ bool FemStructure::ring_on(double t, double duration) {
     explicit_steps(now, t + duration - now);
     break;
   }
-  time_ = t + duration;
+  fields_.time = t + duration;
   return true;
 }
 
 std::string FemStructure::advance_alone(double t, double duration) {
   if (!(duration > 0)) return "none";
   if (undisturbed(t, duration)) {
-    time_ = t + duration;
+    fields_.time = t + duration;
     return "asleep";
   }
-  const std::string& how = spec_.integrator;
+  const std::string& how = body_.spec.integrator;
   const bool linear = rings_in_modes();
   if (linear && linear_ && linear_->running) {
     modal_motion(t, duration);
@@ -116,9 +85,9 @@ std::string FemStructure::advance_alone(double t, double duration) {
   }
   // Not before explicit steps alone have cost what the modes would: at most twice what would have been least
   // then, however long it rings on. What is not linear tries condensed steps.
-  const double explicit_count = std::ceil(duration / critical_step_);
-  const bool waited = linear ? steps_taken_ >= std::max(modal_try_, steps_worth(modes_))
-                             : reference_kinetic_ == 0 || steps_taken_ >= modal_try_;
+  const double explicit_count = std::ceil(duration / body_.critical_step);
+  const bool waited = linear ? fields_.steps_taken >= std::max(modal_try_, steps_worth(modes_))
+                             : fields_.reference_kinetic == 0 || fields_.steps_taken >= modal_try_;
   const bool worth = how == "auto" && explicit_count >= 8 && waited;
   if (linear && (how == "modal" || worth)) {
     if (enter_modal(t, how == "modal")) {
@@ -131,6 +100,57 @@ std::string FemStructure::advance_alone(double t, double duration) {
     return "condensed";
   explicit_steps(t, duration);
   return "explicit";
+}
+
+void FemStructure::explicit_steps(double t, double duration) {
+  const long steps = std::max(1L, static_cast<long>(std::ceil(duration / body_.critical_step * (1 - 1e-12))));
+  const double h = duration / static_cast<double>(steps);
+  for (long i = 0; i < steps; ++i) {
+    const double now = t + duration * (static_cast<double>(i) / static_cast<double>(steps));
+    predict(now, h);
+    correct(now, h, {});
+  }
+  fields_.time = t + duration;
+}
+
+namespace {
+
+/// Whether anything moved since the preload, which is gravity alone, by the largest kinetic energy so far.
+bool has_moved(double kinetic, double stored) { return kinetic > 1e-14 * std::abs(stored); }
+
+}  // namespace
+
+bool FemStructure::undisturbed(double t, double duration) const {
+  if (!fields_.still) return false;
+  const bool moved_before = has_moved(fields_.reference_kinetic, energy_.stored_half);
+  const double since = moved_before ? fields_.still_since : 0;
+  if (moved_before && t - since < settling_time()) return false;
+  for (const PatchLoad& load : body_.loads) {
+    // What the structure is in balance with: nothing before it ever moved, since the preload is gravity
+    // alone.
+    const double held = moved_before ? load.factor(since) : 0;
+    if (load.factor(t) != held || load.factor(t + duration) != held) return false;
+    for (const auto& [when, factor] : load.history)
+      if (when > since && when < t + duration && factor != held) return false;
+  }
+  return true;
+}
+
+double FemStructure::settling_time() const {
+  if (condensable()) return M_PI / lowest_frequency();
+  return body_.omega_1 > 0 ? M_PI / body_.omega_1 : 200 * body_.critical_step;
+}
+
+bool FemStructure::quiet() const {
+  for (const PatchLoad& load : body_.loads)
+    if (!load.history.empty() && fields_.time < load.history.back().first) return false;
+  if (!fields_.still) return false;
+  if (!has_moved(fields_.reference_kinetic, energy_.stored_half))
+    return std::all_of(body_.loads.begin(), body_.loads.end(),
+                       [&](const PatchLoad& load) { return load.factor(fields_.time) == 0; });
+  // Kinetic energy also vanishes at a turning point: it has to stay small for half a period (or many steps,
+  // if that is unknown).
+  return fields_.time - fields_.still_since >= settling_time();
 }
 
 }  // namespace talus::fem

@@ -12,51 +12,51 @@ namespace talus::fem {
 
 /// Numbers of a nodal field at the free degrees of freedom.
 VecX FemStructure::at_free(const AlignedVector& field) const {
-  VecX values(dofs_.size);
-  gather(dofs_, field, values);
+  VecX values(body_.dofs.size);
+  gather(body_.dofs, field, values);
   return values;
 }
 
 void FemStructure::move_by(const VecX& way) {
-  for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
+  for (std::size_t i = 0; i < body_.mesh.nodes.size(); ++i)
     for (int c = 0; c < 3; ++c)
-      if (const int d = dofs_.number[i][c]; d >= 0) u_[4 * i + c] += way[d];
+      if (const int d = body_.dofs.number[i][c]; d >= 0) fields_.u[4 * i + c] += way[d];
 }
 
 /// Sums of squares over the free degrees of freedom of all ranks.
 double FemStructure::square_of(const VecX& values) const {
   double square = 0;
-  for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
-    if (own_node(static_cast<int>(i)))
-      for (const int d : dofs_.number[i])
+  for (std::size_t i = 0; i < body_.mesh.nodes.size(); ++i)
+    if (body_.own_node(static_cast<int>(i)))
+      for (const int d : body_.dofs.number[i])
         if (d >= 0) square += values[d] * values[d];
-  sum({&square, 1});
+  body_.sum({&square, 1});
   return square;
 }
 
 void FemStructure::preload() {
   give_back_memory();
-  external_force(0);
-  for (const PatchLoad& load : loads_) {  // gravity alone: what varies in time is dynamics
+  forces_.load(0);
+  for (const PatchLoad& load : body_.loads) {  // gravity alone: what varies in time is dynamics
     const double factor = load.factor(0);
     for (std::size_t k = 0; k < load.node.size(); ++k)
-      for (int c = 0; c < 3; ++c) f_ext_[4 * load.node[k] + c] -= factor * load.force[k][c];
+      for (int c = 0; c < 3; ++c) fields_.f_ext[4 * load.node[k] + c] -= factor * load.force[k][c];
   }
-  VecX left = at_free(f_ext_);
+  VecX left = at_free(fields_.f_ext);
   // What the forces that find a balance are measured by: the weight; without gravity what the bars press
   // with, at no displacement.
   double pressed = 0;
-  if (gravity_.isZero(0) && bars_) {
-    bars_->add_forces(u_.data(), 0, live_, f_int_.data());
-    discretisation_.condense(f_int_);
-    const VecX of_bars = at_free(f_int_);
+  if (body_.gravity.isZero(0) && body_.bars) {
+    body_.bars->add_forces(fields_.u.data(), 0, body_.live, fields_.f_int.data());
+    body_.discretisation.condense(fields_.f_int);
+    const VecX of_bars = at_free(fields_.f_int);
     left -= of_bars;
     pressed = square_of(of_bars);
   }
   const bool balanced = find_elastic_rest(left, pressed);
-  if (damage_) {
-    warn_of_cracks();
-    forces(0);
+  if (body_.damage) {
+    loads_.stresses().warn_of_cracks();
+    forces_.evaluate(0);
     if (cracked_cells() > 0 && !find_cracked_rest(balanced, pressed)) warn_of_no_rest();
   }
 }
@@ -64,8 +64,9 @@ void FemStructure::preload() {
 /// Small strain: one solution. Total Lagrangian: the same factor, until the forces balance; false: they do
 /// not. `left`: forces out of balance. `pressed` [N^2].
 bool FemStructure::find_elastic_rest(VecX left, double pressed) {
-  const bool factored = !divided() && dofs_.size <= largest_factored_system, once = !finite_ && !bars_;
-  VecX way = VecX::Zero(dofs_.size);
+  const bool factored = !body_.divided() && body_.dofs.size <= largest_factored_system,
+             once = !body_.finite && !body_.bars;
+  VecX way = VecX::Zero(body_.dofs.size);
   double residual = 0, scale = 0, last = 0;  // squared
   int iterations = 0;
   constexpr int most_passes = 40;
@@ -74,36 +75,39 @@ bool FemStructure::find_elastic_rest(VecX left, double pressed) {
       progress(pass == 0 ? "permanent load"
                          : fmt::format("permanent load, pass {} of at most {}, {:.1e} of it left", pass + 1,
                                        most_passes, std::sqrt(residual / scale)));
-      iterations += elastic_->multigrid().solve(
+      iterations += body_.elastic->multigrid().solve(
           left.data(), way.data(),
           once ? 1e-12 : 1e-4);  // no closer than a pass that is not linear comes to its balance
     } else {
-      elastic_->factor().solve(left.data(), way.data());
+      body_.elastic->factor().solve(left.data(), way.data());
     }
     move_by(way);
-    if (partition_) partition_->exchange(u_);
-    discretisation_.distribute(u_);
+    if (body_.partition) body_.partition->exchange(fields_.u);
+    body_.discretisation.distribute(fields_.u);
     if (once) break;
-    std::fill(f_int_.begin(), f_int_.end(), 0.0);
-    operator_->add_internal_force(u_.data(), f_int_.data(), finite_, false);
-    if (bars_) bars_->add_forces(u_.data(), 0, live_, f_int_.data());
-    if (bearings_) bearings_->add_forces(u_.data(), live_, f_int_.data()), bearings_->accept();
-    discretisation_.condense(f_int_);
+    std::fill(fields_.f_int.begin(), fields_.f_int.end(), 0.0);
+    body_.elements->add_internal_force(fields_.u.data(), fields_.f_int.data(), body_.finite, false);
+    if (body_.bars) body_.bars->add_forces(fields_.u.data(), 0, body_.live, fields_.f_int.data());
+    if (body_.bearings)
+      body_.bearings->add_forces(fields_.u.data(), body_.live, fields_.f_int.data()),
+          body_.bearings->accept();
+    body_.discretisation.condense(fields_.f_int);
     last = residual;
-    const VecX load = at_free(f_ext_);
-    left = load - at_free(f_int_);
+    const VecX load = at_free(fields_.f_ext);
+    left = load - at_free(fields_.f_int);
     residual = square_of(left), scale = pressed + square_of(load);
     if (residual <= 1e-24 * scale || (pass > 0 && residual <= 1e-18 * scale && residual > 0.25 * last))
       break;  // the latter: rounding is all that is left
   }
   if (iterations > 0)
-    report_(fmt::format("structure {}: gravity preload by multigrid, {} iterations", spec_.name, iterations));
-  if (bars_) bars_->accept();
-  moved();
+    body_.report(fmt::format("structure {}: gravity preload by multigrid, {} iterations", body_.spec.name,
+                             iterations));
+  if (body_.bars) body_.bars->accept();
+  forces_.moved();
   const bool balanced = !(residual > 1e-12 * scale);
-  still_ = balanced && spec_.initial_velocity.isZero();
+  fields_.still = balanced && body_.spec.initial_velocity.isZero();
   if (!balanced)
-    report_(fmt::format(
+    body_.report(fmt::format(
         "warning: under its permanent load no state at rest was found, {:.2g} of the load is left (bars that "
         "yield, a deck that slides): it moves from t = 0 by itself, and what it suffers "
         "by that is in all that the run tells, before any block arrives; see by a run without blocks how "
@@ -113,74 +117,75 @@ bool FemStructure::find_elastic_rest(VecX left, double pressed) {
 }
 
 long FemStructure::cracked_cells() const {
-  return count_of(std::count_if(damage_->cells().begin(), damage_->cells().end(),
-                                [this](int cell) { return own_cell(cell); }));
+  return body_.count_of(std::count_if(body_.damage->cells().begin(), body_.damage->cells().end(),
+                                      [this](int cell) { return body_.own_cell(cell); }));
 }
 
 /// Laws are evaluated from virgin concrete to u each time: what a pass overshoots leaves no crack. False, and
 /// the elastic state, if there is none.
 bool FemStructure::find_cracked_rest(bool balanced, double pressed) {
-  const AlignedVector elastic(u_);
+  const AlignedVector elastic(fields_.u);
   const auto left = [&](VecX& force) {
     double size = pressed;
-    for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
+    for (std::size_t i = 0; i < body_.mesh.nodes.size(); ++i)
       for (int c = 0; c < 3; ++c)
-        if (const int d = dofs_.number[i][c]; d >= 0) {
-          const double weight = mass_[i] * gravity_[c];
-          force[d] = weight - f_int_[4 * i + c];
+        if (const int d = body_.dofs.number[i][c]; d >= 0) {
+          const double weight = body_.mass[i] * body_.gravity[c];
+          force[d] = weight - fields_.f_int[4 * i + c];
           size += weight * weight;
         }
     return force.norm() / std::sqrt(size);
   };
   const auto solve = [&](const VecX& force, VecX& way) {
-    elastic_->factor().solve(force.data(), way.data());
+    body_.elastic->factor().solve(force.data(), way.data());
   };
   const auto evaluate = [&] {
-    moved();
-    forces(0);
+    forces_.moved();
+    forces_.evaluate(0);
   };
   const auto move = [&](const VecX& way) {
     move_by(way);
     evaluate();
   };
-  const bool affordable = !divided() && dofs_.size <= largest_factored_system;  // each pass is a solution
+  const bool affordable =
+      !body_.divided() && body_.dofs.size <= largest_factored_system;  // each pass is a solution
   // Assumed lateral strains go by the accepted damage (kernels/assumed_strain.hpp): what is accepted is
   // balanced again, until that asks for nothing.
   constexpr int most_turns = 30;
   int passes = 0, turns = 0;
   for (bool found = balanced && affordable; found && turns < most_turns; ++turns) {
-    const StaticBalance cracked = find_balance(dofs_.size, left, solve, move);
-    found = cracked.found && spent_cells().empty();
+    const StaticBalance cracked = find_balance(body_.dofs.size, left, solve, move);
+    found = cracked.found && spent_cells(body_).empty();
     passes += cracked.passes;
     if (!found) break;
-    accept_laws();
+    energy_.accept_laws();
     evaluate();
-    VecX force(dofs_.size);
+    VecX force(body_.dofs.size);
     if (left(force) > balanced_enough) continue;
-    report_(
+    body_.report(
         fmt::format("structure {}: its weight takes {} cells beyond the elastic limit of the concrete; it "
                     "stands with what has cracked ({} passes)",
-                    spec_.name, cracked_cells(), passes));
-    books_ = StructureEnergy{};  // that was before the run
-    moved();
+                    body_.spec.name, cracked_cells(), passes));
+    energy_.works = StructureEnergy{};  // that was before the run
+    forces_.moved();
     return true;
   }
-  books_ = StructureEnergy{};
-  u_ = elastic;
+  energy_.works = StructureEnergy{};
+  fields_.u = elastic;
   evaluate();
-  still_ = false;
+  fields_.still = false;
   return false;
 }
 
 void FemStructure::warn_of_no_rest() const {
   int worst = -1;
   double most = -1;
-  for (const int cell : damage_->cells())
-    if (const double d = std::max(damage_->tension(cell), damage_->compression(cell));
-        own_cell(cell) && d > most)
+  for (const int cell : body_.damage->cells())
+    if (const double d = std::max(body_.damage->tension(cell), body_.damage->compression(cell));
+        body_.own_cell(cell) && d > most)
       most = d, worst = cell;
-  const std::string place = place_of_most(most, worst);
-  report_(fmt::format(
+  const std::string place = loads_.stresses().place_of_most(most, worst);
+  body_.report(fmt::format(
       "warning: under its permanent load no state at rest was found: {} cells are beyond the elastic limit "
       "of the concrete, the worst {}, and crack or yield by themselves from t = 0 on, which the run's "
       "damage, "

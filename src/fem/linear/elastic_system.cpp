@@ -11,34 +11,35 @@
 #include "fem/linear/reproducible_sum.hpp"
 #include "fem/not_enough_memory.hpp"
 #include "fem/spec_error.hpp"
+#include "fem/structure_body.hpp"
 
 namespace talus::fem {
 
 void ElasticSystem::apply(AlignedVector& x, AlignedVector& y) const {
   std::fill(y.begin(), y.end(), 0.0);
-  p_.cells.distribute(x);
-  p_.elements.add_internal_force(x.data(), y.data(), false, false);
-  if (p_.bars) {
+  body_.discretisation.distribute(x);
+  body_.elements->add_internal_force(x.data(), y.data(), false, false);
+  if (body_.bars) {
     // Their stiffness by a difference, so small that neither rotation nor yielding shows.
     double most = 0;
     for (double value : x) most = std::max(most, std::abs(value));
-    if (p_.partition) most = p_.partition->largest(most);
+    most = body_.largest(most);
     const double factor = 1e-7 / most;
     AlignedVector probe(x), zero(x.size(), 0.0), with(x.size(), 0.0), without(x.size(), 0.0);
     for (double& value : probe) value *= factor;
-    p_.bars->add_forces(probe.data(), 0, p_.live, with.data());
-    p_.bars->add_forces(zero.data(), 0, p_.live, without.data());
+    body_.bars->add_forces(probe.data(), 0, body_.live, with.data());
+    body_.bars->add_forces(zero.data(), 0, body_.live, without.data());
     for (std::size_t i = 0; i < x.size(); ++i) y[i] += (with[i] - without[i]) / factor;
   }
-  for (const Spring& spring : p_.bearings ? p_.bearings->springs() : std::vector<Spring>{})
+  for (const Spring& spring : body_.bearings ? body_.bearings->springs() : std::vector<Spring>{})
     spring.add_force(x, y);
-  p_.cells.condense(y);
+  body_.discretisation.condense(y);
 }
 
 std::vector<Spring> ElasticSystem::springs(const std::vector<Mat3>* frames) const {
-  std::vector<Spring> list = p_.bearings ? p_.bearings->springs() : std::vector<Spring>{};
-  if (p_.bars) {
-    const std::vector<Spring> steel = p_.bars->springs(frames);
+  std::vector<Spring> list = body_.bearings ? body_.bearings->springs() : std::vector<Spring>{};
+  if (body_.bars) {
+    const std::vector<Spring> steel = body_.bars->springs(frames);
     list.insert(list.end(), steel.begin(), steel.end());
   }
   return list;
@@ -46,7 +47,7 @@ std::vector<Spring> ElasticSystem::springs(const std::vector<Mat3>* frames) cons
 
 const SymmetricMatrix& ElasticSystem::stiffness() {
   if (stiffness_.n == 0)
-    stiffness_ = assemble_stiffness(p_.cells.mesh(), p_.dofs, p_.shear, p_.bulk, springs());
+    stiffness_ = assemble_stiffness(body_.mesh, body_.dofs, body_.shear, body_.bulk, springs());
   return stiffness_;
 }
 
@@ -55,15 +56,17 @@ const CholeskyFactor& ElasticSystem::factor() {
   try {
     factor_ = std::make_unique<CholeskyFactor>(stiffness(), 0.0, std::vector<double>{});
   } catch (const NotEnoughMemory& e) {
-    bad(p_.spec, p_.spec.cell_size > 0 ? "cell_size" : "cells",
-        fmt::format("{} cells", p_.cells.mesh().hexes.size()), e.what(),
+    bad(body_.spec, body_.spec.cell_size > 0 ? "cell_size" : "cells",
+        fmt::format("{} cells", body_.mesh.hexes.size()), e.what(),
         "take larger cells, or fewer of them, or free memory");
   }
   return *factor_;
 }
 
 LinearSolver& ElasticSystem::multigrid() {
-  if (!multigrid_) multigrid_ = make_multigrid(p_.cells, p_.dofs, p_.elements, springs(), p_.partition.get());
+  if (!multigrid_)
+    multigrid_ =
+        make_multigrid(body_.discretisation, body_.dofs, *body_.elements, springs(), body_.partition.get());
   return *multigrid_;
 }
 
@@ -73,7 +76,7 @@ double ElasticSystem::highest_frequency(const std::vector<double>& mass,
   // below. The bits are those of one rank on any number of them.
   const std::size_t n = inverse_mass.size();
   const int steps = 40;
-  Partition* const partition = p_.partition.get();
+  Partition* const partition = body_.partition.get();
   const std::vector<NodeRange> own =
       partition != nullptr ? partition->own_nodes() : std::vector<NodeRange>{{0, static_cast<int>(n / 4)}};
   const std::size_t nodes_in_all = partition != nullptr ? partition->nodes_in_all() : n / 4;
@@ -120,33 +123,33 @@ double ElasticSystem::highest_frequency(const std::vector<double>& mass,
 
 double ElasticSystem::first_frequency(const std::vector<double>& mass) {
   // Inverse iteration; the Rayleigh quotient converges with the square of the vector's error.
-  const int n = p_.dofs.size;
+  const int n = body_.dofs.size;
   std::vector<double> m(n), x(n), y(n);
   std::uint64_t seed = 1234567;
   for (std::size_t i = 0; i < mass.size(); ++i)
     for (int c = 0; c < 3; ++c)
-      if (const int d = p_.dofs.number[i][c]; d >= 0 && owns(static_cast<int>(i))) {
+      if (const int d = body_.dofs.number[i][c]; d >= 0 && body_.own_node(static_cast<int>(i))) {
         seed ^= seed << 13, seed ^= seed >> 7, seed ^= seed << 17;
         m[d] = mass[i];
         x[d] = 1 + 0.1 * (static_cast<double>(seed >> 11) * 0x1p-53 - 0.5) * (c + 1);
       }
-  const bool divided = p_.partition && !p_.partition->holds_all();
+  const bool divided = body_.divided();
   if (n > largest_factored_system || divided) {  // solutions are dear: rough ones
     constexpr double rough = 0.1;
     AlignedVector u(4 * mass.size()), f(u.size());
     const auto stiffness = [&](const VecX& from, VecX& to) {
-      scatter(p_.dofs, from, u);
-      if (divided) p_.partition->exchange(u);
+      scatter(body_.dofs, from, u);
+      if (divided) body_.partition->exchange(u);
       apply(u, f);
-      gather(p_.dofs, f, to);
+      gather(body_.dofs, f, to);
       for (std::size_t i = 0; i < mass.size(); ++i)
-        for (const int d : p_.dofs.number[i])
-          if (d >= 0 && !owns(static_cast<int>(i))) to[d] = 0;
+        for (const int d : body_.dofs.number[i])
+          if (d >= 0 && !body_.own_node(static_cast<int>(i))) to[d] = 0;
     };
     const auto inverse = [&](const VecX& r, VecX& w) { multigrid().solve(r.data(), w.data(), rough); };
     return std::sqrt(lowest_eigenvalue(
         Eigen::Map<const VecX>(m.data(), n), stiffness, inverse, Eigen::Map<const VecX>(x.data(), n), 1e-6,
-        divided ? [this](std::span<double> values) { p_.partition->sum(values); }
+        divided ? [this](std::span<double> values) { body_.partition->sum(values); }
                 : std::function<void(std::span<double>)>{}));
   }
   constexpr int most_iterations = 2000;  // frequencies that differ by 1 in 1000 take some 1500
@@ -166,7 +169,7 @@ double ElasticSystem::first_frequency(const std::vector<double>& mass) {
   throw NumericalFailure(
       fmt::format("The first frequency of structure {} was not found in {} iterations: do parts of it hang "
                   "by next to nothing?",
-                  p_.spec.name, most_iterations));
+                  body_.spec.name, most_iterations));
 }
 
 }  // namespace talus::fem

@@ -13,33 +13,20 @@
 #include <memory>
 #include <vector>
 
-#include "fem/bearings/bearings.hpp"
 #include "fem/discretisation/discretisation.hpp"
-#include "fem/discretisation/partition.hpp"
-#include "fem/kernels/element_operator.hpp"
 #include "fem/linear/linear_system.hpp"
-#include "fem/rebar/bars.hpp"
 
 namespace talus::fem {
+
+struct StructureBody;
 
 /// Degrees of freedom up to which the stiffness is factored; above, multigrid is cheaper in time and memory.
 constexpr int largest_factored_system = 150000;
 
 class ElasticSystem {
  public:
-  /// What it is made of, which outlives it. `live`: cells that are there.
-  struct Parts {
-    const StructureSpec& spec;
-    const Discretisation& cells;
-    const DofMap& dofs;
-    double shear, bulk;  // [Pa]
-    ElementOperator& elements;
-    const std::unique_ptr<Bars>& bars;
-    const std::unique_ptr<Bearings>& bearings;
-    const std::vector<char>& live;
-    const std::unique_ptr<Partition>& partition;  // null: all on this process
-  };
-  explicit ElasticSystem(const Parts& parts) : p_(parts) {}
+  /// The body outlives it.
+  explicit ElasticSystem(const StructureBody& body) : body_(body) {}
 
   /// Of bearings and bars; bars turn with the frames of their cells.
   std::vector<Spring> springs(const std::vector<Mat3>* frames = nullptr) const;
@@ -59,11 +46,9 @@ class ElasticSystem {
   double highest_frequency(const std::vector<double>& mass, const AlignedVector& inverse_mass) const;
   /// The lowest one, by inverse iteration [rad/s]. Throws NumericalFailure if it does not converge.
   double first_frequency(const std::vector<double>& mass);
-  /// Whether one of these is this process's.
-  bool owns(int node) const { return !p_.partition || p_.partition->owns_node(node); }
 
  private:
-  Parts p_;
+  const StructureBody& body_;
   SymmetricMatrix stiffness_;  // empty until needed
   std::unique_ptr<CholeskyFactor> factor_;
   std::unique_ptr<LinearSolver> multigrid_;

@@ -23,6 +23,7 @@ inline void store(double* p, const R& v) {
 }
 inline V4 load4(const double* p) { return load<V4>(p); }
 inline void store4(double* p, V4 v) { store(p, v); }
+inline double sum_of(V4 a) { return (a[0] + a[2]) + (a[1] + a[3]); }
 /// How many doubles an R holds.
 template <class R>
 constexpr int width = static_cast<int>(sizeof(R) / sizeof(double));

@@ -1,23 +1,22 @@
 // Erosion and fragments: what leaves the structure.
+#include "fem/fracture/fracture.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numeric>
 
-#include "fem/bearings/bearing_pads.hpp"
 #include "fem/discretisation/hanging.hpp"
 #include "fem/fracture/piece_shape.hpp"
-#include "fem/structure_fem.hpp"
 
 namespace talus::fem {
 
 namespace {
 // A cracked cell carries pressure along its cracks and across them once they close, and its bars hold:
 // however wide it stands open, it goes only when it is crushed, too, or when what it parts comes off
-// (structure_pieces.cpp).
+// (pieces.cpp).
 constexpr double open_gap = 5e-3;  // of what is cracked and crushed [m]
 // No solid to touch or to compute with, also where nothing is to erode:
 constexpr double torn_strain = 1;       // of a cell 1.7 times as long as it was
@@ -44,151 +43,146 @@ std::array<double, 8> node_shares(const HexMesh& mesh, int cell, double density)
 
 }  // namespace
 
-double FemStructure::cell_energy(int cell) const {
-  return damage_ && damage_->has(cell) ? damage_->stored(cell) : operator_->energy(cell);
+double Fracture::cell_energy(int cell) const {
+  return body_.damage && body_.damage->has(cell) ? body_.damage->stored(cell) : body_.elements->energy(cell);
 }
 
-std::vector<double> FemStructure::of_cells(const std::vector<int>& cells, std::size_t width,
-                                           const std::function<void(int, double*)>& write) const {
-  std::vector<double> values(width * cells.size(), 0.0);
-  for (std::size_t k = 0; k < cells.size(); ++k)
-    if (const int cell = cell_here(cells[k]); cell >= 0 && own_cell(cell)) write(cell, &values[width * k]);
-  sum(values);
-  return values;
-}
-
-double FemStructure::link_energy(const std::vector<int>& cells) const {
-  const std::vector<int> here = partition_ ? partition_->cells_here(cells) : cells;
-  double energy = bars_ ? bars_->stored_in(here) : 0.0;
-  if (bearings_ && first_rank()) energy += bearings_->stored_at(here, live_);
-  sum({&energy, 1});
+double Fracture::link_energy(const std::vector<int>& cells) const {
+  const std::vector<int> here = body_.partition ? body_.partition->cells_here(cells) : cells;
+  double energy = body_.bars ? body_.bars->stored_in(here) : 0.0;
+  if (body_.bearings && body_.first_rank()) energy += body_.bearings->stored_at(here, body_.live);
+  body_.sum({&energy, 1});
   return energy;
 }
 
-void FemStructure::switch_off(const std::vector<int>& cells) {
-  power_valid_ = false;
-  forget_stiffness();
+void Fracture::switch_off(const std::vector<int>& cells) {
+  energy_.power_valid = false;
+  ++body_.revision;
   for (const int whole : cells) {
-    const int cell = cell_here(whole);
+    const int cell = body_.cell_here(whole);
     if (cell < 0) continue;
-    live_[cell] = 0;
-    operator_->set_on(cell, false);
-    if (damage_) damage_->remove(cell);
-    for (int n : carriers(mesh_, cell)) --cells_at_node_[n];
+    body_.live[cell] = 0;
+    body_.elements->set_on(cell, false);
+    if (body_.damage) body_.damage->remove(cell);
+    for (int n : carriers(body_.mesh, cell)) --body_.cells_at_node[n];
   }
-  if (partition_) partition_->exchange_numbers(cells_at_node_);
+  if (body_.partition) body_.partition->exchange_numbers(body_.cells_at_node);
 }
 
 /// Removes cells: their stored energy is accounted for, that of their bars and bearings too, and the mass of
 /// their nodes stays where other cells hold it. A node without cells would fly on for ever: its mass is dust,
 /// and leaves with its motion. A free body keeps it, and with it its mass and momenta to the last digit.
-void FemStructure::drop_orphans(const std::vector<int>& cells) {
-  const std::vector<double> values = of_cells(
-      cells, 2, [this](int cell, double* to) { to[0] = cell_energy(cell), to[1] = cell_mass_[cell]; });
+void Fracture::drop_orphans(const std::vector<int>& cells) {
+  const std::vector<double> values = body_.of_cells(
+      cells, 2, [this](int cell, double* to) { to[0] = cell_energy(cell), to[1] = body_.cell_mass[cell]; });
   const double links = link_energy(cells);
-  books_.eroded_energy += links;
-  stored_half_ -= links;
+  energy_.works.eroded_energy += links;
+  energy_.stored_half -= links;
   for (std::size_t k = 0; k < cells.size(); ++k) {
-    books_.eroded_energy += values[2 * k];
-    stored_half_ -= values[2 * k];
-    eroded_volume_ += values[2 * k + 1] / spec_.density;
+    energy_.works.eroded_energy += values[2 * k];
+    energy_.stored_half -= values[2 * k];
+    body_.lost.eroded_volume += values[2 * k + 1] / body_.spec.density;
   }
   switch_off(cells);
-  if (supports_.none) return;
+  if (body_.supports.none) return;
   // Node by node in the order of the cells, each told of by its owner: mass, place, velocity.
   constexpr std::size_t width = 7;
   std::vector<double> dust;
   for (const int whole : cells) {
-    const int cell = cell_here(whole);
-    const std::vector<int> nodes = cell >= 0 ? carriers(mesh_, cell) : std::vector<int>(8, -1);
+    const int cell = body_.cell_here(whole);
+    const std::vector<int> nodes = cell >= 0 ? carriers(body_.mesh, cell) : std::vector<int>(8, -1);
     for (const int n : nodes) {
       dust.resize(dust.size() + width, 0.0);
-      if (n < 0 || cells_at_node_[n] > 0 || mass_[n] == 0) continue;
-      if (own_node(n)) {
+      if (n < 0 || body_.cells_at_node[n] > 0 || body_.mass[n] == 0) continue;
+      if (body_.own_node(n)) {
         double* const to = dust.data() + dust.size() - width;
-        to[0] = mass_[n];
-        Eigen::Map<Vec3>(to + 1) = position(n);
-        Eigen::Map<Vec3>(to + 4) = velocity(n);
+        to[0] = body_.mass[n];
+        Eigen::Map<Vec3>(to + 1) = fields_.position(n);
+        Eigen::Map<Vec3>(to + 4) = fields_.velocity(n);
       }
       remove_node(n);
     }
   }
-  sum(dust);
+  body_.sum(dust);
   for (std::size_t at = 0; at < dust.size(); at += width) {
     const double mass = dust[at];
     if (mass == 0) continue;
     const Vec3 x(&dust[at + 1]), v(&dust[at + 4]);
-    books_.eroded_energy += 0.5 * mass * v.squaredNorm();
-    dust_potential_ -=
-        mass * gravity_.dot(x - 0.5 * h_last_ * v);  // where it came off: its fall is not followed
-    dust_mass_ += mass;
-    dust_momentum_ += mass * v;
-    dust_spin_ += mass * x.cross(v);
+    energy_.works.eroded_energy += 0.5 * mass * v.squaredNorm();
+    body_.lost.dust_potential -=
+        mass *
+        body_.gravity.dot(x - 0.5 * fields_.h_last * v);  // where it came off: its fall is not followed
+    body_.lost.dust_mass += mass;
+    body_.lost.dust_momentum += mass * v;
+    body_.lost.dust_spin += mass * x.cross(v);
   }
 }
 
-void FemStructure::remove_node(int n) {
-  mass_[n] = 0;
-  weights_valid_ = false;
-  for (int c = 0; c < 3; ++c) inverse_mass_[4 * n + c] = 0, v_[4 * n + c] = v_hat_[4 * n + c] = 0;
+void Fracture::remove_node(int n) {
+  body_.mass[n] = 0;
+  forces_.masses_changed();
+  for (int c = 0; c < 3; ++c)
+    body_.inverse_mass[4 * n + c] = 0, fields_.v[4 * n + c] = fields_.v_hat[4 * n + c] = 0;
 }
 
-std::vector<int> FemStructure::spent_cells() const {
+std::vector<int> spent_cells(const StructureBody& body) {
   const std::vector<char> none;
-  return damage_->spent(
-      {flat_volume, torn_strain, spec_.erosion ? open_gap : std::numeric_limits<double>::infinity()},
-      bars_ ? bars_->tied(live_.size()) : none);
+  return body.damage->spent(
+      {flat_volume, torn_strain, body.spec.erosion ? open_gap : std::numeric_limits<double>::infinity()},
+      body.bars ? body.bars->tied(body.live.size()) : none);
 }
 
-void FemStructure::erode(const std::vector<int>& cells) {
-  if (!spec_.erosion && eroded_volume_ == 0)
-    report_(
+void Fracture::erode(const std::vector<int>& cells) {
+  if (!body_.spec.erosion && body_.lost.eroded_volume == 0)
+    body_.report(
         fmt::format("structure {}: cells torn to 1.7 times their length or crushed flat are removed, "
                     "although erosion is off",
-                    spec_.name));
+                    body_.spec.name));
   drop_orphans(cells);
-  ++breaks_;
-  rebuild_skin();
+  ++body_.lost.breaks;
+  skin_.rebuild();
+  forces_.pass_over_the_gone();
 }
 
 /// Rubble that still shares nodes with others stays in the mesh: its cells carry pressure and no tension.
-bool FemStructure::is_rubble(const std::vector<int>& piece) const {
-  const double least = std::min(least_volume, least_share * mass_of_cells_ / spec_.density);
+bool Fracture::is_rubble(const std::vector<int>& piece) const {
+  const double least = std::min(least_volume, least_share * body_.mass_of_cells / body_.spec.density);
   double volume = 0;
-  for (const double mass : of_cells(piece, 1, [this](int cell, double*to) { *to = cell_mass_[cell]; }))
-    volume += mass / spec_.density;
+  for (const double mass :
+       body_.of_cells(piece, 1, [this](int cell, double*to) { *to = body_.cell_mass[cell]; }))
+    volume += mass / body_.spec.density;
   return piece.size() < least_piece || volume < least;
 }
 
-Structure::Unsupported FemStructure::unsupported() {
-  Unsupported lost;
-  if (!damage_ && !bearings_) return lost;
-  const long cuts = count_cuts();
-  if (cuts == cuts_seen_) return lost;
-  cuts_seen_ = cuts;
-  for (const std::vector<int>& piece : loose_pieces()) {
+Structure::Unsupported Fracture::unsupported() {
+  Structure::Unsupported lost;
+  if (!body_.damage && !body_.bearings) return lost;
+  const long cuts = pieces_.count_cuts();
+  if (cuts == body_.lost.cuts_seen) return lost;
+  body_.lost.cuts_seen = cuts;
+  for (const std::vector<int>& piece : pieces_.loose()) {
     if (is_rubble(piece)) continue;
-    const std::vector<double> values = of_cells(piece, 4, [this](int cell, double* to) {
+    const std::vector<double> values = body_.of_cells(piece, 4, [this](int cell, double* to) {
       Vec3 middle = Vec3::Zero();
-      for (int n : mesh_.hexes[cell]) middle += mesh_.nodes[n] / 8;
-      to[0] = cell_mass_[cell];
-      Eigen::Map<Vec3>(to + 1) = cell_mass_[cell] * middle;
+      for (int n : body_.mesh.hexes[cell]) middle += body_.mesh.nodes[n] / 8;
+      to[0] = body_.cell_mass[cell];
+      Eigen::Map<Vec3>(to + 1) = body_.cell_mass[cell] * middle;
     });
     for (std::size_t at = 0; at < values.size(); at += 4)
       lost.mass += values[at], lost.centroid += Vec3(&values[at + 1]);
   }
   if (lost.mass > 0) lost.centroid /= lost.mass;
-  lost.share = lost.mass / mass_of_cells_;
+  lost.share = lost.mass / body_.mass_of_cells;
   return lost;
 }
 
 /// Cells of the whole mesh, with what a piece needs of them and of their nodes, from the ranks that own them.
-FemStructure::Excerpt FemStructure::excerpt(const std::vector<int>& cells) const {
+Fracture::Excerpt Fracture::excerpt(const std::vector<int>& cells) const {
   Excerpt e;
-  const auto node = [&](int n) { return partition_ ? partition_->whole_node(n) : n; };
-  const std::vector<double> of_cell = of_cells(cells, 9, [&](int cell, double* to) {
-    for (const int n : mesh_.hexes[cell]) *to++ = node(n);
-    *to = cell_mass_[cell];
+  const auto node = [&](int n) { return body_.whole_node(n); };
+  const std::vector<double> of_cell = body_.of_cells(cells, 9, [&](int cell, double* to) {
+    for (const int n : body_.mesh.hexes[cell]) *to++ = node(n);
+    *to = body_.cell_mass[cell];
   });
   for (std::size_t at = 0; at < of_cell.size(); at += 9)
     for (std::size_t a = 0; a < 8; ++a) e.node.push_back(static_cast<int>(of_cell[at + a]));
@@ -203,14 +197,15 @@ FemStructure::Excerpt FemStructure::excerpt(const std::vector<int>& cells) const
   constexpr std::size_t width = 14;
   std::vector<double> of_node(width * e.node.size(), 0.0);
   for (std::size_t k = 0; k < e.node.size(); ++k) {
-    const int n = node_here(e.node[k]);
-    if (n < 0 || !own_node(n)) continue;
+    const int n = body_.node_here(e.node[k]);
+    if (n < 0 || !body_.own_node(n)) continue;
     double* const to = &of_node[width * k];
-    const Vec3 places[4] = {mesh_.nodes[n], mesh_.local[n], position(n), velocity(n)};
+    const Vec3 places[4] = {body_.mesh.nodes[n], body_.mesh.local[n], fields_.position(n),
+                            fields_.velocity(n)};
     for (int i = 0; i < 4; ++i) std::copy_n(places[i].data(), 3, to + 3 * i);
-    to[12] = mass_[n], to[13] = cells_at_node_[n];
+    to[12] = body_.mass[n], to[13] = body_.cells_at_node[n];
   }
-  sum(of_node);
+  body_.sum(of_node);
   for (std::size_t at = 0; at < of_node.size(); at += width) {
     e.mesh.nodes.emplace_back(&of_node[at]), e.mesh.local.emplace_back(&of_node[at + 3]);
     e.position.emplace_back(&of_node[at + 6]), e.velocity.emplace_back(&of_node[at + 9]);
@@ -234,17 +229,17 @@ FemStructure::Excerpt FemStructure::excerpt(const std::vector<int>& cells) const
   return e;
 }
 
-int FemStructure::Excerpt::place(int whole) const {
+int Fracture::Excerpt::place(int whole) const {
   const auto at = std::lower_bound(node.begin(), node.end(), whole);
   return at == node.end() || *at != whole ? -1 : static_cast<int>(at - node.begin());
 }
 
-std::vector<Fragment> FemStructure::take_fragments() {
-  if (!damage_ && !bearings_) return {};
-  const long cuts = count_cuts();
-  if (cuts == cuts_seen_) return {};
-  cuts_seen_ = cuts;
-  std::vector<std::vector<int>> pieces = loose_pieces();
+std::vector<Fragment> Fracture::take_fragments() {
+  if (!body_.damage && !body_.bearings) return {};
+  const long cuts = pieces_.count_cuts();
+  if (cuts == body_.lost.cuts_seen) return {};
+  body_.lost.cuts_seen = cuts;
+  std::vector<std::vector<int>> pieces = pieces_.loose();
   const auto hangs = [&](const std::vector<int>& piece) {
     std::map<int, int> inside;  // cells of the piece
     const auto hanging = [&](const auto& cells_at) {
@@ -252,10 +247,10 @@ std::vector<Fragment> FemStructure::take_fragments() {
         return at.second < cells_at[static_cast<std::size_t>(at.first)];
       });
     };
-    if (!partition_) {
+    if (!body_.partition) {
       for (int cell : piece)
-        for (int n : carriers(mesh_, cell)) ++inside[n];
-      return hanging(cells_at_node_);
+        for (int n : carriers(body_.mesh, cell)) ++inside[n];
+      return hanging(body_.cells_at_node);
     }
     const Excerpt e = excerpt(piece);
     for (const auto& hex : e.mesh.hexes)
@@ -265,8 +260,8 @@ std::vector<Fragment> FemStructure::take_fragments() {
   std::erase_if(pieces, [&](const std::vector<int>& piece) { return is_rubble(piece) && hangs(piece); });
   if (pieces.empty()) return {};
 
-  forces(time_);  // energies of the cells
-  drop_orphans(parted_beside(pieces));
+  forces_.evaluate(fields_.time);  // energies of the cells
+  drop_orphans(pieces_.parted_beside(pieces));
   const std::vector<SeatedNode> seats = seated_nodes();  // a cap beam may come off before its deck
   std::vector<Fragment> fragments;
   for (const std::vector<int>& piece : pieces) {
@@ -275,37 +270,37 @@ std::vector<Fragment> FemStructure::take_fragments() {
     else
       fragments.push_back(detach(piece, seats));
   }
-  ++breaks_;
-  cuts_seen_ = count_cuts();  // the parts that left took some of it along
-  rebuild_skin();
-  moved();
+  ++body_.lost.breaks;
+  body_.lost.cuts_seen = pieces_.count_cuts();  // the parts that left took some of it along
+  skin_.rebuild();
+  forces_.pass_over_the_gone();
+  forces_.moved();
   return fragments;
 }
 
-std::vector<SeatedNode> FemStructure::seated_nodes() const {
+std::vector<SeatedNode> Fracture::seated_nodes() const {
   std::vector<SeatedNode> seats;
-  if (!bearings_) return seats;
-  for (std::size_t i = 0; i < bearings_->sites().size(); ++i) {
-    const Bearings::Site& site = bearings_->sites()[i];
-    if (!bearings_->holds(i) || !live_[site.deck_cell] || !live_[bearings_->cap_cell(i)]) continue;
-    const Bearings::Foot& foot = bearings_->foot(i);
+  if (!body_.bearings) return seats;
+  for (std::size_t i = 0; i < body_.bearings->sites().size(); ++i) {
+    const Bearings::Site& site = body_.bearings->sites()[i];
+    if (!body_.bearings->holds(i) || !body_.live[site.deck_cell] || !body_.live[body_.bearings->cap_cell(i)])
+      continue;
+    const Bearings::Foot& foot = body_.bearings->foot(i);
     Vec3 place = Vec3::Zero();
-    for (std::size_t a = 0; a < 8; ++a) place += foot.weight[a] * position(foot.node[a]);
-    seats.push_back({partition_ ? partition_->whole_node(site.deck_node) : site.deck_node,
-                     partition_ ? partition_->whole_cell(site.deck_cell) : site.deck_cell,
-                     2 * site.deck + site.end, mesh_.local[site.deck_node].z() - site.place.z(), place});
+    for (std::size_t a = 0; a < 8; ++a) place += foot.weight[a] * fields_.position(foot.node[a]);
+    seats.push_back({body_.whole_node(site.deck_node), body_.whole_cell(site.deck_cell),
+                     2 * site.deck + site.end, body_.mesh.local[site.deck_node].z() - site.place.z(), place});
   }
   return seats;
 }
 
 /// Mass that leaves with each node of a piece; of a hanging node that of what it follows. A node that keeps
 /// no cell gives all it has: steel, and what rounding left.
-std::map<int, FemStructure::Leaving> FemStructure::leaving_nodes(const HexMesh& mesh,
-                                                                 const std::vector<int>& cells,
-                                                                 const Excerpt* apart) const {
+std::map<int, Fracture::Leaving> Fracture::leaving_nodes(const HexMesh& mesh, const std::vector<int>& cells,
+                                                         const Excerpt* apart) const {
   std::map<int, Leaving> nodes;
   for (int cell : cells) {
-    const std::array<double, 8> m = node_shares(mesh, cell, spec_.density);
+    const std::array<double, 8> m = node_shares(mesh, cell, body_.spec.density);
     for (int a = 0; a < 8; ++a) {
       const int n = mesh.hexes[cell][a];
       const HangingNode* h = hanging_node(mesh, n);
@@ -317,18 +312,18 @@ std::map<int, FemStructure::Leaving> FemStructure::leaving_nodes(const HexMesh& 
   }
   for (auto& [n, node] : nodes) {
     const auto i = static_cast<std::size_t>(n);
-    node.goes = node.cells == (apart != nullptr ? apart->cells_at_node[i] : cells_at_node_[i]);
-    if (node.goes) node.mass = apart != nullptr ? apart->mass[i] : mass_[i];
-    node.position = apart != nullptr ? apart->position[i] : position(n);
-    node.velocity = apart != nullptr ? apart->velocity[i] : velocity(n);
+    node.goes = node.cells == (apart != nullptr ? apart->cells_at_node[i] : body_.cells_at_node[i]);
+    if (node.goes) node.mass = apart != nullptr ? apart->mass[i] : body_.mass[i];
+    node.position = apart != nullptr ? apart->position[i] : fields_.position(n);
+    node.velocity = apart != nullptr ? apart->velocity[i] : fields_.velocity(n);
   }
   return nodes;
 }
 
 /// The surface of a piece: vertices and triangles of `f`.
-void FemStructure::shape_of_piece(const HexMesh& mesh, const std::vector<int>& cells, double smallest,
-                                  const std::map<int, Leaving>& nodes, const std::vector<SeatedNode>& seated,
-                                  Fragment& f) const {
+void Fracture::shape_of_piece(const HexMesh& mesh, const std::vector<int>& cells, double smallest,
+                              const std::map<int, Leaving>& nodes, const std::vector<SeatedNode>& seated,
+                              Fragment& f) const {
   std::vector<char> only(mesh.hexes.size(), 0);
   for (int cell : cells) only[cell] = 1;
   std::vector<SkinQuad> quads = skin(mesh, only);
@@ -357,25 +352,25 @@ void FemStructure::shape_of_piece(const HexMesh& mesh, const std::vector<int>& c
   merge_planar(f.vertices, f.triangles);
 }
 
-Fragment FemStructure::detach(const std::vector<int>& whole_cells, const std::vector<SeatedNode>& seats) {
+Fragment Fracture::detach(const std::vector<int>& whole_cells, const std::vector<SeatedNode>& seats) {
   // On several ranks by an excerpt with numbers of its own, which all of them have; on one in the mesh
   // itself.
   std::optional<Excerpt> excerpted;
-  if (partition_) excerpted = excerpt(whole_cells);
+  if (body_.partition) excerpted = excerpt(whole_cells);
   const Excerpt* const apart = excerpted ? &*excerpted : nullptr;
-  const HexMesh& mesh = apart != nullptr ? apart->mesh : mesh_;
+  const HexMesh& mesh = apart != nullptr ? apart->mesh : body_.mesh;
   std::vector<int> cells = whole_cells;
   if (apart != nullptr) std::iota(cells.begin(), cells.end(), 0);
   Fragment f;
   f.elastic = link_energy(whole_cells);
   for (const double energy :
-       of_cells(whole_cells, 1, [this](int cell, double*to) { *to = cell_energy(cell); }))
+       body_.of_cells(whole_cells, 1, [this](int cell, double*to) { *to = cell_energy(cell); }))
     f.elastic += energy;
   double smallest = std::numeric_limits<double>::infinity();
   for (const int cell : cells) {
     const auto i = static_cast<std::size_t>(cell);
-    const double volume = (apart != nullptr ? apart->cell_mass[i] : cell_mass_[i]) / spec_.density;
-    detached_volume_ += volume;
+    const double volume = (apart != nullptr ? apart->cell_mass[i] : body_.cell_mass[i]) / body_.spec.density;
+    body_.lost.detached_volume += volume;
     smallest = std::min(smallest, volume);
   }
   const std::map<int, Leaving> nodes = leaving_nodes(mesh, cells, apart);
@@ -397,23 +392,26 @@ Fragment FemStructure::detach(const std::vector<int>& whole_cells, const std::ve
   shape_of_piece(mesh, cells, smallest, nodes, seated, f);
   switch_off(whole_cells);
   for (const auto& [of_piece, node] : nodes) {
-    const int n = apart != nullptr ? node_here(apart->node[static_cast<std::size_t>(of_piece)]) : of_piece;
+    const int n =
+        apart != nullptr ? body_.node_here(apart->node[static_cast<std::size_t>(of_piece)]) : of_piece;
     if (n < 0) continue;
     if (node.goes) {
       remove_node(n);
       continue;
     }
-    mass_[n] -= node.mass;
+    body_.mass[n] -= node.mass;
     for (int c = 0; c < 3; ++c)
-      if (inverse_mass_[4 * n + c] > 0) inverse_mass_[4 * n + c] = 1 / mass_[n];
+      if (body_.inverse_mass[4 * n + c] > 0) body_.inverse_mass[4 * n + c] = 1 / body_.mass[n];
   }
-  weights_valid_ = false;
-  stored_half_ -= f.elastic;
-  books_.eroded_energy += f.elastic;  // as of a cell that erodes
-  books_.algorithmic +=
-      0.5 * h_last_ * gravity_.dot(f.linear_momentum);  // the structure's potential is that of half steps,
-                                                        // the block's that of its place
-  report_(fmt::format("structure {}: {} cells came off, {:.4g} kg", spec_.name, whole_cells.size(), f.mass));
+  forces_.masses_changed();
+  energy_.stored_half -= f.elastic;
+  energy_.works.eroded_energy += f.elastic;  // as of a cell that erodes
+  energy_.works.algorithmic +=
+      0.5 * fields_.h_last *
+      body_.gravity.dot(f.linear_momentum);  // the structure's potential is that of half steps,
+                                             // the block's that of its place
+  body_.report(
+      fmt::format("structure {}: {} cells came off, {:.4g} kg", body_.spec.name, whole_cells.size(), f.mass));
   return f;
 }
 

@@ -86,135 +86,141 @@ double least_gyration(const HexMesh& mesh, const std::vector<int>& cells, const 
   return std::sqrt(
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(central, Eigen::EigenvaluesOnly).eigenvalues()[0]);
 }
+
+/// Of the rest of the mesh nothing is left: its groups of elements and its nodes are passed over.
+void compute_only(StructureBody& body, const std::vector<char>& cells) {
+  body.bearings.reset();
+  body.elements->restrict_to(cells);
+  std::vector<char> node(body.mesh.nodes.size(), 0);
+  for (std::size_t cell = 0; cell < cells.size(); ++cell)
+    if (cells[cell])
+      for (int n : body.mesh.hexes[cell]) node[n] = 1;
+  body.own = ranges_of(node);
+  body.elements->mark_nodes(node);
+  if (body.bars) {
+    body.bars->mark_nodes(node);
+    body.bars->cells_changed();
+  }
+  body.touched = ranges_of(node);
+}
 }  // namespace
 
-std::size_t FemStructure::pier_count() const {
-  return static_cast<std::size_t>(
-      std::count_if(members_.begin(), members_.end(), [](const Member& m) { return !m.span; }));
+CapacityTests::CapacityTests(const FemStructure& whole)
+    : whole_(whole), body_(whole.body_), loads_(whole.loads_) {}
+
+std::size_t CapacityTests::pier_count() const {
+  return static_cast<std::size_t>(std::count_if(loads_.members().begin(), loads_.members().end(),
+                                                [](const Member& m) { return !m.span; }));
 }
 
-void FemStructure::needs_piers() const {
+void CapacityTests::needs_piers() const {
   Problem p;
-  p.key = "structure." + spec_.name;
+  p.key = "structure." + body_.spec.name;
   if (pier_count() == 0) {
     p.rule = "a capacity is one of a member: piers of a viaduct, a column or a box that is supported";
     p.remedy = "model the pier as a column, or the bridge as a viaduct";
     throw InputError(p);
   }
-  if (!damage_) {
+  if (!body_.damage) {
     p.key += ".damage";
-    p.value = spec_.damage;
+    p.value = body_.spec.damage;
     p.rule = "an elastic structure has no capacity";
     p.remedy = "run it with damage = \"concrete\" or \"concrete-cdpm2\"";
     throw InputError(p);
   }
 }
 
-std::vector<PushDown> FemStructure::push_down() const {
+std::vector<PushDown> CapacityTests::push_down() {
   needs_piers();
   const std::size_t piers = pier_count();
   std::vector<PushDown> all;
-  unharmed_push_downs_.resize(piers);
+  unharmed_.resize(piers);
   for (std::size_t k = 0; k < piers; ++k) {
-    std::optional<PushDown>& known = unharmed_push_downs_[k];
-    const bool whole = unharmed(member_places_[k].place);
+    std::optional<PushDown>& known = unharmed_[k];
+    const bool whole = unharmed(loads_.place(k).place);
     if (whole && known) {
-      report_(fmt::format("push-down of {} {}: unharmed, as before", spec_.name, members_[k].name));
+      body_.report(
+          fmt::format("push-down of {} {}: unharmed, as before", body_.spec.name, loads_.members()[k].name));
       all.push_back(*known);
       continue;
     }
-    report_(fmt::format("push-down of {} {}, {} of {}", spec_.name, members_[k].name, k + 1, piers));
+    body_.report(
+        fmt::format("push-down of {} {}, {} of {}", body_.spec.name, loads_.members()[k].name, k + 1, piers));
     all.push_back(push_down(k));
-    report_(fmt::format("push-down of {} {}: {:.1f} kN at {:.3g} mm", spec_.name, members_[k].name,
-                        all.back().capacity / 1e3, 1e3 * all.back().at));
+    body_.report(fmt::format("push-down of {} {}: {:.1f} kN at {:.3g} mm", body_.spec.name,
+                             loads_.members()[k].name, all.back().capacity / 1e3, 1e3 * all.back().at));
     if (whole) known = all.back();
   }
   return all;
 }
 
-bool FemStructure::unharmed(const PierPlace& place) const {
+bool CapacityTests::unharmed(const PierPlace& place) const {
   return std::all_of(place.cells.begin(), place.cells.end(),
-                     [this](int cell) { return live_[cell] && !damage_->has(cell); });
+                     [this](int cell) { return body_.live[cell] && !body_.damage->has(cell); });
 }
 
 /// A copy of this structure in which only the member is left, at rest between its plates, or on the lower one
 /// alone.
-std::unique_ptr<FemStructure> FemStructure::cut_out(const PierPlace& place, bool top_held) const {
-  StructureSpec spec = spec_;
+std::unique_ptr<FemStructure> CapacityTests::cut_out(const PierPlace& place, bool top_held) const {
+  StructureSpec spec = body_.spec;
   spec.gravity_preload = false;
   spec.rate_effect = false;
   spec.damping_ratio = 0;
   spec.loads.clear();
   spec.probes.clear();
   auto copy = std::make_unique<FemStructure>(
-      spec, gravity_, [](const std::string&) {}, struck_zones_, this);
+      spec, body_.gravity, [](const std::string&) {}, body_.struck_zones, &whole_);
   std::vector<double> state;
-  save(state);
+  whole_.save(state);
   copy->restore(state);
-  copy->load_track_.clear();  // nobody asks what it carries on the way
-  std::vector<char> inside(mesh_.hexes.size(), 0);
+  copy->loads_.track().clear();  // nobody asks what it carries on the way
+  std::vector<char> inside(body_.mesh.hexes.size(), 0);
   for (int cell : place.cells) inside[cell] = 1;
   std::vector<int> outside;
   for (int cell = 0; cell < static_cast<int>(inside.size()); ++cell)
-    if (!inside[cell] && copy->live_[cell]) outside.push_back(cell);
-  copy->switch_off(outside);
-  for (int n = 0; n < static_cast<int>(mesh_.nodes.size()); ++n) {
-    copy->supports_.held[n] = {false, false, false};
-    if (copy->cells_at_node_[n] == 0) copy->remove_node(n);
+    if (!inside[cell] && copy->body_.live[cell]) outside.push_back(cell);
+  copy->fracture_.switch_off(outside);
+  for (int n = 0; n < static_cast<int>(body_.mesh.nodes.size()); ++n) {
+    copy->body_.supports.held[n] = {false, false, false};
+    if (copy->body_.cells_at_node[n] == 0) copy->fracture_.remove_node(n);
     for (int c = 0; c < 3; ++c) {
-      copy->inverse_mass_[4 * n + c] = copy->mass_[n] > 0 ? 1 / copy->mass_[n] : 0;
-      copy->v_[4 * n + c] = 0;
+      copy->body_.inverse_mass[4 * n + c] = copy->body_.mass[n] > 0 ? 1 / copy->body_.mass[n] : 0;
+      copy->fields_.v[4 * n + c] = 0;
     }
   }
   for (const std::vector<int>* plate : {&place.foot, &place.top})
     for (int n : plate == &place.foot || top_held ? *plate : std::vector<int>{})
-      for (int c = 0; c < 3; ++c) copy->inverse_mass_[4 * n + c] = 0, copy->supports_.held[n][c] = true;
-  copy->compute_only(inside);
-  copy->h_last_ = 0;
-  copy->time_ = 0;
-  copy->moved();
+      for (int c = 0; c < 3; ++c)
+        copy->body_.inverse_mass[4 * n + c] = 0, copy->body_.supports.held[n][c] = true;
+  compute_only(copy->body_, inside);
+  copy->fields_.h_last = 0;
+  copy->fields_.time = 0;
+  copy->forces_.moved();
   return copy;
 }
 
-/// Of the rest of the mesh nothing is left: its groups of elements and its nodes are passed over.
-void FemStructure::compute_only(const std::vector<char>& cells) {
-  bearings_.reset();
-  operator_->restrict_to(cells);
-  std::vector<char> node(mesh_.nodes.size(), 0);
-  for (std::size_t cell = 0; cell < cells.size(); ++cell)
-    if (cells[cell])
-      for (int n : mesh_.hexes[cell]) node[n] = 1;
-  own_ = ranges_of(node);
-  operator_->mark_nodes(node);
-  if (bars_) {
-    bars_->mark_nodes(node);
-    bars_->cells_changed();
-  }
-  touched_ = ranges_of(node);
-}
-
-PushDown FemStructure::push_down(std::size_t k) const {
-  const PierPlace& place = member_places_[k].place;
-  const Member& member = members_[k];
+PushDown CapacityTests::push_down(std::size_t k) const {
+  const PierPlace& place = loads_.place(k).place;
+  const Member& member = loads_.members()[k];
   const Vec3 z = member.axis_x.cross(member.axis_y);
   const std::unique_ptr<FemStructure> test = cut_out(place, true);
-  const double c = std::sqrt(spec_.young / spec_.density),
-               gyration = least_gyration(mesh_, place.cells, cell_mass_, member);
+  const double c = std::sqrt(body_.spec.young / body_.spec.density),
+               gyration = least_gyration(body_.mesh, place.cells, body_.cell_mass, member);
   const double bending = 2 * M_PI * member.length * member.length / (4.730 * 4.730 * gyration * c);
   const double period = std::max(2 * member.length / c, 0.5 * bending);
-  test->alpha_ = 2 * M_PI / period;
+  test->body_.alpha = 2 * M_PI / period;
   const double speed = press_strain * member.length / (periods_to_strain * period);
   double weight = 0;
   for (int cell : place.cells)
-    if (live_[cell]) weight -= cell_mass_[cell] * gravity_.dot(z);
+    if (body_.live[cell]) weight -= body_.cell_mass[cell] * body_.gravity.dot(z);
 
   PushDown out;
   out.member = member.name;
-  const double h = test->critical_step_, settled = settle_periods * period;
+  const double h = test->body_.critical_step, settled = settle_periods * period;
   const double interval = periods_to_strain * period / curve_samples;
   double t = 0, drop = 0;
   MeanCurve means(out, settled, interval, speed,
-                  fmt::format("structure {}: the push-down of {}", spec_.name, member.name));
+                  fmt::format("structure {}: the push-down of {}", body_.spec.name, member.name));
   for (; drop < last_strain * member.length; t += h) {
     test->predict(t, h);
     const bool pressing = t >= settled;
@@ -222,11 +228,11 @@ PushDown FemStructure::push_down(std::size_t k) const {
     double plates = 0;
     for (int n : place.top)
       for (int c = 0; c < 3; ++c) {
-        plates -= test->f_int_[4 * n + c] * z[c];
-        test->v_hat_[4 * n + c] = -down * z[c];
+        plates -= test->fields_.f_int[4 * n + c] * z[c];
+        test->fields_.v_hat[4 * n + c] = -down * z[c];
       }
     for (int n : place.foot)
-      for (int c = 0; c < 3; ++c) plates += test->f_int_[4 * n + c] * z[c];
+      for (int c = 0; c < 3; ++c) plates += test->fields_.f_int[4 * n + c] * z[c];
     test->correct(t, h, {});
     if (!pressing) continue;
     drop += down * h;
@@ -241,53 +247,53 @@ PushDown FemStructure::push_down(std::size_t k) const {
 //
 //   H = (R_top - R_foot) / 2        T_1 = 2 pi L^2 / (1.875^2 r c)     lowest bending mode of a cantilever; a
 //   fifth of the critical damping there: what it carries is some 3 % of the load
-PushDown FemStructure::push_over(std::size_t k, int axis) const {
+PushDown CapacityTests::push_over(std::size_t k, int axis) const {
   constexpr double settle = 4, periods_to_drift = 20, drift_step = 0.01,
                    last_drift = 0.03;  // of T_1; in these periods the drift grows by drift_step of the length
   constexpr int points = 50;           // of the curve, a drift_step
-  const PierPlace& place = member_places_[k].place;
-  const Member& member = members_[k];
+  const PierPlace& place = loads_.place(k).place;
+  const Member& member = loads_.members()[k];
   const Vec3 z = member.axis_x.cross(member.axis_y), e = axis == 0 ? member.axis_x : member.axis_y;
   const std::unique_ptr<FemStructure> test = cut_out(place, false);
-  const double c = std::sqrt(spec_.young / spec_.density),
-               gyration = least_gyration(mesh_, place.cells, cell_mass_, member);
+  const double c = std::sqrt(body_.spec.young / body_.spec.density),
+               gyration = least_gyration(body_.mesh, place.cells, body_.cell_mass, member);
   const double period = 2 * M_PI * member.length * member.length / (1.875 * 1.875 * gyration * c);
-  test->alpha_ = 0.2 * 4 * M_PI / period;
+  test->body_.alpha = 0.2 * 4 * M_PI / period;
   const double speed = drift_step * member.length / (periods_to_drift * period);
   double weight = 0, top_mass = 0;
   for (int cell : place.cells)
-    if (live_[cell]) weight -= cell_mass_[cell] * gravity_.dot(z);
-  for (int n : place.top) top_mass += test->mass_[n];
+    if (body_.live[cell]) weight -= body_.cell_mass[cell] * body_.gravity.dot(z);
+  for (int n : place.top) top_mass += test->body_.mass[n];
   const double load = member.axial_preload - weight;  // what the pier carries on its top
 
   PushDown out;
   out.member = member.name;
   out.axis = axis;
-  const double h = test->critical_step_, settled = settle * period,
+  const double h = test->body_.critical_step, settled = settle * period,
                interval = periods_to_drift * period / points;
   double t = 0, drift = 0;
   MeanCurve means(out, settled, interval, speed,
-                  fmt::format("structure {}: the lateral test of {}", spec_.name, member.name));
+                  fmt::format("structure {}: the lateral test of {}", body_.spec.name, member.name));
   for (; drift < last_drift * member.length; t += h) {
     test->predict(t, h);
     const bool pushing = t >= settled;
     double held = 0;
     for (int n : place.top) {
-      if (!(test->mass_[n] > 0)) continue;
+      if (!(test->body_.mass[n] > 0)) continue;
       double along = 0;
       for (int d = 0; d < 3; ++d) {
         const std::size_t i = 4 * static_cast<std::size_t>(n) + static_cast<std::size_t>(d);
-        held += test->f_int_[i] * e[d];
-        test->v_hat_[i] -= h * load / top_mass * z[d];
-        along += test->v_hat_[i] * e[d];
+        held += test->fields_.f_int[i] * e[d];
+        test->fields_.v_hat[i] -= h * load / top_mass * z[d];
+        along += test->fields_.v_hat[i] * e[d];
       }
       for (int d = 0; d < 3; ++d)
-        test->v_hat_[4 * static_cast<std::size_t>(n) + static_cast<std::size_t>(d)] +=
+        test->fields_.v_hat[4 * static_cast<std::size_t>(n) + static_cast<std::size_t>(d)] +=
             ((pushing ? speed : 0.0) - along) * e[d];
     }
     for (int n : place.foot)
       for (int d = 0; d < 3; ++d)
-        held -= test->f_int_[4 * static_cast<std::size_t>(n) + static_cast<std::size_t>(d)] * e[d];
+        held -= test->fields_.f_int[4 * static_cast<std::size_t>(n) + static_cast<std::size_t>(d)] * e[d];
     test->correct(t, h, {});
     if (!pushing) continue;
     drift += speed * h;
@@ -296,29 +302,29 @@ PushDown FemStructure::push_over(std::size_t k, int axis) const {
   return out;
 }
 
-std::vector<PushDown> FemStructure::push_over() const {
+std::vector<PushDown> CapacityTests::push_over() {
   needs_piers();
   std::vector<PushDown> all;
   for (std::size_t k = 0; k < pier_count(); ++k)
     for (int axis = 0; axis < 2; ++axis) {
-      report_(fmt::format("push-over of {} {} along its {} axis", spec_.name, members_[k].name,
-                          axis == 0 ? "x" : "y"));
+      body_.report(fmt::format("push-over of {} {} along its {} axis", body_.spec.name,
+                               loads_.members()[k].name, axis == 0 ? "x" : "y"));
       all.push_back(push_over(k, axis));
-      report_(fmt::format("push-over of {} {}: {:.1f} kN at {:.3g} mm", spec_.name, members_[k].name,
-                          all.back().capacity / 1e3, 1e3 * all.back().at));
+      body_.report(fmt::format("push-over of {} {}: {:.1f} kN at {:.3g} mm", body_.spec.name,
+                               loads_.members()[k].name, all.back().capacity / 1e3, 1e3 * all.back().at));
     }
   return all;
 }
 
-std::vector<SectionResistance> FemStructure::section_resistances() const {
+std::vector<SectionResistance> CapacityTests::section_resistances() const {
   constexpr double above_the_foot = 0.02;  // of the length, where the bars of the foot are all there
   std::vector<SectionResistance> all;
-  if (!concrete_) return all;
+  if (!body_.concrete) return all;
   for (std::size_t k = 0; k < pier_count(); ++k) {
-    const Member& member = members_[k];
-    const Pier& pier = member_places_[k].pier;
+    const Member& member = loads_.members()[k];
+    const Pier& pier = loads_.place(k).pier;
     std::vector<rebar::Bar> own;  // bars that lie in it
-    for (const rebar::Bar& bar : bars_ ? bars_->list() : std::vector<rebar::Bar>{})
+    for (const rebar::Bar& bar : body_.bars ? body_.bars->list() : std::vector<rebar::Bar>{})
       if (std::all_of(bar.points.begin(), bar.points.end(), [&](const Vec3& p) {
             const Vec3 from = p - member.base;
             return std::abs(from.dot(member.axis_x)) <= 0.5 * member.section[0] &&
@@ -329,8 +335,8 @@ std::vector<SectionResistance> FemStructure::section_resistances() const {
     r.member = member.name;
     r.axial = member.axial_preload;
     for (const bool design : {true, false}) {
-      const rebar::Strengths strengths = design ? rebar::Strengths{concrete_->f_ck, 1.2, 1.0, 1.0}
-                                                : rebar::Strengths{concrete_->f_cm, 1.0, 1.0, 1.0};
+      const rebar::Strengths strengths = design ? rebar::Strengths{body_.concrete->f_ck, 1.2, 1.0, 1.0}
+                                                : rebar::Strengths{body_.concrete->f_cm, 1.0, 1.0, 1.0};
       const rebar::Section section(pier.shape, pier.wall, own, above_the_foot * member.length, strengths);
       SectionResistance::Values& values = design ? r.design : r.mean;
       values.compression = section.axial_compression(), values.tension = section.axial_tension();

@@ -1,0 +1,67 @@
+/// What the members and feet of a structure carry: sectional forces, drift, reactions, and the greatest of
+/// them so far.
+#pragma once
+#include "fem/integrators/forces.hpp"
+#include "fem/members/load_track.hpp"
+#include "fem/members/members.hpp"
+#include "fem/members/stresses.hpp"
+
+namespace talus::fem {
+
+class MemberLoads {
+ public:
+  struct Place {
+    Pier pier;
+    PierPlace place;
+    std::vector<int> segments;
+    std::vector<std::vector<int>> cut_segments;
+    std::vector<ElementPack> cut_packs;
+    int deck = -1;
+  };
+  MemberLoads(const StructureBody& body, const NodalFields& fields, Forces& forces)
+      : body_(body), fields_(fields), forces_(forces) {}
+
+  /// Of members and feet.
+  void find_places(const HexMesh& whole);
+  void find_feet(const HexMesh& whole);
+  /// Keeps what lies in this rank's part; `supported`: nodes of the whole mesh.
+  void take_part(const std::vector<int>& supported);
+  /// Once cells and bars are there.
+  void complete();
+  void find_segments();  // of members and their cuts
+  void begin();
+  void begin_again();
+  void watch(double t, double h);  // of the step that has come to t, its impulses in place
+
+  const std::vector<Member>& members() const { return members_; }
+  const Place& place(std::size_t member) const { return places_[member]; }
+  /// At the present state.
+  const std::vector<MemberState>& states() const;
+  /// Force and moment on the supports by the forces as they stand, contact impulses over `step` among them,
+  /// 0: without; then for each foot the moment on it about its centroid.
+  std::vector<double> foot_reactions(double step) const;
+  const LoadTrack& track() const { return track_; }
+  LoadTrack& track() { return track_; }
+  const Stresses& stresses() const { return stresses_; }
+  std::size_t memory_of_packs() const;  // [bytes]
+
+ private:
+  void watch_stress(double t);  // of elastic concrete
+  std::vector<MemberState> find_states(bool widths) const;
+  MemberState state(std::size_t member, AlignedVector& force, bool widths) const;
+  std::vector<double> sums_over(const std::vector<const std::vector<int>*>& lists) const;
+
+  const StructureBody& body_;
+  const NodalFields& fields_;
+  Forces& forces_;
+  Stresses stresses_{body_, fields_};
+  LoadTrack track_;
+  std::vector<Member> members_;
+  mutable std::vector<Place> places_;        // which lanes of their packs count is set for every use
+  mutable std::vector<MemberState> states_;  // of a revision of the fields
+  mutable long states_of_ = -1;
+  std::vector<int> foot_of_;  // of each supported node, as Supports::nodes
+  std::vector<Vec3> foot_centroid_;
+};
+
+}  // namespace talus::fem
