@@ -34,9 +34,9 @@
 #include <optional>
 #include <set>
 
-#include "contact/divided.hpp"
-#include "contact/refinable.hpp"
-#include "contact/structure.hpp"
+#include "contact/structures/divided.hpp"
+#include "contact/structures/refinable.hpp"
+#include "contact/structures/structure.hpp"
 #include "core/disjoint_sets.hpp"
 #include "fem/bearings/bearings.hpp"
 #include "fem/discretisation/discretisation.hpp"

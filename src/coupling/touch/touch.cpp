@@ -4,8 +4,8 @@
 #include <array>
 #include <cmath>
 
-#include "contact/skin_bed.hpp"
-#include "contact/skin_block.hpp"
+#include "contact/skin/skin_bed.hpp"
+#include "contact/skin/skin_block.hpp"
 #include "coupling/ground/ground_laws.hpp"
 #include "coupling/springs/half_steps.hpp"
 #include "coupling/touch/touch_bed.hpp"
