@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <numbers>
 
-#include "contact/detect.hpp"
+#include "contact/detection/detect.hpp"
 #include "geometry/cut.hpp"
 #include "geometry/mesh.hpp"
 #include "geometry/random.hpp"

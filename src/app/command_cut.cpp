@@ -49,8 +49,11 @@ int command_cut(const Options& options) {
   for (const scene::JointSet& s : mass.joint_sets)
     keys.strength.push_back(
         {std::atan(s.friction.value_or(law.friction)), s.cohesion.value_or(law.cohesion)});
-  for (std::size_t i = 0; i <= mass.joints.size(); ++i)
-    keys.strength.push_back({std::atan(law.friction), law.cohesion});  // the last for rock outside the region
+  for (std::size_t i = 0; i < mass.joints.size(); ++i)
+    keys.strength.push_back({std::atan(law.friction), law.cohesion});
+  // The last for rock outside the region.
+  const ContactLaw& bed = mass.from_terrain ? scene.laws(mass.material, mass.bed_material) : law;
+  keys.strength.push_back({std::atan(bed.friction), bed.cohesion});
   // A face closer to the ground than this, along its normal, rests on it.
   const double reach = 1e-3 * std::cbrt(cut.region_volume);
   keys.is_held = [reach, in_ground = sim::ground_of(terrain ? &terrain->surface : nullptr, scene.planes)](

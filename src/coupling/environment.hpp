@@ -4,10 +4,10 @@
 #include <optional>
 #include <vector>
 
-#include "contact/detect.hpp"
-#include "contact/law.hpp"
-#include "contact/structure.hpp"
-#include "contact/surface.hpp"
+#include "contact/detection/detect.hpp"
+#include "contact/geometry/surface.hpp"
+#include "contact/laws/law.hpp"
+#include "contact/structures/structure.hpp"
 
 namespace talus::coupling {
 

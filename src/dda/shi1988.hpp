@@ -28,8 +28,8 @@
 #include <string>
 #include <vector>
 
-#include "contact/detect.hpp"
-#include "contact/law.hpp"
+#include "contact/detection/detect.hpp"
+#include "contact/laws/law.hpp"
 #include "dda/state.hpp"
 
 namespace talus::dda {

@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-#include "contact/polyhedron.hpp"
+#include "contact/geometry/polyhedron.hpp"
 #include "core/types.hpp"
 
 namespace talus::dda {

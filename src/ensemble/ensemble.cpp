@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "contact/detect.hpp"
+#include "contact/detection/detect.hpp"
 #include "core/sha256.hpp"
 #include "ensemble/random.hpp"
 #include "sim/ground.hpp"

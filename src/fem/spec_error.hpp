@@ -2,7 +2,7 @@
 #pragma once
 #include <string>
 
-#include "contact/structure.hpp"
+#include "contact/structures/structure.hpp"
 
 namespace talus::fem {
 

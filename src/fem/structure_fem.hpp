@@ -3,9 +3,9 @@
 #include <memory>
 #include <optional>
 
-#include "contact/divided.hpp"
-#include "contact/refinable.hpp"
-#include "contact/structure.hpp"
+#include "contact/structures/divided.hpp"
+#include "contact/structures/refinable.hpp"
+#include "contact/structures/structure.hpp"
 #include "fem/integrators/leapfrog.hpp"
 #include "fem/members/capacity.hpp"
 

@@ -1,6 +1,6 @@
 /// What a structure will be, from its measures alone.
 #pragma once
-#include "contact/structure_plan.hpp"
+#include "contact/structures/structure_plan.hpp"
 
 namespace talus::fem {
 

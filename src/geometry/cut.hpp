@@ -26,7 +26,7 @@
 #include <string>
 #include <vector>
 
-#include "contact/polyhedron.hpp"
+#include "contact/geometry/polyhedron.hpp"
 #include "core/error.hpp"
 #include "core/types.hpp"
 #include "geometry/mesh.hpp"

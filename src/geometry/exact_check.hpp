@@ -21,8 +21,8 @@
 #include <string>
 #include <vector>
 
-#include "contact/polyhedron.hpp"
-#include "contact/surface.hpp"
+#include "contact/geometry/polyhedron.hpp"
+#include "contact/geometry/surface.hpp"
 #include "core/types.hpp"
 
 namespace talus::geometry {

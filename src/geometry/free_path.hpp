@@ -1,7 +1,7 @@
 /// How far a body can fly straight before it touches a surface.
 #pragma once
-#include "contact/polyhedron.hpp"
-#include "contact/surface.hpp"
+#include "contact/geometry/polyhedron.hpp"
+#include "contact/geometry/surface.hpp"
 
 namespace talus::geometry {
 

@@ -24,7 +24,7 @@
 #include <array>
 #include <vector>
 
-#include "contact/polyhedron.hpp"
+#include "contact/geometry/polyhedron.hpp"
 #include "core/types.hpp"
 
 namespace talus::geometry {

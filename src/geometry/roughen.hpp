@@ -14,7 +14,7 @@
 #include <cstdint>
 #include <span>
 
-#include "contact/surface.hpp"
+#include "contact/geometry/surface.hpp"
 
 namespace talus::geometry {
 

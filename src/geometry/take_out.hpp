@@ -5,7 +5,7 @@
 /// Both are bounded by the same triangles where they touch, corner for corner (CGAL's corefinement with exact
 /// predicates), so that blocks cut from the mass lie in the hollow without a gap and without an overlap.
 #pragma once
-#include "contact/surface.hpp"
+#include "contact/geometry/surface.hpp"
 #include "geometry/mesh.hpp"
 
 namespace talus::geometry {

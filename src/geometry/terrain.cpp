@@ -6,9 +6,9 @@
 #include <cmath>
 #include <memory>
 
-#include "contact/detect.hpp"
-#include "contact/plumb.hpp"
-#include "contact/surface_order.hpp"
+#include "contact/detection/detect.hpp"
+#include "contact/geometry/plumb.hpp"
+#include "contact/geometry/surface_order.hpp"
 #include "core/disjoint_sets.hpp"
 #include "geometry/mesh.hpp"
 #include "geometry/precision.hpp"

@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "contact/surface.hpp"
+#include "contact/geometry/surface.hpp"
 #include "core/error.hpp"
 #include "core/types.hpp"
 #include "geometry/mesh.hpp"

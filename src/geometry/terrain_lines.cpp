@@ -7,7 +7,7 @@
 #include <map>
 #include <optional>
 
-#include "contact/detect.hpp"
+#include "contact/detection/detect.hpp"
 #include "geometry/exact_plan.hpp"
 #include "geometry/terrain.hpp"
 

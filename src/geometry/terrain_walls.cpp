@@ -7,7 +7,7 @@
 #include <tuple>
 #include <vector>
 
-#include "contact/plumb.hpp"
+#include "contact/geometry/plumb.hpp"
 #include "geometry/mesh.hpp"
 
 namespace talus::geometry {

@@ -5,7 +5,7 @@
 #pragma once
 #include <span>
 
-#include "contact/surface.hpp"
+#include "contact/geometry/surface.hpp"
 
 namespace talus::geometry {
 

@@ -8,7 +8,7 @@
 #include <functional>
 #include <string_view>
 
-#include "contact/structure.hpp"
+#include "contact/structures/structure.hpp"
 #include "io/journal.hpp"
 
 namespace talus::io {

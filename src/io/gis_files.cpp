@@ -10,7 +10,7 @@
 #include <set>
 #include <vector>
 
-#include "contact/plumb.hpp"
+#include "contact/geometry/plumb.hpp"
 #include "geometry/raster/raster_module.hpp"
 #include "io/check_indices.hpp"
 #include "io/files.hpp"

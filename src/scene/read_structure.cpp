@@ -5,7 +5,7 @@
 #include <map>
 #include <optional>
 
-#include "contact/refinable.hpp"
+#include "contact/structures/refinable.hpp"
 #include "core/suggest.hpp"
 #include "core/units.hpp"
 #include "scene/reading.hpp"

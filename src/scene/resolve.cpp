@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "contact/refinable.hpp"
+#include "contact/structures/refinable.hpp"
 #include "core/units.hpp"
 #include "scene/reading.hpp"
 

@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "contact/law.hpp"
-#include "contact/structure.hpp"
-#include "contact/surface.hpp"
+#include "contact/geometry/surface.hpp"
+#include "contact/laws/law.hpp"
+#include "contact/structures/structure.hpp"
 #include "core/error.hpp"
 #include "core/types.hpp"
 #include "scene/document.hpp"

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "contact/plumb.hpp"
+#include "contact/geometry/plumb.hpp"
 #include "geometry/terrain_walls.hpp"
 
 namespace talus::sim {

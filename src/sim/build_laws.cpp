@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "contact/impact_damping.hpp"
+#include "contact/laws/impact_damping.hpp"
 
 namespace talus::sim {
 

@@ -5,8 +5,8 @@
 
 #include <fmt/format.h>
 
-#include "contact/refinable.hpp"
-#include "contact/structure_plan.hpp"
+#include "contact/structures/refinable.hpp"
+#include "contact/structures/structure_plan.hpp"
 #include "core/solid_mesh_parts.hpp"
 #include "coupling/ground/ground.hpp"
 #include "coupling/touch/touch.hpp"

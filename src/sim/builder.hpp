@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "contact/shape_pool.hpp"
+#include "contact/geometry/shape_pool.hpp"
 #include "core/error.hpp"
 #include "geometry/terrain.hpp"
 #include "sim/ground.hpp"

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "contact/refinable.hpp"
+#include "contact/structures/refinable.hpp"
 
 namespace talus::sim {
 namespace {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "contact/structure.hpp"
+#include "contact/structures/structure.hpp"
 #include "core/error.hpp"
 
 namespace talus::sim {

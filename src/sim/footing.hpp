@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "contact/structure.hpp"
+#include "contact/structures/structure.hpp"
 #include "core/error.hpp"
 
 namespace talus::sim {

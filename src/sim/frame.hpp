@@ -3,9 +3,9 @@
 #include <string>
 #include <vector>
 
-#include "contact/polyhedron.hpp"
-#include "contact/structure.hpp"
-#include "contact/surface.hpp"
+#include "contact/geometry/polyhedron.hpp"
+#include "contact/geometry/surface.hpp"
+#include "contact/structures/structure.hpp"
 #include "core/types.hpp"
 
 namespace talus::sim {

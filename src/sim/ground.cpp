@@ -7,7 +7,7 @@
 #include <limits>
 #include <memory>
 
-#include "contact/plumb.hpp"
+#include "contact/geometry/plumb.hpp"
 #include "geometry/cut.hpp"
 #include "geometry/random.hpp"
 #include "geometry/take_out.hpp"

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "contact/detect.hpp"
+#include "contact/detection/detect.hpp"
 #include "geometry/terrain.hpp"
 #include "scene/scene.hpp"
 

@@ -2,7 +2,7 @@
 #pragma once
 #include <span>
 
-#include "contact/polyhedron.hpp"
+#include "contact/geometry/polyhedron.hpp"
 
 namespace talus::sim {
 

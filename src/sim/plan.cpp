@@ -6,8 +6,8 @@
 
 #include <fmt/format.h>
 
-#include "contact/impact_damping.hpp"
-#include "contact/plumb.hpp"
+#include "contact/geometry/plumb.hpp"
+#include "contact/laws/impact_damping.hpp"
 #include "coupling/touch/touch_spring.hpp"
 #include "sim/fineness.hpp"
 #include "sim/ground.hpp"

@@ -1,6 +1,6 @@
 /// What the design formulas ask of a structure's section, from its measures and its bars.
 #pragma once
-#include "contact/structure.hpp"
+#include "contact/structures/structure.hpp"
 #include "sim/frame.hpp"
 
 namespace talus::sim {

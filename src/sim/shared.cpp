@@ -1,6 +1,6 @@
 #include "sim/shared.hpp"
 
-#include "contact/detect.hpp"
+#include "contact/detection/detect.hpp"
 #include "geometry/terrain_walls.hpp"
 #include "sim/ground.hpp"
 

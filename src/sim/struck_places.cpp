@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "contact/refinable.hpp"
+#include "contact/structures/refinable.hpp"
 #include "coupling/motion/strike_ahead.hpp"
 #include "sim/world.hpp"
 

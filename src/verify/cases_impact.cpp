@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "contact/structure.hpp"
+#include "contact/structures/structure.hpp"
 #include "sim/world.hpp"
 #include "verify/impact_text.hpp"
 

@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-#include "contact/structure.hpp"
+#include "contact/structures/structure.hpp"
 #include "scene/scene.hpp"
 #include "sim/simulation.hpp"
 #include "verify/scene_text.hpp"

@@ -1,6 +1,6 @@
 /// Polyhedra that tests of several folders use.
 #pragma once
-#include "contact/polyhedron.hpp"
+#include "contact/geometry/polyhedron.hpp"
 
 namespace talus::test {
 

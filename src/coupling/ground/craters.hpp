@@ -2,7 +2,7 @@
 /// the block that presses there, a plane.
 ///
 ///   y = y_0 + y_a a + y_b b     crushed for good at (a, b) along the face's axes from its middle [m]
-///   s = d - max(0, y)           compression of the columns (contact/bed.hpp) [m]
+///   s = d - max(0, y)           compression of the columns (contact/laws/bed.hpp) [m]
 ///   d                           depth below a facet, linear as y is [m]
 ///
 /// With y the energy 1/2 k int s^2 dA is one of where the block lies: however it turns, the columns give back
@@ -21,7 +21,7 @@
 #include <span>
 #include <vector>
 
-#include "contact/skin_bed.hpp"
+#include "contact/skin/skin_bed.hpp"
 #include "coupling/touch/touch.hpp"
 
 namespace talus::coupling {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "contact/node_surface.hpp"
-#include "contact/surface_near.hpp"
+#include "contact/geometry/surface_near.hpp"
+#include "contact/structures/node_surface.hpp"
 #include "contact/tolerances.hpp"
 #include "coupling/touch/touch.hpp"
 #include "dda/kinematics.hpp"

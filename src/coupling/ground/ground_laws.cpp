@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "contact/plumb.hpp"
+#include "contact/geometry/plumb.hpp"
 
 namespace talus::coupling {
 namespace {

@@ -8,7 +8,7 @@
 #include <limits>
 #include <map>
 
-#include "contact/apart.hpp"
+#include "contact/geometry/apart.hpp"
 #include "contact/parallel.hpp"
 #include "contact/tolerances.hpp"
 

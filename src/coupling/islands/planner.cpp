@@ -6,7 +6,7 @@
 #include <cmath>
 #include <ranges>
 
-#include "contact/apart.hpp"
+#include "contact/geometry/apart.hpp"
 #include "contact/parallel.hpp"
 #include "contact/tolerances.hpp"
 #include "coupling/ground/ground.hpp"

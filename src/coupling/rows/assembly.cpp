@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "contact/narrow_math.hpp"
+#include "contact/narrow/narrow_math.hpp"
 #include "contact/tolerances.hpp"
 #include "coupling/events/approach.hpp"
 #include "coupling/ground/ground_laws.hpp"

@@ -4,7 +4,7 @@
 #pragma once
 #include <span>
 
-#include "contact/problem.hpp"
+#include "contact/solver/problem.hpp"
 #include "coupling/touch/touch.hpp"
 
 namespace talus::coupling {

@@ -1,6 +1,6 @@
 /// The contact problem of a step, solved as closely as the step asks (solve_settings.hpp).
 #pragma once
-#include "contact/problem.hpp"
+#include "contact/solver/problem.hpp"
 #include "coupling/step/step.hpp"
 
 namespace talus::coupling {

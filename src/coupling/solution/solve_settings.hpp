@@ -9,7 +9,7 @@
 /// What is at rest is solved as closely as a proof of rest asks: to 1e-9 of the island's speed, or where the
 /// iteration stagnates, to 1e-6 g h, which is what a block at rest may move by.
 #pragma once
-#include "contact/problem.hpp"
+#include "contact/solver/problem.hpp"
 
 namespace talus::coupling {
 

@@ -12,7 +12,7 @@
 /// p, u     impulse and velocity of a contact                  N s, m/s
 /// u_R      part of u by the bodies at rest                    m/s
 #pragma once
-#include "contact/problem.hpp"
+#include "contact/solver/problem.hpp"
 
 namespace talus::coupling {
 

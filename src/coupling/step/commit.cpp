@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "contact/node_surface.hpp"
+#include "contact/structures/node_surface.hpp"
 #include "contact/tolerances.hpp"
 #include "coupling/events/approach.hpp"
 #include "coupling/ground/ground_laws.hpp"

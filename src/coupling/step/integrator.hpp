@@ -3,8 +3,8 @@
 ///
 /// A step of length h:
 ///   1. free flow of every block, exact without contact (dda/kinematics.hpp);
-///      v_hat of the structures (contact/structure.hpp)
-///   2. one contact problem over blocks and touched structure nodes (contact/problem.hpp)
+///      v_hat of the structures (contact/structures/structure.hpp)
+///   2. one contact problem over blocks and touched structure nodes (contact/solver/problem.hpp)
 ///   3. positions:  x_np = x_free + h sum_i theta_i A^-1 J_i^T p_i,
 ///      momenta exact:  P_np = P_free + sum_i J_i^T p_i
 ///   4. drift of closed hard contacts projected back to gap >= 0, its energy accounted for

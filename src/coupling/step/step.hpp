@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "contact/parallel.hpp"
-#include "contact/problem.hpp"
+#include "contact/solver/problem.hpp"
 #include "coupling/step/context.hpp"
 
 namespace talus::coupling {

@@ -1,9 +1,9 @@
 // The condensed regime: structures that take long steps while blocks touch them.
 //
 // A structure's step is then an affine map of the contact impulses on its touched nodes, v = v_hat + W p
-// (contact/structure.hpp). In the contact problem it is one body of 3 m degrees of freedom with the dense
-// inverse mass W. Blocks at it move by the same rules as among themselves: velocities live at the time of the
-// positions, which follow the trapezoid.
+// (contact/structures/structure.hpp). In the contact problem it is one body of 3 m degrees of freedom with
+// the dense inverse mass W. Blocks at it move by the same rules as among themselves: velocities live at the
+// time of the positions, which follow the trapezoid.
 #include "coupling/structures/condensed.hpp"
 
 #include <algorithm>

@@ -13,7 +13,7 @@
 
 #include <fmt/format.h>
 
-#include "contact/divided.hpp"
+#include "contact/structures/divided.hpp"
 #include "contact/tolerances.hpp"
 #include "core/error.hpp"
 #include "core/multiples.hpp"

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "contact/narrow_math.hpp"
+#include "contact/narrow/narrow_math.hpp"
 #include "contact/tolerances.hpp"
 
 namespace talus::coupling {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "contact/surface_near.hpp"
+#include "contact/geometry/surface_near.hpp"
 #include "contact/tolerances.hpp"
 
 namespace talus::coupling {

@@ -4,8 +4,8 @@
 #include <array>
 #include <cmath>
 
-#include "contact/skin_bed.hpp"
-#include "contact/skin_block.hpp"
+#include "contact/skin/skin_bed.hpp"
+#include "contact/skin/skin_block.hpp"
 #include "coupling/ground/ground_laws.hpp"
 #include "coupling/springs/half_steps.hpp"
 #include "coupling/touch/touch_bed.hpp"
@@ -233,7 +233,7 @@ void find_points(const dda::Model& m, const dda::State& s, const Environment& en
   }
   for (const contact::ContactPoint& p : points) {
     FoundPoint& found = out.emplace_back(FoundPoint{p, index != nullptr && p.face_a < 0});
-    if (found.on_edge) found.at.face_a = index->triangle_at(p.point_a);
+    if (found.on_edge) found.at.face_a = index->triangle_at(p.point_a, p.normal);
   }
 }
 

@@ -18,7 +18,7 @@
 #include <span>
 #include <vector>
 
-#include "contact/normal_law.hpp"
+#include "contact/laws/normal_law.hpp"
 #include "coupling/environment.hpp"
 #include "dda/state.hpp"
 

@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include "contact/skin_bed.hpp"
+#include "contact/skin/skin_bed.hpp"
 #include "coupling/ground/craters.hpp"
 #include "coupling/touch/touch_tilt.hpp"
 

@@ -1,5 +1,5 @@
-/// Springs per area at a structure's skin, elastic or crushing, as columns below the block (contact/bed.hpp):
-/// one touch for each part of a face of the skin.
+/// Springs per area at a structure's skin, elastic or crushing, as columns below the block
+/// (contact/laws/bed.hpp): one touch for each part of a face of the skin.
 ///
 /// The energy of such a bed is a function of where the block lies, so that faces may come and go and nothing
 /// has to be carried from one to the next. What is remembered for each cell of a face of the skin is down to

@@ -6,7 +6,7 @@
 #include <tuple>
 #include <utility>
 
-#include "contact/surface_index.hpp"
+#include "contact/geometry/surface_index.hpp"
 #include "contact/tolerances.hpp"
 
 namespace talus::coupling {

@@ -3,7 +3,7 @@
 #include <array>
 #include <cmath>
 
-#include "contact/node_surface.hpp"
+#include "contact/structures/node_surface.hpp"
 #include "coupling/ground/ground.hpp"
 #include "coupling/touch/touch_spring.hpp"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "contact/impact_damping.hpp"
+#include "contact/laws/impact_damping.hpp"
 #include "contact/tolerances.hpp"
 
 namespace talus::coupling {

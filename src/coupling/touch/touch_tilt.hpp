@@ -3,7 +3,7 @@
 #pragma once
 #include <array>
 
-#include "contact/skin_bed.hpp"
+#include "contact/skin/skin_bed.hpp"
 #include "core/types.hpp"
 
 namespace talus::coupling {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "contact/structure.hpp"
+#include "contact/structures/structure.hpp"
 #include "ensemble/ensemble.hpp"
 #include "ensemble/fragility/fragility.hpp"
 #include "ensemble/fragility/hits.hpp"

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "contact/structure.hpp"
+#include "contact/structures/structure.hpp"
 #include "ensemble/member.hpp"
 
 namespace talus::ensemble {

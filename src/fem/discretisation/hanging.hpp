@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-#include "contact/surface.hpp"
+#include "contact/geometry/surface.hpp"
 #include "fem/discretisation/hex_mesh.hpp"
 
 namespace talus::fem {

@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "contact/structure.hpp"
+#include "contact/structures/structure.hpp"
 
 namespace talus::fem {
 

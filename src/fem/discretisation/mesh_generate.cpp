@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "contact/refinable.hpp"
+#include "contact/structures/refinable.hpp"
 #include "core/memory.hpp"
 #include "fem/discretisation/disc.hpp"
 #include "fem/discretisation/grid_in.hpp"

@@ -9,7 +9,7 @@
 #include <numeric>
 #include <string>
 
-#include "contact/refinable.hpp"
+#include "contact/structures/refinable.hpp"
 #include "fem/spec_error.hpp"
 
 namespace talus::fem {

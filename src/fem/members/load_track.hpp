@@ -17,7 +17,7 @@
 #include <span>
 #include <vector>
 
-#include "contact/structure.hpp"
+#include "contact/structures/structure.hpp"
 #include "fem/members/running_mean.hpp"
 
 namespace talus::fem {

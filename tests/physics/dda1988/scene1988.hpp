@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "contact/detect.hpp"
+#include "contact/detection/detect.hpp"
 #include "dda/shi1988.hpp"
 
 namespace talus::dda::test {

@@ -18,7 +18,7 @@ ALLOWED = {
     "geometry": ["core", "contact"],
     "dda": ["core", "contact"],
     "fem": ["core", "contact"],
-    "coupling": ["core", "contact", "geometry", "dda"],  # fem only through contact/structure.hpp
+    "coupling": ["core", "contact", "geometry", "dda"],  # fem only through contact/structures/structure.hpp
     "scene": ["core", "contact", "geometry", "dda", "coupling"],
     "sim": ["core", "contact", "geometry", "dda", "coupling", "scene"],
     "io": ["core", "formulas", "contact", "geometry", "dda", "coupling", "scene", "sim"],
@@ -70,7 +70,7 @@ def problems(src):
 
 def self_test():
     planted = {
-        "core/a.hpp": '#include "contact/law.hpp"',
+        "core/a.hpp": '#include "contact/laws/law.hpp"',
         "contact/a.hpp": '#include "dda/state.hpp"',
         "dda/a.cpp": '  #  include "fem/setup.hpp"',
         "coupling/a.cpp": '#include "fem/setup.hpp"',

@@ -1,8 +1,8 @@
 // Planes that prove two bodies apart.
 #include <gtest/gtest.h>
 
-#include "contact/apart.hpp"
-#include "contact/detect.hpp"
+#include "contact/detection/detect.hpp"
+#include "contact/geometry/apart.hpp"
 #include "helpers/shapes.hpp"
 
 namespace talus::contact {

@@ -1,9 +1,9 @@
 // Law of the columns of a bed: volume, crushing, unloading, and the halves that a leapfrog counts; Hertz's
 // law at a cell.
-#include "contact/bed.hpp"
-#include "contact/normal_law.hpp"
-#include "contact/skin_bed.hpp"
-#include "contact/surface_index.hpp"
+#include "contact/laws/bed.hpp"
+#include "contact/geometry/surface_index.hpp"
+#include "contact/laws/normal_law.hpp"
+#include "contact/skin/skin_bed.hpp"
 #include "detect_shapes.hpp"
 
 #include <gtest/gtest.h>

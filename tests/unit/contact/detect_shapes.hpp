@@ -2,7 +2,7 @@
 #pragma once
 #include <random>
 
-#include "contact/detect.hpp"
+#include "contact/detection/detect.hpp"
 #include "helpers/shapes.hpp"
 
 namespace talus::contact::testing {

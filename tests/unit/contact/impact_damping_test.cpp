@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "contact/impact_damping.hpp"
+#include "contact/laws/impact_damping.hpp"
 
 namespace talus::contact {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "contact/law.hpp"
+#include "contact/laws/law.hpp"
 
 namespace talus {
 namespace {

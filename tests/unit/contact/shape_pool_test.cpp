@@ -1,4 +1,4 @@
-#include "contact/shape_pool.hpp"
+#include "contact/geometry/shape_pool.hpp"
 
 #include <gtest/gtest.h>
 

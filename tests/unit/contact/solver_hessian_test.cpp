@@ -4,7 +4,7 @@
 
 #include <random>
 
-#include "contact/solver_hessian.hpp"
+#include "contact/linear/solver_hessian.hpp"
 #include "solver_problems.hpp"
 
 namespace talus::contact::testing {

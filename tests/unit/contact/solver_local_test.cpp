@@ -2,8 +2,8 @@
 // hardly a factorisation.
 #include <gtest/gtest.h>
 
-#include "contact/solver_normal.hpp"
-#include "contact/solver_sweep.hpp"
+#include "contact/solver/solver_normal.hpp"
+#include "contact/solver/solver_sweep.hpp"
 #include "solver_problems.hpp"
 
 namespace talus::contact::testing {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "contact/solver_law.hpp"
-#include "contact/solver_normal.hpp"
+#include "contact/solver/solver_law.hpp"
+#include "contact/solver/solver_normal.hpp"
 #include "solver_problems.hpp"
 
 namespace talus::contact::testing {

@@ -8,7 +8,7 @@
 
 #include <Eigen/LU>
 
-#include "contact/problem.hpp"
+#include "contact/solver/problem.hpp"
 
 namespace talus::contact::testing {
 

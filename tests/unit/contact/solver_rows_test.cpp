@@ -2,7 +2,7 @@
 // have and for others.
 #include <gtest/gtest.h>
 
-#include "contact/solver_rows.hpp"
+#include "contact/solver/solver_rows.hpp"
 
 namespace talus::contact::detail {
 namespace {

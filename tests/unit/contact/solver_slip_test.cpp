@@ -4,7 +4,7 @@
 
 #include <random>
 
-#include "contact/solver_sweep.hpp"
+#include "contact/solver/solver_sweep.hpp"
 
 namespace talus::contact::testing {
 namespace {

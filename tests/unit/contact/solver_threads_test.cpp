@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <random>
 
-#include "contact/solver_linear.hpp"
-#include "contact/solver_order.hpp"
-#include "contact/solver_system.hpp"
+#include "contact/linear/solver_linear.hpp"
+#include "contact/linear/solver_order.hpp"
+#include "contact/solver/solver_system.hpp"
 #include "solver_problems.hpp"
 
 namespace talus::contact::testing {

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "contact/detect.hpp"
-#include "contact/skin_block.hpp"
+#include "contact/detection/detect.hpp"
+#include "contact/skin/skin_block.hpp"
 #include "detect_shapes.hpp"
 
 namespace talus::contact {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <tuple>
 
-#include "contact/detect.hpp"
-#include "contact/surface_order.hpp"
+#include "contact/detection/detect.hpp"
+#include "contact/geometry/surface_order.hpp"
 #include "detect_shapes.hpp"
 
 namespace talus::contact {

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "contact/normal_law.hpp"
+#include "contact/laws/normal_law.hpp"
 
 namespace talus::contact {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "contact/narrow_math.hpp"
+#include "contact/narrow/narrow_math.hpp"
 #include "coupling/rows/contact_rows.hpp"
 #include "helpers/shapes.hpp"
 

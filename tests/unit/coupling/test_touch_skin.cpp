@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "contact/node_surface.hpp"
+#include "contact/structures/node_surface.hpp"
 #include "coupling/touch/touch.hpp"
 
 namespace talus::coupling {

@@ -5,7 +5,7 @@
 #include <fstream>
 #include <string>
 
-#include "contact/structure.hpp"
+#include "contact/structures/structure.hpp"
 #include "core/error.hpp"
 
 using namespace talus;

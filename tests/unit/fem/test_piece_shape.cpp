@@ -3,7 +3,7 @@
 
 #include <Eigen/Geometry>
 
-#include "contact/polyhedron.hpp"
+#include "contact/geometry/polyhedron.hpp"
 #include "core/error.hpp"
 #include "fem/discretisation/hex_mesh.hpp"
 #include "fem/fracture/piece_shape.hpp"

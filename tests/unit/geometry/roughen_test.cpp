@@ -7,7 +7,7 @@
 #include <fstream>
 #include <map>
 
-#include "contact/plumb.hpp"
+#include "contact/geometry/plumb.hpp"
 #include "core/error.hpp"
 #include "geometry/terrain.hpp"
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-#include "contact/plumb.hpp"
+#include "contact/geometry/plumb.hpp"
 #include "geometry/precision.hpp"
 #include "geometry/terrain.hpp"
 

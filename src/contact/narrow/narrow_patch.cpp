@@ -1,0 +1,276 @@
+#include "contact/narrow/narrow_patch.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "contact/tolerances.hpp"
+
+namespace talus::contact::narrow {
+namespace {
+
+bool boxes_meet(const Vec3& lo, const Vec3& hi, const Box3& box) {
+  return (lo.array() <= box.max().array()).all() && (hi.array() >= box.min().array()).all();
+}
+
+/// A polyhedron in its pose, of which a patch takes what may touch.
+class Posed {
+ public:
+  Posed(const Polyhedron& p, const Vec3& centre, const Mat3& F) : p_(p), cofactor_(cofactor(F)) {
+    x.clear();
+    for (const auto& X : p.vertices) x.push_back(centre + F * X);
+    normal_.assign(p.face_normals.size(), Vec3::Zero());
+  }
+
+  /// The triangles, edges and vertices of which `in` says so, given their corners.
+  template <class In>
+  void take(const In& in, Patch& patch);
+
+  thread_local static std::vector<Vec3> x;  // corners
+
+ private:
+  /// Outward unit normal of a face, found when it is first asked for: most faces of a scan never are.
+  const Vec3& normal(int face) {
+    Vec3& n = normal_[static_cast<std::size_t>(face)];
+    if (n.isZero(0)) n = (cofactor_ * p_.face_normals[static_cast<std::size_t>(face)]).normalized();
+    return n;
+  }
+
+  const Polyhedron& p_;
+  Mat3 cofactor_;
+  thread_local static std::vector<Vec3> normal_;
+};
+
+thread_local std::vector<Vec3> Posed::x;
+thread_local std::vector<Vec3> Posed::normal_;
+
+template <class In>
+void Posed::take(const In& in, Patch& patch) {
+  patch.clear();
+  for (std::size_t t = 0; t < p_.triangles.size(); ++t) {
+    const auto& v = p_.triangles[t];
+    if (!in(std::span<const int>(v))) continue;
+    Patch::Triangle q;
+    q.id = q.face = p_.triangle_face[t];
+    q.a = x[v[0]], q.b = x[v[1]], q.c = x[v[2]];
+    q.n = normal(q.face);
+    q.level = q.n.dot(q.a);
+    for (int k = 0; k < 3; ++k) {
+      q.sharp[k] = q.rim[k] = q.tip[k] = false;
+      const int v0 = v[k], v1 = v[(k + 1) % 3];
+      for (int i = p_.vertex_edge_offset[v0]; i < p_.vertex_edge_offset[v0 + 1]; ++i) {
+        const auto& e = p_.edges[p_.vertex_edges[i]];
+        if ((e.v0 == v0 && e.v1 == v1) || (e.v0 == v1 && e.v1 == v0)) q.sharp[k] = e.sine > 0;
+        q.tip[k] |= e.sine > 0;
+      }
+    }
+    patch.triangles.push_back(q);
+  }
+  for (int i = 0; i < static_cast<int>(p_.edges.size()); ++i) {
+    const auto& e = p_.edges[i];
+    if (e.sine <= 0 || !in(std::array{e.v0, e.v1})) continue;
+    const Vec3 &a = x[e.v0], &b = x[e.v1];
+    const Vec3 d = (b - a).normalized();
+    const Vec3 l = normal(e.left), r = normal(e.right);
+    patch.edges.push_back({i, e.v0, e.v1, e.left, e.right, a, b, l, r, l.cross(d), -r.cross(d)});
+  }
+  for (int v = 0; v < static_cast<int>(x.size()); ++v) {
+    if (!in(std::array{v}) || p_.vertex_edge_offset[v] == p_.vertex_edge_offset[v + 1]) continue;
+    Patch::Vertex q{
+        v, x[v], static_cast<int>(patch.directions.size()), 0, static_cast<int>(patch.face_normals.size()),
+        0};
+    bool convex = false;
+    for (int i = p_.vertex_edge_offset[v]; i < p_.vertex_edge_offset[v + 1]; ++i) {
+      const auto& e = p_.edges[p_.vertex_edges[i]];
+      convex |= e.sine > 0;
+      patch.directions.push_back((x[e.v0 == v ? e.v1 : e.v0] - x[v]).normalized());
+      ++q.count;
+      patch.face_normals.push_back(normal(e.left));
+      patch.face_normals.push_back(normal(e.right));
+      q.faces += 2;
+    }
+    if (convex) patch.vertices.push_back(q);
+  }
+}
+
+}  // namespace
+
+void gather(const Polyhedron& p, const Vec3& centre, const Mat3& F, const Box3& box, Patch& patch) {
+  Posed posed(p, centre, F);
+  posed.take(
+      [&](std::span<const int> corners) {
+        Box3 own;
+        for (const int v : corners) own.extend(posed.x[v]);
+        return boxes_meet(own.min(), own.max(), box);
+      },
+      patch);
+}
+
+void gather(const Polyhedron& p, const Vec3& centre, const Mat3& F, std::span<const Plane> planes,
+            double margin, Patch& patch) {
+  Posed posed(p, centre, F);
+  thread_local std::vector<char> reaches;
+  reaches.clear();
+  for (const Vec3& x : posed.x)
+    reaches.push_back(std::any_of(planes.begin(), planes.end(), [&](const Plane& plane) {
+      return plane.n.dot(x) - plane.level <= margin;
+    }));
+  posed.take(
+      [&](std::span<const int> corners) {
+        return std::any_of(corners.begin(), corners.end(), [&](int v) { return reaches[v] != 0; });
+      },
+      patch);
+}
+
+namespace {
+
+/// A surface as a block's centroid sees it: of a two-sided sheet each triangle's side that faces it.
+struct View {
+  const SurfaceIndex::Impl& s;
+  const Vec3& origin;
+
+  Vec3 place(int v) const { return s.surface.vertices[v] - origin; }
+  const std::array<int, 3>& corners(int t) const { return s.surface.triangles[t]; }
+  bool flipped(int t) const {
+    return s.surface.two_sided && s.normal[t].dot(origin - s.surface.vertices[corners(t)[0]]) < 0;
+  }
+  Vec3 normal(int t) const { return flipped(t) ? Vec3(-s.normal[t]) : s.normal[t]; }
+  /// Of side h: 0 flat or reentrant, 1 convex, 2 rim.
+  int side_kind(int h) const {
+    const int w = s.twin[h];
+    if (w < 0) return 2;
+    const int t = h / 3, u = w / 3;
+    if (flipped(t) != flipped(u)) return 2;
+    const auto& X = s.surface.vertices;
+    const Vec3 d = (X[corners(t)[(h % 3 + 1) % 3]] - X[corners(t)[h % 3]]).normalized();
+    const double sine = s.normal[t].cross(s.normal[u]).dot(d);
+    return (flipped(t) ? -sine : sine) > tolerances().true_edge ? 1 : 0;
+  }
+  /// A large terrain lies in memory, not in the cache: what a stage reads is asked for during the one before.
+  void announce(int t) const {
+    __builtin_prefetch(&s.surface.triangles[t]);
+    __builtin_prefetch(&s.normal[t]);
+    __builtin_prefetch(&s.twin[3 * t]);
+  }
+};
+
+/// Triangles whose boxes meet the box (world), in ascending order.
+void find_triangles(const View& view, const Box3& world, std::vector<int>& ids) {
+  const SurfaceIndex::Impl& s = view.s;
+  ids.clear();
+  s.tree.traverse_ahead([&](const Vec3& lo, const Vec3& hi) { return boxes_meet(lo, hi, world); },
+                        [&](int t) { view.announce(t); },
+                        [&](int t) {
+                          const auto b = s.triangle_box(t);
+                          if (boxes_meet(b.min(), b.max(), world)) ids.push_back(t);
+                        });
+  std::sort(ids.begin(), ids.end());
+  for (const int t : ids) {
+    __builtin_prefetch(&s.group[t]);
+    for (const int v : view.corners(t)) __builtin_prefetch(&s.vertex_offset[v]);
+    for (int k = 0; k < 3; ++k)
+      if (const int w = s.twin[3 * t + k]; w >= 0) view.announce(w / 3), __builtin_prefetch(&s.group[w / 3]);
+  }
+}
+
+/// The edge along side h, where it meets the box.
+void add_edge(const View& view, int h, bool rim, const Box3& box, Patch& patch) {
+  const SurfaceIndex::Impl& s = view.s;
+  const int t = h / 3, k = h % 3, u = s.twin[h] / 3, v0 = view.corners(t)[k],
+            v1 = view.corners(t)[(k + 1) % 3];
+  const Vec3 a = view.place(v0), b = view.place(v1);
+  if (!boxes_meet(a.cwiseMin(b), a.cwiseMax(b), box)) return;
+  const Vec3 d = (b - a).normalized(), n = view.normal(t);
+  const Vec3 left = s.normal[t].cross(d);  // into the left triangle whatever side is shown
+  if (rim)
+    patch.edges.push_back({h, v0, v1, s.group[t], -1, a, b, n, n, left, left});
+  else
+    patch.edges.push_back(
+        {h, v0, v1, s.group[t], s.group[u], a, b, n, view.normal(u), left, -s.normal[u].cross(d)});
+}
+
+void add_triangle(const View& view, int t, const std::vector<int>& ids, const Box3& box, Patch& patch,
+                  std::vector<int>& corners) {
+  const SurfaceIndex::Impl& s = view.s;
+  const auto& v = view.corners(t);
+  const bool flip = view.flipped(t);
+  Patch::Triangle q;
+  q.id = t;
+  q.face = s.group[t];
+  q.a = view.place(v[0]), q.b = view.place(v[flip ? 2 : 1]), q.c = view.place(v[flip ? 1 : 2]);
+  q.n = view.normal(t);
+  q.level = q.n.dot(q.a);
+  for (int k = 0; k < 3; ++k) {
+    const int h = 3 * t + k, kind = view.side_kind(h), w = s.twin[h];
+    q.sharp[flip ? 2 - k : k] = kind > 0;
+    q.rim[flip ? 2 - k : k] = w < 0;
+    if (kind == 0) continue;
+    if (kind == 2 || h < w)
+      add_edge(view, h, kind == 2, box, patch);
+    else if (!std::binary_search(ids.begin(), ids.end(), w / 3))
+      add_edge(view, w, false, box, patch);  // else the twin's triangle adds it
+    corners.push_back(v[k]);
+    corners.push_back(v[(k + 1) % 3]);
+  }
+  patch.triangles.push_back(q);
+}
+
+void add_corner(const View& view, int v, Patch& patch) {
+  const SurfaceIndex::Impl& s = view.s;
+  const auto& X = s.surface.vertices;
+  Patch::Vertex q{v,
+                  view.place(v),
+                  static_cast<int>(patch.directions.size()),
+                  0,
+                  static_cast<int>(patch.face_normals.size()),
+                  0};
+  int convex = 0;
+  for (int i = s.vertex_offset[v]; i < s.vertex_offset[v + 1]; ++i) {
+    const int t = s.vertex_triangle[i];
+    patch.face_normals.push_back(view.normal(t));
+    ++q.faces;
+    for (int k = 0; k < 3; ++k) {
+      const int v0 = view.corners(t)[k], v1 = view.corners(t)[(k + 1) % 3];
+      if (v0 != v && v1 != v) continue;
+      const int h = 3 * t + k, w = s.twin[h];
+      if (w >= 0 && v1 == v) continue;  // its twin starts here
+      // All true edges bound the cone, reentrant ones too.
+      const Vec3 d = (X[v0 == v ? v1 : v0] - X[v]).normalized();
+      const bool flat = w >= 0 && view.flipped(t) == view.flipped(w / 3) &&
+                        s.normal[t].cross(s.normal[w / 3]).norm() <= tolerances().true_edge;
+      if (flat) continue;
+      convex += view.side_kind(h) > 0;
+      patch.directions.push_back(d);
+      ++q.count;
+    }
+  }
+  // On a straight ridge the crossings of the ridge say it all.
+  const bool straight =
+      q.count == 2 && patch.directions[q.first].dot(patch.directions[q.first + 1]) < 0 &&
+      patch.directions[q.first].cross(patch.directions[q.first + 1]).norm() <= tolerances().true_edge;
+  if (convex >= 1 && !straight) patch.vertices.push_back(q);
+}
+
+}  // namespace
+
+void gather(const SurfaceIndex::Impl& s, const Vec3& origin, const Box3& box, Patch& patch) {
+  thread_local std::vector<int> ids, corners;
+  const View view{s, origin};
+  patch.clear();
+  find_triangles(view, Box3(Vec3(box.min() + origin), Vec3(box.max() + origin)), ids);
+  corners.clear();
+  for (const int t : ids)
+    if (!s.normal[t].isZero()) add_triangle(view, t, ids, box, patch, corners);
+  std::sort(corners.begin(), corners.end());
+  corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+  for (Patch::Triangle& q : patch.triangles)
+    for (int k = 0; k < 3; ++k)
+      q.tip[k] = std::binary_search(corners.begin(), corners.end(),
+                                    view.corners(q.id)[view.flipped(q.id) ? (3 - k) % 3 : k]);
+  for (const int v : corners) __builtin_prefetch(&s.vertex_triangle[s.vertex_offset[v]]);
+  for (const int v : corners)
+    for (int i = s.vertex_offset[v]; i < s.vertex_offset[v + 1]; ++i) view.announce(s.vertex_triangle[i]);
+  for (const int v : corners)
+    if (box.contains(view.place(v))) add_corner(view, v, patch);
+}
+
+}  // namespace talus::contact::narrow

@@ -1,0 +1,63 @@
+/// The part of a body that may touch: triangles, true convex edges and vertices in world axes about a local
+/// origin. Internal to src/contact.
+#pragma once
+#include <span>
+#include <vector>
+
+#include "contact/geometry/surface_index.hpp"
+#include "contact/narrow/narrow_math.hpp"
+
+namespace talus::contact::narrow {
+
+struct Patch {
+  struct Triangle {
+    int id;    // reported as face_a / face_b
+    int face;  // key; equal for coplanar neighbours
+    Vec3 a, b, c, n;
+    bool sharp[3];  // side k is a convex edge or a rim
+    bool rim[3];    // side k ends the surface
+    bool tip[3];    // corner k ends a convex edge or a rim, be it a side of other triangles
+    double level;   // n . a
+  };
+  struct Edge {
+    int id;
+    int v0, v1;
+    int left_face, right_face;  // keys, -1 on a rim
+    Vec3 a, b;
+    Vec3 left, right;  // outward normals of the two faces (a rim: the same twice)
+    Vec3 into_left,
+        into_right;  // in-plane unit directions from the edge into the faces (a rim: the same twice)
+  };
+  struct Vertex {
+    int id;
+    Vec3 x;
+    int first, count;       // into directions: unit vectors along the true edges at it
+    int first_face, faces;  // into face_normals
+  };
+  std::vector<Triangle> triangles;
+  std::vector<Edge> edges;
+  std::vector<Vertex> vertices;
+  std::vector<Vec3> directions, face_normals;
+  void clear() {
+    triangles.clear(), edges.clear(), vertices.clear(), directions.clear(), face_normals.clear();
+  }
+};
+
+/// n . x = level, n outwards.
+struct Plane {
+  Vec3 n;
+  double level;
+};
+
+/// Everything of a posed polyhedron that reaches into a box.
+void gather(const Polyhedron& p, const Vec3& centre, const Mat3& F, const Box3& box, Patch& patch);
+/// Everything of a posed polyhedron that does not lie more than `margin` before all of these planes. Of a
+/// surface that they bound, nothing else can come within the margin: x at a distance d from a point of the
+/// plane's triangle has n . x - level <= d, and a triangle lies before a plane where its corners do.
+void gather(const Polyhedron& p, const Vec3& centre, const Mat3& F, std::span<const Plane> planes,
+            double margin, Patch& patch);
+/// Everything of a surface near `box`, which is relative to `origin`. `viewpoint` picks the side of a
+/// two-sided surface.
+void gather(const SurfaceIndex::Impl& s, const Vec3& origin, const Box3& box, Patch& patch);
+
+}  // namespace talus::contact::narrow

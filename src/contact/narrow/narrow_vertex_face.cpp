@@ -1,0 +1,363 @@
+/// Vertices against faces: on a face, over it, or inside the body behind it.
+#include <numbers>
+
+#include "contact/narrow/narrow_features.hpp"
+#include "contact/tolerances.hpp"
+
+namespace talus::contact::narrow {
+namespace {
+
+constexpr double sharpest_notch = 4;  // tangent of half the angle by which its faces turn: 150 degrees
+
+/// About a triangle: its centroid and how far it reaches from there.
+struct Ball {
+  Vec3 centre;
+  double radius;
+};
+
+double facing(const Patch& p, const Patch::Vertex& v, const Vec3& n) {
+  double least = infinity;
+  for (int i = v.first_face; i < v.first_face + v.faces; ++i)
+    least = std::min(least, n.dot(p.face_normals[i]));
+  return least;
+}
+
+/// Where x projects on a triangle: -1 outside, 0 inside, 1 within `touch` of a convex side, or at a corner in
+/// which a convex edge ends.
+int inside(const Patch::Triangle& t, const Vec3& x, double touch) {
+  const Vec3* p[3] = {&t.a, &t.b, &t.c};
+  int result = 0;
+  for (int k = 0; k < 3; ++k) {
+    const Vec3 e = *p[(k + 1) % 3] - *p[k];
+    const double h = e.cross(t.n).dot(x - *p[k]), l = touch * e.norm();
+    if (h > l) return -1;
+    if (h >= -l && t.sharp[k]) result = 1;
+    if (t.tip[k] && (x - *p[k]).squaredNorm() <= 2 * touch * touch) result = 1;
+  }
+  return result;
+}
+
+Vec3 closest_on_triangle(const Patch::Triangle& t, const Vec3& x, bool& interior) {
+  interior = inside(t, x, 0) >= 0;
+  if (interior) return x - (t.n.dot(x) - t.level) * t.n;
+  const Vec3* p[3] = {&t.a, &t.b, &t.c};
+  Vec3 best = t.a;
+  double d = infinity;
+  for (int k = 0; k < 3; ++k) {
+    const Vec3 e = *p[(k + 1) % 3] - *p[k];
+    const double s = std::clamp(e.dot(x - *p[k]) / e.squaredNorm(), 0.0, 1.0);
+    const Vec3 y = *p[k] + s * e;
+    if ((x - y).squaredNorm() < d) d = (x - y).squaredNorm(), best = y;
+  }
+  return best;
+}
+
+/// True if x, which is nearest to y on a side of the triangle, lies past the end of the surface there:
+/// neither before it nor behind.
+bool past_rim(const Patch::Triangle& t, const Vec3& x, const Vec3& y, double touch) {
+  const Vec3* p[3] = {&t.a, &t.b, &t.c};
+  for (int k = 0; k < 3; ++k) {
+    const Vec3 e = *p[(k + 1) % 3] - *p[k], across = e.cross(t.n).normalized();
+    if (t.rim[k] && std::abs(across.dot(y - *p[k])) <= touch && across.dot(x - *p[k]) > touch) return true;
+  }
+  return false;
+}
+
+/// Nearest point of a surface to x, and the sum of the normals of the triangles that share it.
+struct Nearest {
+  double distance = infinity;
+  Vec3 foot, pseudo = Vec3::Zero();
+
+  void visit(const Patch::Triangle& t, const Vec3& x, double touch) {
+    bool interior;
+    const Vec3 y = closest_on_triangle(t, x, interior);
+    const double d = (x - y).norm();
+    if (d < distance - touch) {
+      distance = d, foot = y, pseudo = t.n;
+    } else if (d < distance + touch) {
+      pseudo += t.n;
+    }
+  }
+};
+
+void enclose(const Patch& p, std::vector<Ball>& balls) {
+  balls.clear();
+  for (const auto& t : p.triangles) {
+    const Vec3 c = (t.a + t.b + t.c) / 3;
+    balls.push_back({c, std::sqrt(std::max(
+                            {(t.a - c).squaredNorm(), (t.b - c).squaredNorm(), (t.c - c).squaredNorm()}))});
+  }
+}
+
+/// Eight triangles that follow each other, which lie beside each other for the most part.
+struct Bunch {
+  Ball ball;
+  std::size_t first, last;
+};
+
+void bunch(const std::vector<Ball>& balls, std::vector<Bunch>& bunches) {
+  constexpr std::size_t size = 8;
+  bunches.clear();
+  for (std::size_t first = 0; first < balls.size(); first += size) {
+    Bunch b{{Vec3::Zero(), 0}, first, std::min(first + size, balls.size())};
+    for (std::size_t k = first; k < b.last; ++k)
+      b.ball.centre += balls[k].centre / static_cast<double>(b.last - first);
+    for (std::size_t k = first; k < b.last; ++k)
+      b.ball.radius = std::max(b.ball.radius, (balls[k].centre - b.ball.centre).norm() + balls[k].radius);
+    bunches.push_back(b);
+  }
+}
+
+/// Distance of x from the surface if x lies before it beyond doubt, else 0.
+double ahead(const Patch& p, const std::vector<Ball>& balls, const std::vector<Bunch>& bunches, const Vec3& x,
+             double touch) {
+  Nearest nearest{.foot = x};
+  const auto search = [&](const Bunch& bunch) {
+    for (std::size_t k = bunch.first; k < bunch.last; ++k) {
+      const auto& t = p.triangles[k];
+      const double reach = nearest.distance + touch;
+      if (std::abs(t.n.dot(x) - t.level) <= reach && (x - balls[k].centre).norm() - balls[k].radius <= reach)
+        nearest.visit(t, x, touch);
+    }
+  };
+  const Bunch* likely = &bunches.front();
+  double least = infinity;
+  for (const Bunch& b : bunches)
+    if (const double d = (x - b.ball.centre).squaredNorm(); d < least) least = d, likely = &b;
+  search(*likely);
+  for (const Bunch& b : bunches)
+    if (const double reach = nearest.distance + touch + b.ball.radius;
+        &b != likely && (x - b.ball.centre).squaredNorm() <= reach * reach)
+      search(b);
+  return nearest.pseudo.dot(x - nearest.foot) > 0 ? nearest.distance : 0;
+}
+
+/// True if x lies behind the surface of which the patch is a part; a point of it is no farther than `reach`.
+bool behind_surface(const Search& s, const Vec3& x, double reach) {
+  thread_local Patch around;
+  const Vec3 r = Vec3::Constant(reach + s.touch);
+  gather(*s.surface, s.origin, Box3(x - r, x + r), around);
+  Nearest nearest{.foot = x};
+  for (const auto& t : around.triangles) nearest.visit(t, x, s.touch);
+  return nearest.pseudo.dot(x - nearest.foot) < 0;
+}
+
+/// The triangles of one body that the vertices of the other meet.
+struct Target {
+  const Search& s;
+  const Patch &T, &V;
+  bool first;  // the triangles belong to body A
+  const std::vector<Ball>& balls;
+  std::vector<ContactPoint>& out;
+
+  /// A contact of v, unless another triangle of the same plane has given it since out[start].
+  void emit(const Patch::Vertex& v, std::size_t start, const Patch::Triangle& t, const Vec3& n,
+            const Vec3& foot, double gap) const {
+    for (std::size_t i = start; i < out.size(); ++i)
+      if ((first ? out[i].normal : Vec3(-out[i].normal)).dot(n) > 1 - square(tolerances().same_normal) &&
+          std::abs(out[i].gap - gap) <= 4 * s.touch)
+        return;
+    ContactPoint c = vertex_contact(first, foot, v.x, n, gap);
+    c.key = first ? make_key(Form::face_vertex, t.face, v.id) : make_key(Form::vertex_face, v.id, t.face);
+    c.face_a = first ? t.id : -1;
+    c.face_b = first ? -1 : t.id;
+    out.push_back(c);
+  }
+
+  bool before_faces(const Patch::Vertex& v) const;
+  bool enters(const Patch::Vertex& v, double way) const;
+  void inside_body(const Patch::Vertex& v, std::size_t start) const;
+};
+
+/// Faces that meet in a convex edge on which a vertex lies, the one that its cone admits best first.
+struct EdgeFaces {
+  static constexpr int most = 8;
+  std::pair<double, const Patch::Triangle*> list[most];
+  int count = 0;
+
+  void add(double fall, const Patch::Triangle& t) {
+    int at = count < most ? count++ : most;
+    for (; at > 0 && (at == most || list[at - 1].first < fall - tolerances().same_place); --at)
+      if (at < most) list[at] = list[at - 1];
+    if (at < most) list[at] = {fall, &t};
+  }
+  /// Across a convex edge only one of the two faces holds the vertex (it may leave over the other); faces of
+  /// a notch both, and so do faces none of which admits the vertex's cone: that is a notch then, which the
+  /// edge fills.
+  bool excluded(int i) const {
+    const auto& t = *list[i].second;
+    for (int j = 0; j < i; ++j) {
+      const auto& u = *list[j].second;
+      if (list[j].first < -tolerances().steep) continue;
+      const double above = t.n.dot(u.a + u.b + u.c) / 3 - t.level;
+      if (above < -tolerances().lean * (u.a - u.b).norm() && t.n.dot(u.n) < tolerances().parallel_cosine())
+        return true;
+    }
+    return false;
+  }
+};
+
+/// The vertex on or over faces; true if it may be behind one.
+bool Target::before_faces(const Patch::Vertex& v) const {
+  const std::size_t start = out.size();
+  bool behind = false;
+  EdgeFaces edge;
+  for (std::size_t k = 0; k < T.triangles.size(); ++k) {
+    const auto& t = T.triangles[k];
+    const double h = t.n.dot(v.x) - t.level;
+    if (h > s.margin || (behind && h < -s.touch)) continue;
+    // Behind a notch lies what projects beside both its faces: as far beside as it is deep, and a few times
+    // that where the notch is sharp.
+    const double beside = h < -s.touch ? -sharpest_notch * h : 0;
+    const double reach = balls[k].radius + beside + 100 * s.touch;
+    if ((v.x - balls[k].centre).squaredNorm() - h * h > reach * reach)
+      continue;  // it projects beside the triangle
+    if (h < -s.touch) {
+      behind = h > -s.depth && inside(t, v.x, beside) >= 0;
+      continue;
+    }
+    const int where = inside(t, v.x, s.touch);
+    if (where < 0) continue;
+    const double fall = falling(V, v, t.n);
+    if (fall < -tolerances().steep && facing(V, v, t.n) > -tolerances().lean)
+      continue;  // the far side of the other body
+    if (where == 1 && h <= s.touch) {
+      edge.add(fall, t);
+      continue;
+    }
+    emit(v, start, t, t.n, v.x - h * t.n, h);
+  }
+  for (int i = 0; i < edge.count; ++i) {
+    if (edge.excluded(i)) {
+      edge.list[i].first = -infinity;
+      continue;
+    }
+    const auto& t = *edge.list[i].second;
+    const double h = t.n.dot(v.x) - t.level;
+    emit(v, start, t, t.n, v.x - h * t.n, h);
+  }
+  return behind;
+}
+
+/// True if, beside a face of the vertex and `way` from it, there is matter of both bodies. At a notch and
+/// what fills it there is none.
+bool Target::enters(const Patch::Vertex& v, double way) const {
+  constexpr double in_plane = 1e-6,
+                   below = 0.3;  // of the way: beneath what overlaps by no more than the vertex does
+  const Whole &of_t = first ? *s.whole_a : *s.whole_b, &of_v = first ? *s.whole_b : *s.whole_a;
+  for (int f = v.first_face; f < v.first_face + v.faces; ++f) {
+    const Vec3& n = V.face_normals[static_cast<std::size_t>(f)];
+    Vec3 into = Vec3::Zero();
+    for (int i = v.first; i < v.first + v.count; ++i)
+      if (const Vec3& d = V.directions[static_cast<std::size_t>(i)]; std::abs(n.dot(d)) < in_plane)
+        into += d.normalized();
+    if (into.isZero(in_plane)) continue;
+    for (const double side :
+         {1.0, -1.0}) {  // a corner of more than 180 degrees lies on the other side of its edges
+      const Vec3 x = v.x + way * (side * into.normalized() - below * n);
+      if (of_v.holds(x) && of_t.holds(x)) return true;
+    }
+  }
+  return false;
+}
+
+/// Overlap: is the vertex inside? Its nearest point of the surface tells; then the nearest face that its cone
+/// admits.
+void Target::inside_body(const Patch::Vertex& v, std::size_t start) const {
+  double nearest = infinity, admitted = infinity;
+  const Patch::Triangle *t_near = nullptr, *t_admitted = nullptr;
+  Vec3 foot_near = v.x, foot_admitted = v.x, pseudo = Vec3::Zero();
+  double known = infinity;  // the nearest is no farther
+  for (const Ball& b : balls) known = std::min(known, (v.x - b.centre).squaredNorm());
+  known = std::sqrt(known);
+  const double use = std::min(
+      s.depth,
+      std::max(crossed_overlap * s.depth, 2 * known));  // a face that admits it farther away is not used
+  for (std::size_t k = 0; k < T.triangles.size(); ++k) {
+    const auto& t = T.triangles[k];
+    const double h = t.n.dot(v.x) - t.level;
+    if (std::abs(h) > std::min(nearest, s.depth) + s.touch && -h > admitted) continue;
+    const double apart = (v.x - balls[k].centre).norm() - balls[k].radius;
+    if (apart > std::min(nearest, known) + s.touch && apart > std::min(admitted, use)) continue;
+    bool interior;
+    const Vec3 y = closest_on_triangle(t, v.x, interior);
+    const double d = (v.x - y).norm();
+    if (d < nearest - s.touch) {
+      nearest = d, t_near = &t, foot_near = y, pseudo = t.n;
+    } else if (d < nearest + s.touch) {
+      pseudo += t.n;
+    }
+    if (interior && h < 0 && -h < admitted && -h <= s.depth && falling(V, v, t.n) >= -tolerances().steep)
+      admitted = -h, t_admitted = &t, foot_admitted = y;
+  }
+  if (!t_near || nearest > s.depth || pseudo.dot(v.x - foot_near) >= 0) return;
+  // At a corner the sum of the normals does not tell, nor do faces beyond the margin, which are not all in
+  // the patch.
+  const bool far_off = nearest > s.margin;
+  if (const Whole* whole = first ? s.whole_a : s.whole_b;
+      whole != nullptr && (far_off || (pseudo != t_near->n && nearest > 16 * s.touch)) && !whole->holds(v.x))
+    return;
+  if (first && s.surface != nullptr && far_off && !behind_surface(s, v.x, nearest)) return;
+  if (pseudo == t_near->n && past_rim(*t_near, v.x, foot_near, s.touch)) return;
+  // A vertex on the surface, or just behind it, has nothing to do with the far side of a thick body.
+  const bool far = admitted > std::max(crossed_overlap * s.depth, 2 * nearest);
+  if (nearest <= s.touch && (out.size() > start || far)) return;
+  // Nor has one that lies on the surface at the bottom of a notch that the other body fills: the face that
+  // its cone admits lies across that body.
+  const bool across = t_admitted && !far && admitted > 2 * nearest && s.closed() &&
+                      !enters(v, std::max(16 * nearest, 0.25 * admitted));
+  if (across && nearest <= s.touch) return;
+  if (t_admitted && !far && !across) {
+    emit(v, start, *t_admitted, t_admitted->n, foot_admitted, -admitted);
+  } else {
+    const Vec3 n = (foot_near - v.x).normalized();
+    emit(v, start, *t_near, n, foot_near, -nearest);
+  }
+}
+
+}  // namespace
+
+bool Whole::holds(const Vec3& x) const {
+  // Solid angles of the faces about the point: 4 pi inside, 0 outside.
+  const Vec3 X = F.inverse() * (x - centre);
+  double sum = 0;
+  for (const auto& t : p.triangles) {
+    const Vec3 a = p.vertices[static_cast<std::size_t>(t[0])] - X,
+               b = p.vertices[static_cast<std::size_t>(t[1])] - X,
+               c = p.vertices[static_cast<std::size_t>(t[2])] - X;
+    const double la = a.norm(), lb = b.norm(), lc = c.norm();
+    sum += 2 * std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
+  }
+  return sum > 2 * std::numbers::pi;
+}
+
+bool inside_by(const Search& s, bool first, const Vec3& x, double depth) {
+  const Patch& p = first ? s.A : s.B;
+  Nearest nearest{.foot = x};
+  for (const auto& t : p.triangles)
+    if (std::abs(t.n.dot(x) - t.level) <= nearest.distance) nearest.visit(t, x, 0);
+  if (nearest.distance <= depth) return false;
+  const Whole* whole = first ? s.whole_a : s.whole_b;
+  return whole != nullptr ? whole->holds(x) : behind_surface(s, x, nearest.distance);
+}
+
+void vertex_face(const Search& s, const Patch& T, const Patch& V, bool first,
+                 std::vector<ContactPoint>& out) {
+  thread_local std::vector<Ball> balls;
+  enclose(T, balls);
+  constexpr std::size_t many =
+      64;  // triangles from which on vertices far before all of them are rejected together
+  thread_local std::vector<Bunch> bunches;
+  if (T.triangles.size() > many) bunch(balls, bunches);
+  const Target target{s, T, V, first, balls, out};
+  for (const auto& v : V.vertices) {
+    if (s.common != nullptr && !s.common->contains(v.x))
+      continue;  // a corner of a triangle that only reaches in
+    if (T.triangles.size() > many && ahead(T, balls, bunches, v.x, s.touch) > s.margin + 100 * s.touch)
+      continue;
+    const std::size_t start = out.size();
+    if (target.before_faces(v)) target.inside_body(v, start);
+  }
+}
+
+}  // namespace talus::contact::narrow

@@ -1,0 +1,232 @@
+#include <algorithm>
+#include <cmath>
+
+#include "contact/solver/problem.hpp"
+#include "contact/solver/solver_normal.hpp"
+#include "contact/solver/solver_search.hpp"
+#include "contact/solver/solver_sweep.hpp"
+#include "contact/solver/solver_system.hpp"
+#include "core/assert.hpp"
+
+namespace talus::contact {
+
+using namespace detail;
+
+void ContactProblem::clear() {
+  bodies.clear();
+  contacts.clear();
+  terms.clear();
+  jacobians.clear();
+  v_hat.clear();
+  v.clear();
+}
+
+struct ContactSolver::Work {
+  Search search;
+  NormalSweeps normal;
+  std::vector<Touch> every;  // all contacts, while a part is solved
+  std::vector<Vec3> every_p;
+  std::vector<char> chosen;
+};
+
+ContactSolver::ContactSolver() : work_(new Work) {}
+ContactSolver::~ContactSolver() { delete work_; }
+ContactSolver::ContactSolver(ContactSolver&& other) noexcept : work_(other.work_) { other.work_ = nullptr; }
+ContactSolver& ContactSolver::operator=(ContactSolver&& other) noexcept {
+  std::swap(work_, other.work_);
+  return *this;
+}
+
+namespace {
+
+/// Gauss-Seidel sweeps from p while they pay. Each costs a tenth of a factorisation and what goes with it.
+void sweeps(Search& search, double tolerance, SolveReport& report) {
+  const bool small = search.system.n <= 48;  // factorisations cost less than sweeps
+  const int count = small ? 6 : 10;
+  for (int round = 0; round < (small ? 1 : 4); ++round) {
+    const double before = search.best;
+    sweep(search.system, search.p, search.v, count);
+    report.sweeps += count;
+    search.system.velocities(search.p, search.v);
+    search.consider(search.p, search.v, search.system.residual(search.v, search.p));
+    // Worth another round if the same gain twice more would do.
+    if (search.best <= tolerance ||
+        !(search.best < 0.3 * before && search.best * std::pow(search.best / before, 2) <= tolerance))
+      return;
+  }
+}
+
+/// Solves with the contacts that carry an impulse or are near to it; those that the solution closes are
+/// added. Costs in proportion.
+bool solve_in_parts(Search& search, std::vector<Touch>& every, std::vector<Vec3>& every_p,
+                    std::vector<char>& chosen, const SolveSettings& settings, SolveReport& report) {
+  std::vector<int> part;  // what is chosen, ascending
+  System& system = search.system;
+  const double tolerance = settings.tolerance * settings.velocity_scale;
+  const int nc = system.contacts();
+  every_p = search.best_p;
+  chosen.assign(nc, 0);
+  const double near = search.best + 10 * tolerance;
+  in_ranges(nc, contacts_at_once, [&](int from, int to) {
+    for (int i = from; i < to; ++i) {
+      const Touch& t = system.touch[i];
+      chosen[i] = every_p[i] != Vec3::Zero() || t.law.floor < 0 || t.law.cohesion > 0 ||
+                  system.relative_normal(t, search.best_v.data()) + t.bias.x() < near;
+    }
+  });
+  every.swap(system.touch);
+  for (int round = 0;; ++round) {
+    const bool whole = round >= 4 || std::count(chosen.begin(), chosen.end(), 1) > 0.9 * nc;
+    if (whole) chosen.assign(nc, 1);
+    part.clear();
+    for (int i = 0; i < nc; ++i)
+      if (chosen[i]) part.push_back(i);
+    system.touch.resize(part.size());
+    search.p.resize(part.size());
+    in_ranges(static_cast<int>(part.size()), contacts_at_once, [&](int from, int to) {
+      for (int k = from; k < to; ++k) {
+        system.touch[k] = every[part[k]];
+        search.p[k] = every_p[part[k]];
+      }
+    });
+    system.list();
+    system.velocities(search.p, search.v);
+    search.start();
+    const bool done = search.best <= tolerance || search.run(settings, report);
+    for (int i = 0, k = 0; i < nc; ++i) every_p[i] = chosen[i] ? search.best_p[k++] : Vec3::Zero();
+    system.touch.resize(every.size());
+    in_ranges(nc, contacts_at_once, [&](int from, int to) {
+      std::copy(every.begin() + from, every.begin() + to, system.touch.begin() + from);
+    });
+    system.list();
+    search.best_p = every_p;
+    for (int i = 0; i < nc; ++i) {
+      const Touch& t = every[i];
+      if (chosen[i] || system.open_still(t, Vec3::Zero(), search.best_v.data())) continue;
+      search.best =
+          larger(search.best, natural_residual(t.law, system.relative(t, search.best_v.data()) + t.bias,
+                                               Vec3::Zero(), t.scale(), 0));
+    }
+    const double sufficient = std::max(settings.tolerance, settings.sufficient) * settings.velocity_scale;
+    const double taken = done ? std::max(sufficient, settings.stalled * settings.velocity_scale) : sufficient;
+    if (whole || search.best <= taken) return search.best <= taken;
+    for (int i = 0; i < nc; ++i) {
+      const Touch& t = every[i];
+      if (!chosen[i])
+        chosen[i] = !done || system.relative_normal(t, search.best_v.data()) + t.bias.x() < tolerance;
+    }
+  }
+}
+
+/// The impulses of the problem, within the law's bounds.
+void start_from(const ContactProblem& problem, const System& system, std::vector<Vec3>& p) {
+  p.resize(system.touch.size());
+  in_ranges(system.contacts(), contacts_at_once, [&](int from, int to) {
+    for (int i = from; i < to; ++i) {
+      const Touch& t = system.touch[i];
+      Vec3 start = problem.contacts[t.id].impulse;
+      if (!start.allFinite() || !(t.w > 0)) start.setZero();
+      Law cone = t.law;
+      cone.exact = false;
+      project(cone, start, 1, 1, p[i], nullptr);
+    }
+  });
+}
+
+}  // namespace
+
+double ContactSolver::sweep(ContactProblem& problem, int count) {
+  problem.v = problem.v_hat;
+  if (problem.contacts.empty()) return 0;
+  Search& search = work_->search;
+  System& system = search.system;
+  system.assemble(problem, true);
+  start_from(problem, system, search.p);
+  system.velocities(search.p, search.v);
+  detail::sweep(system, search.p, search.v, count);
+  system.velocities(search.p, search.v);
+  for (int i = 0; i < system.contacts(); ++i) problem.contacts[system.touch[i].id].impulse = search.p[i];
+  system.write(search.v, problem);
+  return system.residual(search.v, search.p);
+}
+
+SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& settings) {
+  SolveReport report;
+  problem.v = problem.v_hat;
+  if (problem.contacts.empty()) {
+    report.converged = true;
+    return report;
+  }
+  Search& search = work_->search;
+  System& system = search.system;
+  system.assemble(problem, settings.exact_coulomb);
+  const int nc = system.contacts();
+  const double tolerance = settings.tolerance * settings.velocity_scale;
+  const double sufficient = std::max(settings.tolerance, settings.sufficient) * settings.velocity_scale;
+  system.most_excused = tolerance;
+  start_from(problem, system, search.p);
+  system.velocities(search.p, search.v);
+  search.start();
+  if (!std::isfinite(search.best)) {  // of a wild start, or the problem's own
+    search.start_from_nothing();
+    search.start();
+  }
+  const bool solvable = std::isfinite(search.best);
+  constexpr int few = Search::few_contacts;
+  const bool frictionless = std::all_of(system.touch.begin(), system.touch.end(),
+                                        [](const Touch& t) { return t.law.mu == 0 && t.law.cohesion == 0; });
+  if (!solvable) {
+    // a figure of the problem is none
+  } else if (search.best > tolerance && nc <= few && search.unstressed(settings, report)) {
+    // as near to no load as the problem allows
+  } else if (search.best > tolerance && nc > few && frictionless) {
+    work_->normal.run(system, search.p, search.v, tolerance, 300);
+    system.velocities(search.p, search.v);
+    search.consider(search.p, search.v, system.residual(search.v, search.p));
+  } else if (search.best > tolerance && (nc <= few || search.best > Search::near * settings.velocity_scale)) {
+    sweeps(search, tolerance, report);
+  }
+  if (solvable && search.best > tolerance) {
+    if (nc <= few)
+      search.run(settings, report);
+    else
+      solve_in_parts(search, work_->every, work_->every_p, work_->chosen, settings, report);
+  }
+  for (int i = 0; i < nc; ++i) problem.contacts[system.touch[i].id].impulse = search.best_p[i];
+  system.write(search.best_v, problem);
+  report.residual = search.best / settings.velocity_scale;
+  report.converged = search.best <= std::max(sufficient, settings.stalled * settings.velocity_scale);
+  report.stalled = search.best > sufficient;
+  // A search that gave up has what suffices all the same.
+  report.tier = !report.converged ? 'E' : report.tier == 'E' ? 'C' : report.tier;
+  return report;
+}
+
+double coulomb_residual(const ContactProblem& problem, bool exact_coulomb) {
+  System system;
+  system.assemble(problem, exact_coulomb);
+  std::vector<Vec3> p(system.touch.size());
+  for (std::size_t i = 0; i < p.size(); ++i) p[i] = problem.contacts[system.touch[i].id].impulse;
+  std::vector<double> v, reach;
+  system.velocities(p, v);
+  system.impulse_reach(p, reach);
+  double worst = 0;
+  for (std::size_t i = 0; i < p.size(); ++i) {
+    const Touch& t = system.touch[i];
+    const ProblemContact& contact = problem.contacts[t.id];
+    Vec3 u = contact.bias;
+    for (int k = contact.first_term; k < contact.first_term + contact.terms; ++k) {
+      const ProblemBody& body = problem.bodies[problem.terms[k].body];
+      for (int j = 0; j < body.ndof; ++j)
+        u += Eigen::Map<const Vec3>(problem.jacobians.data() + problem.terms[k].jacobian + 3 * j) *
+             problem.v[body.offset + j];
+    }
+    const double round_off = system.round_off(t, reach);
+    worst = larger(worst,
+                   natural_residual(t.law, u + t.compliance.cwiseProduct(p[i]), p[i], t.scale(), round_off));
+    worst = larger(worst, (u - t.bias - system.relative(t, v.data())).norm() - round_off);
+  }
+  return worst;
+}
+
+}  // namespace talus::contact

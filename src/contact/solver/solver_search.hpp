@@ -1,0 +1,86 @@
+/// The search for a solution of a contact problem: which method, from where, in which order (the tiers of
+/// problem.hpp).
+#pragma once
+#include <vector>
+
+#include "contact/solver/problem.hpp"
+#include "contact/solver/solver_dual.hpp"
+#include "contact/solver/solver_interior.hpp"
+#include "contact/solver/solver_newton.hpp"
+#include "contact/solver/solver_sweep.hpp"
+#include "contact/solver/solver_system.hpp"
+
+namespace talus::contact::detail {
+
+class Search {
+ public:
+  /// Part of the velocity scale: large problems whose warm start is off by more change too many regions for
+  /// Newton's method.
+  /// Proximal compliance over that of the contact: where the regions are known but for a few; farther off.
+  static constexpr double soft = 1e-4, firm = 1e-3;
+  static constexpr double near = 1e-4;
+  static constexpr int few_contacts = 60;  // up to which many ways are tried, each cheap
+  System system;
+  std::vector<Vec3> p, best_p;    // the point at hand and the best so far
+  std::vector<double> v, best_v;  // their velocities
+  double best = 0;                // residual of the best [m/s]
+
+  /// The point at hand is the best so far, of no residual that counts where it is not finite.
+  void start();
+  void start_from_nothing();
+  void from_best();
+  /// Keeps the candidate if it is better than the best.
+  bool consider(const std::vector<Vec3>& candidate, const std::vector<double>& velocities, double residual);
+  /// The solution next to half of the warm start, to nothing where there is none: of forces that hold each
+  /// other in balance no more than the load asks for.
+  bool unstressed(const SolveSettings& settings, SolveReport& report);
+  /// From p on. True if the best comes below what suffices.
+  bool run(const SolveSettings& settings, SolveReport& report);
+
+ private:
+  // Each from p and v; true if the best comes below what suffices.
+  bool newton(double epsilon, int max_newton);
+  bool interior(double distance);
+  bool alternated(const std::vector<Vec3>& start,
+                  int rounds);       // true, too, at what is taken where no more is to be had
+  bool polish(int iterations = 40);  // the last digits of a small problem, from the best
+  /// De Saxce: the convex problem with the shift held, then the shift from its solution; the exact Newton
+  /// method is tried from every convex solution, since it converges fast once the slip directions are right.
+  bool shifted(int rounds, int budget);
+  /// Friction above 1: from 1 up to its own by factors of `step`, from one solution to the next. Where none
+  /// is found the walk goes on from the best there: solutions end at some frictions in between, and others
+  /// begin. False: the best is what it was.
+  bool raised(double step);
+  void hold_shift();        // of every contact by its slip at p
+  bool solved_from_best();  // a problem whose laws have changed
+  double swept(int count);
+  double visited(int count);  // residual after sweeps from p
+  bool swept_while_it_pays();
+  bool from_near();  // by what is fast next to the solution
+
+  bool spent()
+      const;  // all factorisations that the search may have, or nothing that would be taken is to be had
+  /// Near to what suffices and still not there after so many factorisations, or all that was to be `tried`:
+  /// the rows contradict each other by that much. Better rows are the caller's, and cheaper. Or enough was
+  /// spent.
+  bool hopeless(int factorisations, bool tried = false) const;
+  void begin(const SolveSettings& settings, SolveReport& report);
+
+  const SolveSettings* settings_ = nullptr;
+  SolveReport* report_ = nullptr;
+  double tolerance_ = 0, sufficient_ = 0, stalled_ = 0;  // [m/s]
+  double least_ = 0;      // that is known to be left by whatever solves the problem [m/s]
+  double round_off_ = 0;  // below which three iterations that do not halve the residual end a Newton method
+                          // that may not stop at what suffices [m/s]
+  double polished_ = 0;   // residual from which the last polish started [m/s], and its iterations
+  int polished_for_ = 0;
+  Hessian hessian_;
+  Newton newton_{hessian_};
+  Interior interior_{hessian_};
+  DualNewton dual_;
+  LocalSweeps local_;
+  std::vector<Vec3> trial_p_;
+  std::vector<double> trial_v_;
+};
+
+}  // namespace talus::contact::detail
