@@ -244,10 +244,10 @@ void add_corner(const View& view, int v, Patch& patch) {
     }
   }
   // On a straight ridge the crossings of the ridge say it all.
-  const bool straight =
+  q.straight =
       q.count == 2 && patch.directions[q.first].dot(patch.directions[q.first + 1]) < 0 &&
       patch.directions[q.first].cross(patch.directions[q.first + 1]).norm() <= tolerances().true_edge;
-  if (convex >= 1 && !straight) patch.vertices.push_back(q);
+  if (convex >= 1) patch.vertices.push_back(q);
 }
 
 }  // namespace

@@ -33,6 +33,7 @@ struct Patch {
     Vec3 x;
     int first, count;       // into directions: unit vectors along the true edges at it
     int first_face, faces;  // into face_normals
+    bool straight = false;  // within a straight ridge, whose crossings say it all but at the vertex itself
   };
   std::vector<Triangle> triangles;
   std::vector<Edge> edges;

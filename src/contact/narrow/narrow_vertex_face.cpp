@@ -205,7 +205,7 @@ bool Target::before_faces(const Patch::Vertex& v) const {
   for (std::size_t k = 0; k < T.triangles.size(); ++k) {
     const auto& t = T.triangles[k];
     const double h = t.n.dot(v.x) - t.level;
-    if (h > s.margin || (behind && h < -s.touch)) continue;
+    if (h > s.margin || ((behind || v.straight) && h < -s.touch)) continue;
     // Behind a notch lies what projects beside both its faces: as far beside as it is deep, and a few times
     // that where the notch is sharp.
     const double beside = h < -s.touch ? -sharpest_notch * h : 0;
@@ -217,7 +217,7 @@ bool Target::before_faces(const Patch::Vertex& v) const {
       continue;
     }
     const int where = inside(t, v.x, s.touch);
-    if (where < 0) continue;
+    if (where < 0 || (where == 0 && v.straight)) continue;
     const double fall = falling(V, v, t.n);
     if (fall < -tolerances().steep && facing(V, v, t.n) > -tolerances().lean)
       continue;  // the far side of the other body

@@ -152,6 +152,36 @@ TEST(SurfaceContact, TerrainPeakAgainstABlockFace) {
   }
 }
 
+/// A cube whose side edges lie on lines of the ground's mesh, a part of the way over an edge of that ground:
+/// its edges cross the ridge in the ridge's own vertices.
+TEST(SurfaceContact, CubeOnLinesOfTheMeshIsHeldAtALip) {
+  TriangleSurface s;  // squares of 0.5 m on x < 0, z = 0; a cliff at x = 0
+  for (const double z : {0.0, -2.0})
+    for (int j = -4; j <= 4; ++j) s.vertices.emplace_back(0, 0.5 * j, z);
+  for (int j = -4; j <= 4; ++j) s.vertices.emplace_back(-3, 0.5 * j, 0);
+  for (int j = 0; j < 8; ++j) {
+    s.triangles.insert(s.triangles.end(), {{j, j + 1, j + 19}, {j, j + 19, j + 18}});
+    s.triangles.insert(s.triangles.end(), {{j, j + 9, j + 10}, {j, j + 10, j + 1}});
+  }
+  const SurfaceIndex index(s);
+  for (const double aside : {0.0, 0.1, 0.25})
+    for (const double over : {-0.2, 0.1, 0.4})
+      for (const double lift : {0.0, 5e-5}) {
+        const auto contacts = on(index, cube, {Vec3(over - 0.5, aside, 0.5 + lift), Mat3::Identity()}, 1e-4);
+        double front = -9, left = 9, right = -9;
+        for (const auto& c : contacts) {
+          EXPECT_NEAR(c.normal.z(), 1, 1e-12);
+          EXPECT_NEAR(c.gap, lift, 1e-12);
+          front = std::max(front, c.point_a.x());
+          left = std::min(left, c.point_a.y()), right = std::max(right, c.point_a.y());
+        }
+        EXPECT_NEAR(front, std::min(over, 0.0), 1e-9) << aside << " " << over;
+        EXPECT_NEAR(left, aside - 0.5, 1e-9) << aside << " " << over;
+        EXPECT_NEAR(right, aside + 0.5, 1e-9) << aside << " " << over;
+        EXPECT_EQ(contacts.size(), 4u) << aside << " " << over << " " << lift;
+      }
+}
+
 /// A channel that a cube fills from wall to wall, and whose floor ends, the walls with it or not: the cube
 /// that has come a part of the way over its end is held by the floor's end and by both walls.
 TEST(SurfaceContact, CubeThatFillsAChannelIsHeldAtItsEnd) {
