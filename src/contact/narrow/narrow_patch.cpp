@@ -247,6 +247,11 @@ void add_corner(const View& view, int v, Patch& patch) {
   q.straight =
       q.count == 2 && patch.directions[q.first].dot(patch.directions[q.first + 1]) < 0 &&
       patch.directions[q.first].cross(patch.directions[q.first + 1]).norm() <= tolerances().true_edge;
+  // Two opposite edges bound no cone: its faces do.
+  for (int i = s.vertex_offset[v]; q.straight && i < s.vertex_offset[v + 1]; ++i, ++q.count) {
+    const auto& t = s.surface.triangles[s.vertex_triangle[i]];
+    patch.directions.push_back(((X[t[0]] + X[t[1]] + X[t[2]]) / 3 - X[v]).normalized());
+  }
   if (convex >= 1) patch.vertices.push_back(q);
 }
 

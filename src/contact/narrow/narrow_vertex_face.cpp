@@ -37,6 +37,17 @@ int inside(const Patch::Triangle& t, const Vec3& x, double touch) {
   return result;
 }
 
+/// True if a convex side of the triangle goes through x across d.
+bool crossed(const Patch::Triangle& t, const Vec3& x, const Vec3& d, double touch) {
+  const Vec3* p[3] = {&t.a, &t.b, &t.c};
+  for (int k = 0; k < 3; ++k) {
+    const Vec3 e = (*p[(k + 1) % 3] - *p[k]).normalized();
+    if (t.sharp[k] && std::abs(e.cross(t.n).dot(x - *p[k])) <= touch && e.cross(d).norm() >= parallel_edges)
+      return true;
+  }
+  return false;
+}
+
 Vec3 closest_on_triangle(const Patch::Triangle& t, const Vec3& x, bool& interior) {
   interior = inside(t, x, 0) >= 0;
   if (interior) return x - (t.n.dot(x) - t.level) * t.n;
@@ -217,7 +228,7 @@ bool Target::before_faces(const Patch::Vertex& v) const {
       continue;
     }
     const int where = inside(t, v.x, s.touch);
-    if (where < 0 || (where == 0 && v.straight)) continue;
+    if (where < 0 || (v.straight && !crossed(t, v.x, V.directions[v.first], s.touch))) continue;
     const double fall = falling(V, v, t.n);
     if (fall < -tolerances().steep && facing(V, v, t.n) > -tolerances().lean)
       continue;  // the far side of the other body

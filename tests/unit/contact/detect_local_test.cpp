@@ -240,12 +240,15 @@ TEST(SurfaceContact, AWedgeInItsHollowIsNotHeldByTheGroundBeside) {
   const double bed = 35 * M_PI / 180;
   TriangleSurface s;  // a plateau z = 0 to y = 10, a cliff below; the bed from (y, z) = (2, 0) to the cliff
   const double drop = 8 * std::tan(bed);
-  s.vertices = {{-5, 0, 0}, {5, 0, 0}, {-5, 10, 0},     {-1, 10, 0},    {1, 10, 0},    {5, 10, 0},
-                {-1, 2, 0}, {1, 2, 0}, {-1, 10, -drop}, {1, 10, -drop}, {-5, 10, -20}, {5, 10, -20}};
-  s.triangles = {{0, 1, 6},  {1, 7, 6},  {0, 6, 2},  {6, 3, 2},   {1, 5, 7},  {7, 5, 4},    // plateau
-                 {6, 7, 8},  {7, 9, 8},                                                     // bed
-                 {6, 8, 3},  {7, 4, 9},                                                     // walls
-                 {2, 3, 10}, {3, 8, 10}, {8, 9, 10}, {9, 11, 10}, {9, 4, 11}, {4, 5, 11}};  // cliff
+  s.vertices = {
+      {-5, 0, 0},    {5, 0, 0},    {-5, 10, 0}, {-1, 10, 0},      {1, 10, 0},
+      {5, 10, 0},    {-1, 2, 0},   {1, 2, 0},   {-1, 10, -drop},  {1, 10, -drop},
+      {-5, 10, -20}, {5, 10, -20}, {0.3, 2, 0}, {-0.2, 10, -drop}};  // the last two within ridge and lip
+  s.triangles = {
+      {0, 1, 6},  {1, 7, 12},  {1, 12, 6},  {0, 6, 2},   {6, 3, 2},   {1, 5, 7},  {7, 5, 4},    // plateau
+      {6, 12, 8}, {12, 13, 8}, {12, 7, 13}, {7, 9, 13},                                         // bed
+      {6, 8, 3},  {7, 4, 9},                                                                    // walls
+      {2, 3, 10}, {3, 8, 10},  {8, 13, 10}, {13, 9, 10}, {9, 11, 10}, {9, 4, 11}, {4, 5, 11}};  // cliff
   const SurfaceIndex index(s);
   const Polyhedron wedge = make_polyhedron(
       {{-1, 10, 0}, {1, 10, 0}, {-1, 2, 0}, {1, 2, 0}, {-1, 10, -drop}, {1, 10, -drop}},
@@ -258,7 +261,7 @@ TEST(SurfaceContact, AWedgeInItsHollowIsNotHeldByTheGroundBeside) {
       EXPECT_NEAR(c.normal.dot(down), 0, 1e-9) << way << " at " << c.point_a.transpose();
       held += c.normal.dot(n) > 0.9;
     }
-    EXPECT_EQ(held, 4) << way;
+    EXPECT_GE(held, 4) << way;
   }
 }
 
