@@ -9,8 +9,6 @@ namespace talus::contact::narrow {
 constexpr double crossed_overlap = 0.1;  // overlap of crossed edges, and of a vertex beside a nearer face,
                                          // that is still looked for, over the deepest of all
 
-constexpr double parallel_edges = 1e-4;  // sine between edges that do not cross: their ends tell it all
-
 /// The whole of a closed body, of which a patch is the part near another.
 struct Whole {
   const Polyhedron& p;

@@ -42,8 +42,7 @@ bool crossed(const Patch::Triangle& t, const Vec3& x, const Vec3& d, double touc
   const Vec3* p[3] = {&t.a, &t.b, &t.c};
   for (int k = 0; k < 3; ++k) {
     const Vec3 e = (*p[(k + 1) % 3] - *p[k]).normalized();
-    if (t.sharp[k] && std::abs(e.cross(t.n).dot(x - *p[k])) <= touch && e.cross(d).norm() >= parallel_edges)
-      return true;
+    if (t.sharp[k] && std::abs(e.cross(t.n).dot(x - *p[k])) <= touch && !along(e, d)) return true;
   }
   return false;
 }
