@@ -140,6 +140,27 @@ void Builder::check_buried(std::size_t i) {
               above + model_.blocks[i].shape->radius));
 }
 
+void Builder::check_buried_mass() {
+  int buried = 0;
+  std::size_t deepest = 0;
+  double most = 0;
+  for (std::size_t i = single_blocks_; i < model_.blocks.size(); ++i) {
+    const contact::Plumb plumb = contact::plumb_at(*env_.terrain, state_.blocks.c[i]);
+    if (!plumb.solid) continue;
+    const double depth = plumb.above - state_.blocks.c[i].z();
+    if (buried++ == 0 || depth > most) most = depth, deepest = i;
+  }
+  if (buried == 0) return;
+  const bool cut = world_->scene.rock_mass && world_->scene.rock_mass->blocks.empty();
+  problem(
+      "rock_mass", "",
+      fmt::format("{} of its blocks lie in the ground, {} the deepest, with its centroid {:.6g} m below "
+                  "the terrain",
+                  buried, model_.blocks[deepest].name, most),
+      cut ? "from_terrain = true cuts the region out of the terrain; else end it at the ground"
+          : "give region or slip_surface with from_terrain in place of blocks, or a terrain without them");
+}
+
 void Builder::check_ground() {
   for (std::size_t i = 0; i < single_blocks_; ++i) check_size(i);
   check_span();
@@ -148,6 +169,7 @@ void Builder::check_ground() {
   const Eigen::AlignedBox2d limits(Eigen::Vector2d(box.min().head<2>()),
                                    Eigen::Vector2d(box.max().head<2>()));
   for (std::size_t i = 0; i < single_blocks_; ++i) check_buried(i);
+  check_buried_mass();
   for (std::size_t i = 0; i < model_.blocks.size(); ++i)
     for (Problem& p : ground_problems(model_.blocks[i].name, state_.blocks.c[i], *terrain_, limits,
                                       !world_->scene.planes.empty(),
