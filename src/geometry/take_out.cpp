@@ -23,7 +23,6 @@ using Kernel = CGAL::Exact_predicates_exact_constructions_kernel;
 using Point = Kernel::Point_3;
 using SurfaceMesh = CGAL::Surface_mesh<Point>;
 using Face = SurfaceMesh::Face_index;
-using Triangles = std::vector<std::array<int, 3>>;
 
 // Where a face comes from: a triangle of the ground (its number), or
 constexpr int of_body = -1, of_walls = -2;  // walls and floor that make a solid of the ground
@@ -85,7 +84,8 @@ void expect_facing_up(const TriangleSurface& s, const std::vector<int>& triangle
 
 /// These triangles and their copy at the height z below all of them, with walls between, as a closed body
 /// with the triangles on top; their numbers are the origins.
-SurfaceMesh down_to(const TriangleSurface& s, const std::vector<int>& triangles, double z) {
+SurfaceMesh down_to(const TriangleSurface& s, const std::vector<int>& triangles, double z,
+                    const std::string& key) {
   // A corner where two fans of triangles meet is one vertex for each.
   std::map<std::pair<int, int>, std::size_t> side;  // directed edge -> triangle
   for (std::size_t i = 0; i < triangles.size(); ++i)
@@ -94,7 +94,7 @@ SurfaceMesh down_to(const TriangleSurface& s, const std::vector<int>& triangles,
       if (!side.emplace(std::pair(v[k], v[(k + 1) % 3]), 3 * i + k).second) {
         const Vec3& x = s.vertices[static_cast<std::size_t>(v[k])];
         throw error(
-            "site.terrain", fmt::format("({:.6g}, {:.6g}, {:.6g})", x.x(), x.y(), x.z()),
+            key, fmt::format("({:.6g}, {:.6g}, {:.6g})", x.x(), x.y(), x.z()),
             "more than two of its triangles meet in an edge there, where a rock mass is cut out of it",
             "repair it (talus convert --repair)");
       }
@@ -200,7 +200,7 @@ SurfaceMesh above_slip_surface(const TriangleSurface& slip, const TriangleSurfac
   mirrored.vertices = slip.vertices;
   for (Vec3& x : mirrored.vertices) x.z() = -x.z();
   mirrored.triangles = slip.triangles;
-  SurfaceMesh body = down_to(mirrored, used, -(top + 1));
+  SurfaceMesh body = down_to(mirrored, used, -(top + 1), "rock_mass.slip_surface");
   for (const auto v : body.vertices()) {
     const Point& p = body.point(v);
     body.point(v) = Point(p.x(), p.y(), -p.z());
@@ -240,7 +240,7 @@ TakenOut take_out(const TriangleSurface& ground, const TriangleSurface* slip, co
   for (const int t : near)
     for (const int v : ground.triangles[static_cast<std::size_t>(t)])
       low = std::min(low, ground.vertices[static_cast<std::size_t>(v)].z());
-  SurfaceMesh solid = down_to(ground, near, low - box.diagonal().norm()), mass, rest;
+  SurfaceMesh solid = down_to(ground, near, low - box.diagonal().norm(), "site.terrain"), mass, rest;
   divide(solid, tool, mass, &rest);
   if (mass.number_of_faces() == 0) throw nothing();
 

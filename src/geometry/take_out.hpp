@@ -3,7 +3,7 @@
 ///   mass = body and ground,   ground' = ground without body
 ///
 /// Both are bounded by the same triangles where they touch, corner for corner (CGAL's corefinement with exact
-/// predicates), so that blocks cut from the mass lie in the hollow without a gap and without an overlap.
+/// points), so that blocks cut from the mass lie in the hollow without a gap and without an overlap.
 #pragma once
 #include "contact/geometry/surface.hpp"
 #include "geometry/mesh.hpp"

@@ -127,9 +127,10 @@ std::vector<Problem> initial_overlaps(World& world, const coupling::KnownPairs& 
     double deepest = 0, raise = 0;
     Vec3 where = Vec3::Zero(), away = Vec3::Zero();
     const dda::Model::Block& b = model.blocks[static_cast<std::size_t>(c.b)];
+    const bool of_mass = !single.contains(b.name) && cut_from_mass(world.scene, b.name);
     // Faces of a block cut out of the terrain are the terrain's own, but for what makes a plane of several.
-    const bool in_hollow = c.a.kind == Kind::terrain && world.scene.rock_mass &&
-                           world.scene.rock_mass->from_terrain && !single.contains(b.name);
+    const bool in_hollow =
+        c.a.kind == Kind::terrain && world.scene.rock_mass && world.scene.rock_mass->from_terrain && of_mass;
     const double allowed = (in_hollow ? geometry::one_plane : touching) * 2 * b.shape->radius;
     if (in_hollow && offsets) start_touching(system, c, touches);
     bool moved_in = offsets && c.a.kind == Kind::structure;
@@ -160,7 +161,7 @@ std::vector<Problem> initial_overlaps(World& world, const coupling::KnownPairs& 
       continue;
     }
     const bool ground = c.a.kind == Kind::terrain || c.a.kind == Kind::plane;
-    if (ground && !single.contains(b.name) && cut_from_mass(world.scene, b.name)) {
+    if (ground && of_mass) {
       buried.add(b.name, deepest, where);
       continue;
     }

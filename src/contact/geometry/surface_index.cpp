@@ -7,11 +7,10 @@
 
 #include "contact/geometry/large_pages.hpp"
 #include "contact/tolerances.hpp"
+#include "core/disjoint_sets.hpp"
 #include "core/error.hpp"
 
 namespace talus::contact {
-namespace {}  // namespace
-
 void SurfaceIndex::Impl::compute_normals() {
   normal.resize(surface.triangles.size());
   for (int t = 0; t < static_cast<int>(normal.size()); ++t) compute_normal(t);
@@ -97,23 +96,15 @@ void SurfaceIndex::Impl::group_faces() {
 
 /// Coplanar neighbours are one face.
 void SurfaceIndex::Impl::group_coplanar() {
-  std::vector<int> parent(surface.triangles.size());
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto root = [&](int i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-  };
+  DisjointSets faces(static_cast<int>(surface.triangles.size()));
   for (int h = 0; h < static_cast<int>(twin.size()); ++h) {
     const int w = twin[h];
     if (w < h) continue;
     const Vec3 &n = normal[h / 3], &m = normal[w / 3];
-    if (n.dot(m) > 0 && n.cross(m).norm() < tolerances().true_edge) {
-      const int a = root(h / 3), b = root(w / 3);
-      parent[std::max(a, b)] = std::min(a, b);
-    }
+    if (n.dot(m) > 0 && n.cross(m).norm() < tolerances().true_edge) faces.join(h / 3, w / 3);
   }
-  group.resize(parent.size());
-  for (std::size_t t = 0; t < parent.size(); ++t) group[t] = root(static_cast<int>(t));
+  group.resize(surface.triangles.size());
+  for (std::size_t t = 0; t < group.size(); ++t) group[t] = faces.root(static_cast<int>(t));
 }
 
 SurfaceIndex::SurfaceIndex(const TriangleSurface& surface) : impl_(std::make_unique<Impl>()) {

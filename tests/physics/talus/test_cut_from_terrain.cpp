@@ -85,6 +85,34 @@ TEST_F(CutFromTerrain, OneBlockSlidesOutByTheClosedForm) {
   EXPECT_NEAR(way.y(), 0, 1e-3);
 }
 
+TEST_F(CutFromTerrain, TheBedsFrictionHoldsIt) {
+  // The slope beside holds at any angle, the bed does not.
+  std::string text = scene(2, 1, "");
+  text.insert(text.find("slip_surface"), "bed_material = \"bed\"\n");
+  text += fmt::format(
+      "[[material]]\nname = \"bed\"\n[[interface]]\nbetween = [\"rock\", \"bed\"]\n"
+      "friction = {:.17g}\nnormal_stiffness = \"hard\"\n",
+      std::tan(15 * degree));
+  const Outcome o = run_scene(text);
+  ASSERT_TRUE(o.ok()) << o.result.message;
+  const double a = g * (std::sin(25 * degree) - std::tan(15 * degree) * std::cos(25 * degree));
+  EXPECT_NEAR((o.last().position[0] - o.rows.front().position[0]).norm(), 0.5 * a, 1e-3);
+}
+
+TEST_F(CutFromTerrain, AMassInTheGroundIsOneFault) {
+  std::string text = scene(0.5, 1, joints);
+  const std::string key = "slip_surface = \"" + file_.string() + "\"";
+  text.replace(text.find(key), key.size(), "box = { min = [8.0, -4.0, 10.0], max = [20.0, 4.0, 22.0] }");
+  try {
+    run_scene(text);
+    FAIL() << "taken";
+  } catch (const InputError& e) {
+    ASSERT_EQ(e.problems().size(), 1u);
+    EXPECT_EQ(e.problems()[0].key, "rock_mass");
+    EXPECT_NE(e.problems()[0].remedy.find("from_terrain"), std::string::npos);
+  }
+}
+
 TEST_F(CutFromTerrain, BlocksThatFrictionHoldsStayInTheirPlaces) {
   const Outcome o = run_scene(scene(std::tan(30 * degree), 2, joints));
   ASSERT_TRUE(o.ok()) << o.result.message;

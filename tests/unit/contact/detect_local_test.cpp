@@ -208,12 +208,12 @@ TEST(SurfaceContact, CubeThatFillsAChannelIsHeldAtItsEnd) {
                                            {walls, 0.5, -2}});
       s.triangles.insert(s.triangles.end(), {{8, 12, 9},
                                              {9, 12, 13},
-                                             {7, 8, 14},
-                                             {8, 12, 15},
-                                             {8, 15, 14},
-                                             {10, 16, 9},
-                                             {9, 17, 13},
-                                             {9, 16, 17}});
+                                             {7, 14, 8},
+                                             {8, 15, 12},
+                                             {8, 14, 15},
+                                             {10, 9, 16},
+                                             {9, 13, 17},
+                                             {9, 17, 16}});
     }
     const SurfaceIndex index(s);
     for (const double over : {-0.2, 0.0, 0.1, 0.4}) {
