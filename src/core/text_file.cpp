@@ -90,7 +90,7 @@ std::string read_bytes(const std::string& path) {
       if (std::fread(bytes.data(), 1, bytes.size(), file.get()) == bytes.size()) return bytes;
     }
   }
-  refuse(path, "cannot be read", "check the path, which is relative to the scene file");
+  refuse(path, "cannot be read", "check the path; one in a scene file is relative to that file");
 }
 
 bool has_byte_order_mark(const std::string& bytes) {

@@ -49,11 +49,19 @@ struct Counters {
 };
 
 /// One contact on a structure over one coupled step; force acts on the structure, mean over the step [N].
+/// A block as it came to a contact: before the step or the impulse that is reported.
+struct Arrival {
+  bool known = false;
+  Vec3 velocity = Vec3::Zero(), spin = Vec3::Zero();  // [m/s], [rad/s]
+  double translational = 0, rotational = 0;  // kinetic energy, of the strain rate with the latter [J]
+};
+
 struct StructureContact {
   double time = 0, dt = 0;
   int block = 0, structure = 0;
   Vec3 point = Vec3::Zero(), force = Vec3::Zero(), normal = Vec3::Zero();
   double area = 0;
+  Arrival arrival;
 };
 
 /// Sums over both sides of the interface, from the impulses that were really applied.

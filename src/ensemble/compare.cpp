@@ -158,6 +158,10 @@ std::vector<std::string> write_comparison(const std::vector<fs::path>& directori
     body += "</tr>\n";
     root["figures"].push_back(std::move(row));
   }
+  if (lines.empty())
+    lines.emplace_back(
+        "They have no line and no member of a structure in common: the figures of each alone are in "
+        "compare.json and compare.html");
   fs::create_directories(output);
   io::write_file(output / "compare.json", root.dump(2) + "\n");
   io::write_file(

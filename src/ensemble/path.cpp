@@ -43,13 +43,17 @@ bool in_flight(const Moment& a, const Moment& b, const Vec3& g) {
 double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 struct Segment {
+  static constexpr double same = 1e-9;  // places as near to each other are one [m, or of its length]
   int line = 0;
   Eigen::Vector2d p, d;
-  bool last = false;  // its end belongs to it
+  int start = -1, end = -1;  // vertices that it shares with the segments before and after it; -1: none
   double side(const Vec3& c) const { return cross(d, c.head<2>() - p); }
-  bool holds(const Vec3& c) const {
-    const double u = d.dot(c.head<2>() - p) / d.squaredNorm();
-    return u >= 0 && (last ? u <= 1 : u < 1);
+  double slack() const { return same * (1 + d.norm()); }
+  double along(const Vec3& c) const { return d.dot(c.head<2>() - p) / d.norm(); }
+  bool holds(const Vec3& c) const { return along(c) >= -slack() && along(c) <= d.norm() + slack(); }
+  /// The shared vertex that c lies on; -1: none.
+  int vertex(const Vec3& c) const {
+    return along(c) <= slack() ? start : along(c) >= d.norm() - slack() ? end : -1;
   }
 };
 
@@ -92,10 +96,19 @@ class Path::Watcher {
         origin_(origin),
         cell_(cell),
         after_(after) {
+    int vertices = 0;
     for (std::size_t l = 0; l < lines.size(); ++l)
       for (const auto& part : lines[l].parts)
-        for (std::size_t k = 0; k + 1 < part.size(); ++k)
-          segments_.push_back({static_cast<int>(l), part[k], part[k + 1] - part[k], k + 2 == part.size()});
+        for (std::size_t k = 0; k + 1 < part.size(); ++k) {
+          const bool shared = k + 2 < part.size();
+          const int before = k > 0 ? vertices : -1;
+          if (shared) ++vertices;
+          segments_.push_back({.line = static_cast<int>(l),
+                               .p = part[k],
+                               .d = part[k + 1] - part[k],
+                               .start = before,
+                               .end = shared ? vertices : -1});
+        }
     const bool stepped =
         std::any_of(system_.environment().structures.begin(), system_.environment().structures.end(),
                     [](const coupling::StructurePart& p) { return p.stepped(); });
@@ -123,6 +136,7 @@ class Path::Watcher {
   std::vector<Crossing> take_crossings() {
     std::stable_sort(crossings_.begin(), crossings_.end(),
                      [](const Crossing& a, const Crossing& b) { return a.time < b.time; });
+    at_vertices_.clear();
     return std::exchange(crossings_, {});
   }
 
@@ -242,7 +256,30 @@ class Path::Watcher {
     return at;
   }
 
+  /// Through a vertex both segments are crossed, whatever the last digits of its place say: one crossing if
+  /// both are the same way, none if the line is touched there and left on the side it was come from.
+  bool counted_at_vertex(int b, const Segment& s, const Moment& at) {
+    const int vertex = s.vertex(at.c);
+    if (vertex < 0) return false;
+    const bool leftwards = cross(s.d, at.v.head<2>()) > 0;
+    const double moment = 4 * s.slack() / std::max(at.v.head<2>().norm(), 1e-300);
+    const auto same = std::find_if(at_vertices_.begin(), at_vertices_.end(), [&](const AtVertex& other) {
+      return other.vertex == vertex && other.block == b && std::abs(other.time - at.time) <= moment;
+    });
+    if (same == at_vertices_.end()) {
+      at_vertices_.push_back({vertex, b, at.time, leftwards});
+      return false;
+    }
+    if (same->leftwards != leftwards)
+      std::erase_if(crossings_, [&](const Crossing& c) {
+        return c.line == s.line && c.block == world_.listed(b) && c.time == same->time;
+      });
+    at_vertices_.erase(same);
+    return true;
+  }
+
   void add(int b, const Segment& s, const Moment& at) {
+    if (counted_at_vertex(b, s, at)) return;
     crossings_.push_back({.line = s.line,
                           .block = world_.listed(b),
                           .time = at.time,
@@ -300,11 +337,25 @@ class Path::Watcher {
     at->second.second = std::max(at->second.second, static_cast<float>(height));
   }
 
-  /// Of points of the way no farther apart than half a cell.
+  /// Of points of the way no farther apart than half a cell, and on both sides of every border between cells.
   void mark_way(const Moment& p, const Moment& q) {
     if (!(cell_ > 0)) return;
     const int n = std::max(1, static_cast<int>(std::ceil((q.c - p.c).head<2>().norm() / (0.5 * cell_))));
-    for (int k = 1; k <= n; ++k) mark(k == n ? q : between(p, q, static_cast<double>(k) / n));
+    Moment last = p;
+    for (int k = 1; k <= n; ++k) {
+      const Moment next = k == n ? q : between(p, q, static_cast<double>(k) / n);
+      for (int axis = 0; axis < 2; ++axis) {
+        const double a = (last.c[axis] + origin_[axis]) / cell_, b = (next.c[axis] + origin_[axis]) / cell_;
+        if (std::floor(a) == std::floor(b)) continue;
+        const double border = std::max(std::floor(a), std::floor(b));
+        constexpr double beside = 1e-6;  // of the part, within float accuracy of the energy there
+        const double s = (border - a) / (b - a);
+        mark(between(last, next, std::max(0.0, s - beside)));
+        mark(between(last, next, std::min(1.0, s + beside)));
+      }
+      mark(next);
+      last = next;
+    }
   }
 
   sim::World& world_;
@@ -317,6 +368,12 @@ class Path::Watcher {
   bool made_again_ = false;  // macro steps can be
   double largest_ = 0;
   std::vector<Crossing> crossings_;
+  struct AtVertex {
+    int vertex = -1, block = 0;
+    double time = 0;
+    bool leftwards = false;
+  };
+  std::vector<AtVertex> at_vertices_;  // crossings of one of the two segments there
   std::vector<Hit> hits_;
   std::map<std::pair<int, int>, double> touched_;  // block, structure: until when
   std::map<std::pair<std::int32_t, std::int32_t>, std::pair<float, float>> cells_;  // north, east

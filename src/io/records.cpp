@@ -50,6 +50,10 @@ void contact_fields(auto& c, auto&& f) {
   f(c.time), f(c.dt), f(c.block), f(c.structure), f(c.point), f(c.force), f(c.normal), f(c.area);
 }
 
+void arrival_fields(auto& a, auto&& f) {
+  f(a.known), f(a.velocity), f(a.spin), f(a.translational), f(a.rotational);
+}
+
 void ledger_fields(auto& l, auto&& f) {
   f(l.kinetic), f(l.potential), f(l.strain), f(l.contact), f(l.friction_work), f(l.damping_work),
       f(l.damage_work), f(l.algorithmic), f(l.external_work), f(l.residual);
@@ -215,6 +219,7 @@ RunHeader decode_header(std::string_view bytes) {
 std::string encode_contacts(std::span<const ContactRow> rows) {
   ByteWriter w;
   put_list(w, rows, [&](const ContactRow& c) { contact_fields(c, writing(w)); });
+  for (const ContactRow& c : rows) arrival_fields(c.arrival, writing(w));
   return w.bytes();
 }
 
@@ -222,6 +227,8 @@ std::vector<ContactRow> decode_contacts(std::string_view bytes) {
   ByteReader r(bytes);
   std::vector<ContactRow> rows;
   get_list(r, rows, [&](ContactRow& c) { contact_fields(c, reading(r)); });
+  if (r.left() > 0)  // not in what earlier versions wrote
+    for (ContactRow& c : rows) arrival_fields(c.arrival, reading(r));
   return rows;
 }
 

@@ -365,6 +365,13 @@ void SummaryBuilder::add(std::span<const ContactRow> rows) {
       open.time = c.time;
     }
     Impact& impact = impacts_[static_cast<std::size_t>(open.impact)];
+    // As it came: not what a later row of the same blow, or the last row of the history, says.
+    if (c.arrival.known && c.time - c.dt <= impact.start) {
+      impact.velocity = c.arrival.velocity;
+      impact.spin = c.arrival.spin;
+      impact.kinetic = c.arrival.translational + c.arrival.rotational;
+      impact.rotational = c.arrival.rotational;
+    }
     if (c.time != open.time) close_step(open);
     open.time = c.time;
     open.force += c.force;

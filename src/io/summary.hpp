@@ -42,7 +42,7 @@ inline constexpr double impact_gap = 0.02;  // [s]
 struct Impact {
   int structure = 0, block = 0;
   double start = 0, end = 0;             // [s]
-  Vec3 velocity = Vec3::Zero();          // of the block in the last history row before it [m/s]
+  Vec3 velocity = Vec3::Zero();          // of the block as it came [m/s]
   Vec3 spin = Vec3::Zero();              // [rad/s]
   double kinetic = 0, rotational = 0;    // of the block then, and what of it is of its rotation [J]
   Vec3 point = Vec3::Zero();             // centre of the contact forces, weighted by |F| dt [m]

@@ -60,8 +60,10 @@ void SummaryBuilder::structure_lines(std::size_t i, std::vector<std::string>& li
   const Impact* first = first_strike(i);
   const Impact* worst = nullptr;
   int count = 0;
+  double impulses = 0;  // of one blow each: those from opposite sides do not cancel
   for (const Impact& m : impacts_) {
     if (m.structure != static_cast<int>(i)) continue;
+    impulses += m.impulse.norm();
     if (!fragment(m)) ++count;
     // A piece of another structure: no blow to head the page with, if there is one of a block.
     const auto rank = [&](const Impact& x) { return std::pair(!fragment(x), x.filtered_force); };
@@ -73,8 +75,8 @@ void SummaryBuilder::structure_lines(std::size_t i, std::vector<std::string>& li
                                 info.name, failed));
   if (first != nullptr) {
     lines.push_back(fmt::format(
-        "{} struck {} at {:.4g} s with {:.1f} m/s and {} ({} of translation, {} of rotation); {} {} in all.",
-        name_of(*first), struck_name(info, first->point), first->start, first->velocity.norm(),
+        "{} struck {} at {:.4g} s with {} and {} ({} of translation, {} of rotation); {} {} in all.",
+        name_of(*first), struck_name(info, first->point), first->start, speed_text(first->velocity.norm()),
         engineering(first->kinetic, "J"), engineering(first->kinetic - first->rotational, "J"),
         engineering(first->rotational, "J"), count, count == 1 ? "impact" : "impacts"));
     member_lines(i, lines);
@@ -82,7 +84,7 @@ void SummaryBuilder::structure_lines(std::size_t i, std::vector<std::string>& li
         fmt::format("Greatest contact force {} ({}, low-passed at {:.0f} Hz; {} in a single sub-step, which "
                     "depends on cells and contact law). Impulse of all contacts {}.",
                     engineering(worst->filtered_force, "N"), name_of(*worst), force_cutoff,
-                    engineering(worst->peak_force, "N"), engineering(s.impulse.norm(), "N s")));
+                    engineering(worst->peak_force, "N"), engineering(impulses, "N s")));
   } else if (info.loaded) {
     const auto most =
         std::max_element(s.probes.begin(), s.probes.end(),
@@ -245,6 +247,7 @@ bool SummaryBuilder::moves(std::size_t i) const {
 /// Where the blocks went, where there is nothing to strike.
 void SummaryBuilder::block_lines(std::vector<std::string>& lines) const {
   constexpr double shortest = 1e-6;  // [s] below it gravity has set nothing in motion
+  constexpr double level = 1e-6;     // of the way: a drop that is none
   constexpr double still = 1e-4;     // [m/s] a third of a metre in an hour: slower is called rest
   std::size_t farthest = 0, moving = 0;
   double way = -1, run = 0;  // in all; in plan
@@ -256,7 +259,8 @@ void SummaryBuilder::block_lines(std::vector<std::string>& lines) const {
   }
   if (blocks_.empty()) return;
   if (way >= 0) {
-    const double drop = blocks_[farthest].start.z() - blocks_[farthest].end.z();
+    double drop = blocks_[farthest].start.z() - blocks_[farthest].end.z();
+    if (std::abs(drop) < level * way) drop = 0;
     lines.push_back(fmt::format("{} went {}{} in plan, {} {}, at up to {:.3g} m/s.",
                                 header_.blocks[farthest].name, blocks_.size() > 1 ? "farthest: " : "",
                                 length(run), length(std::abs(drop)), drop < 0 ? "up" : "down",

@@ -32,6 +32,11 @@ inline std::string length(double metres) {
   return std::abs(metres) >= 100 ? fmt::format("{:.0f} m", metres) : engineering(metres, "m");
 }
 
+/// "12.3 m/s", "0.062 m/s".
+inline std::string speed_text(double speed) {
+  return speed < 1 ? fmt::format("{:.2g} m/s", speed) : fmt::format("{:.1f} m/s", speed);
+}
+
 inline double horizontal(const Vec3& v) { return std::hypot(v.x(), v.y()); }
 
 }  // namespace talus::io

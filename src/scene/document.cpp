@@ -162,7 +162,9 @@ void set_value(Node& root, const std::string& key, const std::string& value, std
           if (std::string name = name_in(list, *at, i); !name.empty()) names.push_back(std::move(name));
         const std::string wanted = rest.substr(0, rest.find('.'));
         const std::string near = nearest_name(wanted, names);
-        if (item)
+        if (item && item->kind != Node::Kind::table)
+          fail("the key names one value of a list", "give the whole list: " + key.substr(0, key.rfind('.')));
+        else if (item)
           fail("the key ends at a table", "add the key inside it, for example " + key + ".velocity");
         else if (!near.empty())
           fail(fmt::format("there is no \"{}\" here", wanted), fmt::format("did you mean \"{}\"?", near));

@@ -7,6 +7,7 @@
 #include "contact/geometry/surface.hpp"
 #include "contact/structures/structure.hpp"
 #include "core/types.hpp"
+#include "coupling/counters.hpp"
 #include "coupling/motion/motion.hpp"
 
 namespace talus::sim {
@@ -99,6 +100,7 @@ struct ContactRow {
   int block = 0, structure = 0;
   Vec3 point = Vec3::Zero(), force = Vec3::Zero(), normal = Vec3::Zero();
   double area = 0;
+  coupling::Arrival arrival;  // of the block
 };
 
 /// Step statistics for the progress line, log and summary.

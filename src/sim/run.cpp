@@ -82,6 +82,7 @@ class Telling {
       r.force = c.force;
       r.normal = c.normal;
       r.area = c.area;
+      r.arrival = c.arrival;
       rows.push_back(r);
     }
     if (!rows.empty()) sink_.contacts(rows);

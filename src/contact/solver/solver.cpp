@@ -41,7 +41,7 @@ namespace {
 
 /// Gauss-Seidel sweeps from p while they pay. Each costs a tenth of a factorisation and what goes with it.
 void sweeps(Search& search, double tolerance, SolveReport& report) {
-  const bool small = search.system.n <= 48;  // factorisations cost less than sweeps
+  const bool small = search.system.n <= Search::few_unknowns;
   const int count = small ? 6 : 10;
   for (int round = 0; round < (small ? 1 : 4); ++round) {
     const double before = search.best;
@@ -177,7 +177,7 @@ SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& s
                                         [](const Touch& t) { return t.law.mu == 0 && t.law.cohesion == 0; });
   if (!solvable) {
     // a figure of the problem is none
-  } else if (search.best > tolerance && nc <= few && search.unstressed(settings, report)) {
+  } else if (search.best > tolerance && search.few() && search.unstressed(settings, report)) {
     // as near to no load as the problem allows
   } else if (search.best > tolerance && nc > few && frictionless) {
     work_->normal.run(system, search.p, search.v, tolerance, 300);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "contact/solver/solver_sweep.hpp"
 
@@ -41,7 +42,32 @@ bool Search::newton(double epsilon, int max_newton) {
   return best <= sufficient_;
 }
 
+namespace {
+
+/// Contacts that give a little, until it is destroyed.
+class Giving {
+ public:
+  Giving(std::vector<Touch>& touches, double give) : touches_(touches) {
+    for (Touch& t : touches) {
+      own_.push_back(t.compliance);
+      t.compliance = t.compliance.cwiseMax(give * square(t.load) * t.w);
+    }
+  }
+  ~Giving() {
+    for (std::size_t i = 0; i < own_.size(); ++i) touches_[i].compliance = own_[i];
+  }
+  Giving(const Giving&) = delete;
+  Giving& operator=(const Giving&) = delete;
+
+ private:
+  std::vector<Touch>& touches_;
+  std::vector<Vec3> own_;
+};
+
+}  // namespace
+
 bool Search::interior(double distance) {
+  constexpr double left = 0.3;  // of what is wanted
   InteriorOptions options;
   options.tolerance = std::max(tolerance_, 1e-7 * settings_->velocity_scale);
   options.start = distance;
@@ -51,12 +77,33 @@ bool Search::interior(double distance) {
   if (settings_->most_factorisations > 0)
     options.max_iterations =
         std::clamp(settings_->most_factorisations - report_->newton, 1, options.max_iterations);
-  trial_p_ = p;
-  system.velocities(trial_p_, trial_v_);
-  const InteriorOutcome outcome = interior_.run(system, trial_p_, trial_v_, options);
-  report_->newton += outcome.iterations;
-  consider(trial_p_, trial_v_, outcome.residual);
-  return best <= sufficient_;
+  const std::vector<Vec3> start = p;
+  const double wanted = options.tolerance;
+  std::vector<double> apart(v.size());
+  double lent = give;
+  for (bool again = false;; again = true) {
+    trial_p_ = start;
+    system.velocities(trial_p_, trial_v_);
+    InteriorOutcome outcome;
+    {
+      const Giving giving(system.touch, lent);
+      outcome = interior_.run(system, trial_p_, trial_v_, options);
+    }
+    report_->newton += outcome.iterations;
+    // Without what was lent, of the velocities that follow from the impulses and of the path's own.
+    p = trial_p_;
+    system.velocities(p, v);
+    std::ranges::transform(trial_v_, v, apart.begin(), std::minus<>{});
+    const double own = system.residual_apart(trial_v_, apart, p), following = system.residual(v, p);
+    consider(p, v, following);
+    consider(p, trial_v_, own);
+    if (best <= tolerance_ || newton(give, 20)) return true;
+    const double residual = std::min(own, following);
+    if (again || outcome.residual > options.tolerance || residual <= 2 * wanted) return false;
+    // So little that what it leaves suffices, and solved so closely that it still tells.
+    lent *= left * wanted / residual;
+    options.tolerance = left * left * wanted;
+  }
 }
 
 bool Search::polish(int iterations) {
@@ -247,7 +294,7 @@ bool Search::unstressed(const SolveSettings& settings, SolveReport& report) {
 
 bool Search::run(const SolveSettings& settings, SolveReport& report) {
   begin(settings, report);
-  const bool small = system.n <= 48, many = system.contacts() > few_contacts;
+  const bool small = system.n <= few_unknowns, many = system.contacts() > few_contacts;
   if (spent()) return false;
   // From farther off straight to the path.
   if ((small || best <= near * settings.velocity_scale) &&

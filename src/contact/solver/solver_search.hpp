@@ -20,6 +20,12 @@ class Search {
   static constexpr double soft = 1e-4, firm = 1e-3;
   static constexpr double near = 1e-4;
   static constexpr int few_contacts = 60;  // up to which many ways are tried, each cheap
+  static constexpr int few_unknowns = 48;  // up to which factorisations cost less than sweeps
+  /// Compliance over the least w of the contacts which the interior point lends to all. Contacts that hold
+  /// each other in balance, a row of blocks that fills the space between two walls, can press as hard as they
+  /// like, and the middle of all solutions is one in which they jam. Of bodies that give, however little, no
+  /// more is pressed than the load asks for.
+  static constexpr double give = 1e-5;
   System system;
   std::vector<Vec3> p, best_p;    // the point at hand and the best so far
   std::vector<double> v, best_v;  // their velocities
@@ -31,6 +37,7 @@ class Search {
   void from_best();
   /// Keeps the candidate if it is better than the best.
   bool consider(const std::vector<Vec3>& candidate, const std::vector<double>& velocities, double residual);
+  bool few() const { return system.contacts() <= few_contacts || system.n <= few_unknowns; }
   /// The solution next to half of the warm start, to nothing where there is none: of forces that hold each
   /// other in balance no more than the load asks for.
   bool unstressed(const SolveSettings& settings, SolveReport& report);
@@ -40,6 +47,7 @@ class Search {
  private:
   // Each from p and v; true if the best comes below what suffices.
   bool newton(double epsilon, int max_newton);
+  /// The interior point of bodies that give a little, then Newton's method from there.
   bool interior(double distance);
   bool alternated(const std::vector<Vec3>& start,
                   int rounds);       // true, too, at what is taken where no more is to be had

@@ -163,7 +163,7 @@ bool ImpactStage::resolve(double time) {
   }
   account_works(in_, step_, 0);
   report_.ledger += step_.pending;
-  on_structures_.note(step_, time);
+  on_structures_.note(in_.model, step_, time);
   for (Touch& t : step_.touches) {
     t.approach = t.at.normal.dot(point_velocity(in_.state, t.b, t.at.point_b) -
                                  partner_velocity(in_.state, in_.env, t));

@@ -10,7 +10,19 @@ namespace {
 constexpr double shortest = 0.1;  // mean force of an impulse: of a macro step, or of the fixed step
 }  // namespace
 
-void StructureImpacts::note(const Step& step, double time) {
+Arrival arrival_of(const dda::Model& model, const Step& step, int block) {
+  const auto body = std::ranges::find(step.bodies, block, &Body::block);
+  if (body == step.bodies.end()) return {};
+  const dda::BlockState& s = step.saved[static_cast<std::size_t>(body - step.bodies.begin())];
+  const dda::BlockEnergy e = dda::energy(model.blocks[static_cast<std::size_t>(block)], model.gravity, s);
+  return {.known = true,
+          .velocity = s.v,
+          .spin = s.w,
+          .translational = e.translational,
+          .rotational = e.rotational + e.straining};
+}
+
+void StructureImpacts::note(const dda::Model& model, const Step& step, double time) {
   for (const Touch& t : step.touches)
     if (t.row >= 0 && t.a.kind == Partner::Kind::structure && !t.impulse.isZero(0)) {
       StructureContact row;
@@ -21,6 +33,7 @@ void StructureImpacts::note(const Step& step, double time) {
       row.normal = t.at.normal;
       row.force = -(t.frame * t.impulse);
       row.area = t.at.area;
+      row.arrival = arrival_of(model, step, t.b);
       pending_.push_back(row);
     }
 }

@@ -7,11 +7,14 @@
 
 namespace talus::coupling {
 
+/// The block at the start of the step, before what the step solves.
+Arrival arrival_of(const dda::Model& model, const Step& step, int block);
+
 class StructureImpacts {
  public:
   void clear() { pending_.clear(); }
   /// Those that the solution just applied has given.
-  void note(const Step& step, double time);
+  void note(const dda::Model& model, const Step& step, double time);
   /// Impulses of no duration, each as the mean since it was: over the step that it began, unless that is a
   /// sliver that ends at once, with the macro step or at the next impact. Then over no less than a tenth of
   /// what is usual. `usual_step`: the fixed step, or as long as the macro step, which began at `start` [s].

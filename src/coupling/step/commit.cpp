@@ -8,6 +8,7 @@
 #include "contact/structures/node_surface.hpp"
 #include "contact/tolerances.hpp"
 #include "coupling/events/approach.hpp"
+#include "coupling/events/structure_impacts.hpp"
 #include "coupling/ground/ground_laws.hpp"
 #include "coupling/rows/bonds.hpp"
 #include "coupling/springs/spring_energy.hpp"
@@ -304,6 +305,7 @@ void commit_step(const IslandContext& in, Step& step, IslandReport& report, bool
       row.normal = t.at.normal;
       row.force = -p / h;
       row.area = t.at.area;
+      row.arrival = arrival_of(in.model, step, t.b);
       report.rows.push_back(row);
       // Both sides as they were really applied: the block through its point, the structure through its nodes.
       on_blocks += p;

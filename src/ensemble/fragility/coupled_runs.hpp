@@ -21,7 +21,7 @@ struct Outcome {
   std::string message;             // why not
   std::vector<std::string> names;  // of the structure's members
   std::vector<int> grade;          // -1: not judged
-  double peak_force = 0;           // [N]
+  double peak_force = 0;           // greatest contact force, low-passed at 300 Hz [N]
   double capacity =
       -1;  // least over the members of that now over that as built, 0: lost; negative: not asked for
   int worst() const;

@@ -339,5 +339,35 @@ TEST(Members, ReleaseDrawsOnePlaceOfTheAreaForEach) {
             std::string::npos);
 }
 
+// A path through a vertex of a line crosses it as one beside the vertex does, and a line that is touched in a
+// vertex from one side is not crossed.
+TEST(Members, PathsThroughVerticesOfALine) {
+  const Place place;
+  std::string text = tilted();
+  const std::string road = "[[line]]\nname = \"road\"\npoints = [[-5.0, -2.0], [5.0, -2.0]]\n";
+  const auto at = text.find(road);
+  ASSERT_NE(at, std::string::npos);
+  const auto line = [](const std::string& name, const std::string& points) {
+    return "[[line]]\nname = \"" + name + "\"\npoints = " + points + "\n";
+  };
+  text.replace(at, road.size(),
+               road + line("vertex", "[[-5.0, -2.0], [0.0, -2.0], [5.0, -2.0]]") +
+                   line("backwards", "[[5.0, -2.0], [0.0, -2.0], [-5.0, -2.0]]") +
+                   line("apex", "[[-5.0, -3.0], [0.0, -2.0], [5.0, -3.0]]") +
+                   line("touched", "[[1.0, -1.0], [0.0, -2.0], [1.0, -3.0]]") +
+                   line("doubled", "[[-5.0, -2.0], [0.0, -2.0], [0.1, -2.5], [-5.0, -2.5]]"));
+  Ensemble ensemble(place.put("scene.toml", text).string(), {});
+  ASSERT_EQ(run(ensemble, place.path() / "out", 2), 24);
+  const Summary summary = write_results(ensemble, place.path() / "out", 24);
+  std::map<std::string, long> crossings;
+  for (const LineSummary& l : summary.lines) crossings[l.name] = l.crossings;
+  EXPECT_EQ(crossings["road"], 24);
+  EXPECT_EQ(crossings["vertex"], 24);
+  EXPECT_EQ(crossings["backwards"], 24);
+  EXPECT_EQ(crossings["apex"], 24);
+  EXPECT_EQ(crossings["touched"], 0);
+  EXPECT_EQ(crossings["doubled"], 48);
+}
+
 }  // namespace
 }  // namespace talus::ensemble

@@ -343,6 +343,29 @@ TEST(Recorder, APieceAtItsOwnStructureIsNoStrike) {
   EXPECT_EQ(j["headline"][0].get<std::string>().find("permanent load"), std::string::npos) << j["headline"];
 }
 
+// A block strikes between two rows: what it came with is that of the step before, not of the last row; a row
+// of the same blow that was reported late because its impulse is spread does not change what came.
+TEST(Recorder, AStrikeIsToldAsItCame) {
+  const SyntheticRun run = small();
+  io::SummaryBuilder builder(run.header());
+  builder.add(run.row(0.1, 2));
+  sim::ContactRow contact;
+  contact.time = 0.151, contact.dt = 1e-3, contact.block = 0, contact.force = Vec3(5e6, 0, 0),
+  contact.normal = Vec3::UnitX();
+  contact.arrival = {.known = true,
+                     .velocity = Vec3(3, 0, -4),
+                     .spin = Vec3::UnitY(),
+                     .translational = 125,
+                     .rotational = 5};
+  builder.add({&contact, 1});
+  contact.time = 0.152, contact.arrival.velocity = Vec3::UnitX();
+  builder.add({&contact, 1});
+  const auto j = nlohmann::json::parse(builder.text(nullptr));
+  EXPECT_EQ(j["impacts"][0]["speed"], 5);
+  EXPECT_EQ(j["impacts"][0]["kinetic"], 130);
+  EXPECT_EQ(j["impacts"][0]["kinetic_rotational"], 5);
+}
+
 TEST(Recorder, APieceOfNoStructureIsRefused) {
   const SyntheticRun run = small();
   const sim::RunHeader header = run.header();
