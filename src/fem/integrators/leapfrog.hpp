@@ -25,6 +25,8 @@ class Leapfrog {
 
   void predict(double t, double h);
   void correct(double t, double h, std::span<const NodeImpulse> impulses);
+  /// Steps without any contact.
+  void advance(double t, double duration);
   void synchronise(double t);
   const AlignedVector& jump() const { return jump_; }
 

@@ -213,29 +213,6 @@ class FieldOf final : public DamageField {
     return material::crack_width(band, strain, mean, c.young, c.poisson);
   }
 
-  void save(std::vector<double>& state) const override {
-    const std::size_t count = accepted_count();
-    state.push_back(static_cast<double>(count));
-    for (std::size_t i = 0; i < count; ++i) {
-      state.push_back(whole(cells_[i]));
-      state.insert(state.end(), numbers(i), numbers(i) + cell_width);
-    }
-  }
-
-  std::size_t restore(std::span<const double> state) override {
-    clear();
-    const std::size_t count = state.empty() ? 0 : static_cast<std::size_t>(state[0]);
-    if (state.size() < 1 + (1 + cell_width) * count)
-      throw NumericalFailure("the saved damage belongs to another structure");
-    for (std::size_t i = 0; i < count; ++i) {
-      const double* from = &state[1 + (1 + cell_width) * i];
-      if (const int cell = here(static_cast<int>(from[0])); cell >= 0)
-        append(cell, static_cast<long>(i), from + 1);
-    }
-    evaluation_ = accepted_ = static_cast<long>(count);
-    return 1 + (1 + cell_width) * count;
-  }
-
   std::size_t memory_consumption() const override {
     return (slot_.capacity() + cells_.capacity()) * sizeof(int) + joined_.capacity() * sizeof(long) +
            geometry_.capacity() * sizeof(LawGeometry) + (old_.capacity() + next_.capacity()) * sizeof(Cell) +
@@ -459,13 +436,35 @@ void DamageField::save_here(std::vector<double>& state) const {
   save_records(state, false);
 }
 
-std::size_t DamageField::restore_here(std::span<const double> state) {
-  const std::size_t count = static_cast<std::size_t>(state[0]), length = 2 + width();
+void DamageField::restore_here(StateReader& state) {
+  const std::size_t count = state.count();
+  accepted_ = static_cast<long>(state.next());
   clear();
-  for (std::size_t at = 2; at < 2 + count * length; at += length)
-    append(here(static_cast<int>(state[at + 1])), static_cast<long>(state[at]), &state[at + 2]);
-  evaluation_ = accepted_ = static_cast<long>(state[1]);
-  return 2 + count * length;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double* const record = state.take(2 + width());
+    append(here(static_cast<int>(record[1])), static_cast<long>(record[0]), record + 2);
+  }
+  evaluation_ = accepted_;
+}
+
+void DamageField::save(std::vector<double>& state) const {
+  const std::size_t count = accepted_count();
+  state.push_back(static_cast<double>(count));
+  for (std::size_t i = 0; i < count; ++i) {
+    state.push_back(whole(cells_[i]));
+    state.insert(state.end(), numbers(i), numbers(i) + width());
+  }
+}
+
+void DamageField::restore(StateReader& state) {
+  clear();
+  const std::size_t count = state.count();
+  for (std::size_t i = 0; i < count; ++i) {
+    const double* const record = state.take(1 + width());
+    if (const int cell = here(static_cast<int>(record[0])); cell >= 0)
+      append(cell, static_cast<long>(i), record + 1);
+  }
+  evaluation_ = accepted_ = static_cast<long>(count);
 }
 
 std::vector<double> DamageField::state_of(std::span<const double> records) const {

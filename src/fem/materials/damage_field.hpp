@@ -29,6 +29,7 @@
 #include "fem/kernels/aligned.hpp"
 #include "fem/kernels/kernel.hpp"
 #include "fem/kernels/law_points.hpp"
+#include "fem/state_reader.hpp"
 
 namespace talus::fem {
 
@@ -107,15 +108,15 @@ class DamageField {
 
   /// Accepted histories. A cell that joined since then is left out: it joins again, with the same bits in the
   /// forces.
-  virtual void save(std::vector<double>& state) const = 0;
-  virtual std::size_t restore(std::span<const double> state) = 0;
+  void save(std::vector<double>& state) const;
+  void restore(StateReader& state);
   /// Accepted histories as records (when it joined, cell, history) of own cells, and the state that save()
   /// would give if the field held all of `records`, from any ranks in any order.
   void save_records(std::vector<double>& records) const { save_records(records, true); }
   std::vector<double> state_of(std::span<const double> records) const;
   /// All that is held here, and when it joined, for this process alone.
   void save_here(std::vector<double>& state) const;
-  std::size_t restore_here(std::span<const double> state);
+  void restore_here(StateReader& state);
   virtual std::size_t memory_consumption() const = 0;  // [bytes]
 
  protected:

@@ -11,6 +11,32 @@
 
 namespace talus::fem {
 
+namespace {
+
+/// Steps longer than the explicit ones, and what of the choice of the integrator cannot be.
+std::string plan_of_steps(const StructureBody& body, bool by_choice, bool modes) {
+  if (body.spec.integrator == "explicit" || body.partition || body.supports.none ||
+      body.free_dofs > largest_factored_system)
+    return fmt::format("{}: no condensed steps, each touch is explicit ({})\n", body.spec.name,
+                       body.spec.integrator == "explicit" ? "integrator"
+                       : body.partition                   ? "several processes"
+                       : body.supports.none               ? "no support"
+                                                          : "too large to factor");
+  std::string text = fmt::format("{}: long implicit steps while blocks {} it and the structure is quiet{}\n",
+                                 body.spec.name, by_choice ? "are at" : "rest on",
+                                 body.bearings ? "; explicit sub-steps wherever bearings slide" : "");
+  if (body.spec.integrator == "modal" && !modes)
+    text += fmt::format("{}: integrator = \"modal\" finds no modes ({}): it goes on as with \"implicit\"\n",
+                        body.spec.name,
+                        body.bearings                ? "bearings"
+                        : body.bars                  ? "bars"
+                        : body.spec.damage != "none" ? "damage"
+                                                     : "parts that turn");
+  return text;
+}
+
+}  // namespace
+
 Vec3 FemStructure::base_force() const {
   forces_.evaluate(fields_.time);
   return Vec3(loads_.foot_reactions(fields_.contact_step).data());
@@ -41,33 +67,10 @@ long FemStructure::elements() const {
   return body_.count_of(count);
 }
 
-/// Steps longer than the explicit ones, and what of the choice of the integrator cannot be.
-std::string FemStructure::plan_of_steps() const {
-  if (body_.spec.integrator == "explicit" || body_.partition || body_.supports.none ||
-      body_.free_dofs > largest_factored_system)
-    return fmt::format("{}: no condensed steps, each touch is explicit ({})\n", body_.spec.name,
-                       body_.spec.integrator == "explicit" ? "integrator"
-                       : body_.partition                   ? "several processes"
-                       : body_.supports.none               ? "no support"
-                                                           : "too large to factor");
-  std::string text = fmt::format("{}: long implicit steps while blocks {} it and the structure is quiet{}\n",
-                                 body_.spec.name, condensed_by_choice() ? "are at" : "rest on",
-                                 body_.bearings ? "; explicit sub-steps wherever bearings slide" : "");
-  if (body_.spec.integrator == "modal" && !rings_in_modes())
-    text += fmt::format("{}: integrator = \"modal\" finds no modes ({}): it goes on as with \"implicit\"\n",
-                        body_.spec.name,
-                        body_.bearings                ? "bearings"
-                        : body_.bars                  ? "bars"
-                        : body_.spec.damage != "none" ? "damage"
-                                                      : "parts that turn");
-  return text;
-}
-
 std::string FemStructure::plan() const {
-  std::string text = fmt::format(
-      "{}: {} cells, {} free degrees of freedom, kernels {} ({} elements at a time)\n", body_.spec.name,
-      body_.partition ? body_.partition->cells_in_all() : body_.mesh.hexes.size(), body_.free_dofs,
-      kernels().name, kernels().width);
+  std::string text =
+      fmt::format("{}: {} cells, {} free degrees of freedom, kernels {} ({} elements at a time)\n",
+                  body_.spec.name, body_.cells_in_all(), body_.free_dofs, kernels().name, kernels().width);
   if (!body_.mesh.remark.empty())
     text += fmt::format(
         "{}: the mesh file holds {} elements beside its cells; they name groups and carry nothing\n",
@@ -79,7 +82,7 @@ std::string FemStructure::plan() const {
         "{}: cells are halved down to {:g} m where a block is about to strike, as long as nothing of it has "
         "cracked\n",
         body_.spec.name, fine);
-  text += plan_of_steps();
+  text += plan_of_steps(body_, condensed_.by_choice(), modal_.possible());
   text += body_.spec.damage == "none" ? fmt::format("{}: elastic, no damage history kept\n", body_.spec.name)
                                       : "";
   if (body_.damage)
@@ -125,201 +128,8 @@ std::string FemStructure::plan() const {
   return text;
 }
 
-/// `here`: what this process holds, as it holds it; else the whole, in its own order, on the first rank.
-void FemStructure::save(std::vector<double>& state, bool here) const {
-  const bool gathers = body_.partition && !here;
-  const TakeRows take = [&](std::span<const double> rows) {
-    if (here || body_.first_rank()) state.insert(state.end(), rows.begin(), rows.end());
-  };
-  const auto nodes = [&](int width, const WriteRow& write) {
-    return gathers ? each_node(width, write, take) : rows_of(body_.mass.size(), width, write, take);
-  };
-  const std::size_t nodes_in_all = gathers ? body_.partition->nodes_in_all() : body_.mass.size(),
-                    cells_in_all = gathers ? body_.partition->cells_in_all() : body_.live.size();
-  if (here || body_.first_rank())
-    state.reserve(state.size() + 10 * nodes_in_all +
-                  cells_in_all);  // most of it: else twice as much is asked for on the way
-  state.insert(state.end(), {fields_.h_last,
-                             energy_.power,
-                             energy_.power_valid ? 1.0 : 0.0,
-                             fields_.time,
-                             fields_.contact_step,
-                             energy_.stored_half,
-                             fields_.reference_kinetic,
-                             fields_.still_since,
-                             fields_.still ? 1.0 : 0.0,
-                             blow_time_,
-                             fields_.steps_taken,
-                             energy_.works.damping_work,
-                             energy_.works.damage_work,
-                             energy_.works.plastic_work,
-                             energy_.works.bulk_viscosity_work,
-                             energy_.works.eroded_energy,
-                             energy_.works.external_work,
-                             energy_.works.contact_work,
-                             energy_.works.algorithmic,
-                             energy_.works.step_dependence});
-  nodes(9, [this](int n, double* to) {
-    for (std::size_t i = 4 * static_cast<std::size_t>(n), c = 0; c < 3; ++c, ++i)
-      *to++ = fields_.u[i], *to++ = fields_.v[i], *to++ = fields_.contact_impulse[i];
-  });
-  save_linear(state);
-  if (body_.bars) body_.bars->save(state, here);
-  if (body_.bearings) body_.bearings->save(state);
-  if (body_.damage || body_.bearings) {
-    state.insert(state.end(),
-                 {static_cast<double>(body_.lost.breaks), static_cast<double>(body_.lost.cuts_seen),
-                  body_.lost.dust_mass, body_.lost.dust_potential, body_.lost.eroded_volume,
-                  body_.lost.detached_volume});
-    for (const Vec3* p : {&body_.lost.dust_momentum, &body_.lost.dust_spin})
-      state.insert(state.end(), p->data(), p->data() + 3);
-    if (gathers)
-      each_cell(
-          1, [this](int cell, double* to) { *to = body_.live[cell]; }, take);
-    else
-      state.insert(state.end(), body_.live.begin(), body_.live.end());
-    nodes(1, [this](int n, double* to) { *to = body_.mass[n]; });
-    if (body_.damage && here) {
-      body_.damage->save_here(state);
-    } else if (body_.damage && gathers) {
-      std::vector<double> records;
-      body_.damage->save_records(records);
-      records = body_.damage->state_of(body_.partition->collect_at_first(records));
-      state.insert(state.end(), records.begin(), records.end());
-    } else if (body_.damage) {
-      body_.damage->save(state);
-    }
-  }
-  state.push_back(frames_.empty() ? 0 : 1);
-  for (const Mat3& t : frames_) state.insert(state.end(), t.data(), t.data() + 9);
-  loads_.track().save(state);
-  state.push_back(taken_by_condensed_);
-}
-
-void FemStructure::restore(std::span<const double> state, bool here) {
-  const bool whole = body_.partition && !here;
-  std::size_t at = 0;
-  const auto next = [&]() {
-    if (at >= state.size())
-      throw NumericalFailure("structure " + body_.spec.name +
-                             ": the saved state belongs to another structure");
-    return state[at++];
-  };
-  const auto take = [&](std::size_t count, std::size_t width) {  // of a table
-    if (state.size() - at < count * width)
-      throw NumericalFailure("structure " + body_.spec.name +
-                             ": the saved state belongs to another structure");
-    const double* const from = state.data() + at;
-    at += count * width;
-    return from;
-  };
-  fields_.h_last = next(), energy_.power = next();
-  energy_.power_valid = next() != 0;
-  fields_.time = next(), fields_.contact_step = next(), energy_.stored_half = next(),
-  fields_.reference_kinetic = next(), fields_.still_since = next();
-  fields_.still = next() != 0;
-  blow_time_ = next();
-  fields_.steps_taken = next();
-  energy_.works = {};
-  for (double* p :
-       {&energy_.works.damping_work, &energy_.works.damage_work, &energy_.works.plastic_work,
-        &energy_.works.bulk_viscosity_work, &energy_.works.eroded_energy, &energy_.works.external_work,
-        &energy_.works.contact_work, &energy_.works.algorithmic, &energy_.works.step_dependence})
-    *p = next();
-  const auto node = [&](std::size_t n) {
-    return whole ? static_cast<std::size_t>(body_.partition->whole_node(static_cast<int>(n))) : n;
-  };
-  const std::size_t nodes = whole ? body_.partition->nodes_in_all() : body_.mass.size();
-  const double* const motion = take(nodes, 9);
-  for (std::size_t n = 0; n < body_.mass.size(); ++n) {
-    const double* from = motion + 9 * node(n);
-    for (std::size_t i = 4 * n; i < 4 * n + 3; ++i)
-      fields_.u[i] = *from++, fields_.v[i] = *from++, fields_.contact_impulse[i] = *from++;
-  }
-  at += restore_linear(state.subspan(at));
-  if (body_.bars) at += body_.bars->restore(state.subspan(at), here);
-  if (body_.bearings) at += body_.bearings->restore(state.subspan(at));
-  if (body_.damage || body_.bearings) {
-    body_.lost.breaks = static_cast<long>(next()), body_.lost.cuts_seen = static_cast<long>(next()),
-    body_.lost.dust_mass = next(), body_.lost.dust_potential = next(), body_.lost.eroded_volume = next(),
-    body_.lost.detached_volume = next();
-    for (Vec3* p : {&body_.lost.dust_momentum, &body_.lost.dust_spin})
-      for (int c = 0; c < 3; ++c) (*p)[c] = next();
-    double changed = 0;
-    std::fill(body_.cells_at_node.begin(), body_.cells_at_node.end(), 0);
-    const double* const lives = take(whole ? body_.partition->cells_in_all() : body_.live.size(), 1);
-    for (std::size_t cell = 0; cell < body_.live.size(); ++cell) {
-      const char now =
-          lives[whole ? static_cast<std::size_t>(body_.partition->whole_cell(static_cast<int>(cell)))
-                      : cell] != 0;
-      if (now != body_.live[cell]) changed = 1;
-      body_.live[cell] = now;
-      if (now)
-        for (int n : carriers(body_.mesh, static_cast<int>(cell))) ++body_.cells_at_node[n];
-    }
-    if (body_.partition) body_.partition->exchange_numbers(body_.cells_at_node);
-    const double* const masses = take(nodes, 1);
-    for (std::size_t n = 0; n < body_.mass.size(); ++n) {
-      const double mass = masses[node(n)];
-      if (mass != body_.mass[n]) changed = 1;
-      body_.mass[n] = mass;
-      forces_.masses_changed();
-      for (int c = 0; c < 3; ++c)
-        body_.inverse_mass[4 * n + c] =
-            body_.mass[n] > 0 && !body_.supports.held[n][c] ? 1 / body_.mass[n] : 0.0;
-    }
-    if (body_.damage)
-      at += here ? body_.damage->restore_here(state.subspan(at)) : body_.damage->restore(state.subspan(at));
-    for (int cell = 0; cell < static_cast<int>(body_.live.size()); ++cell)
-      body_.elements->set_on(cell, body_.live[cell] && !(body_.damage && body_.damage->has(cell)));
-    if (body_.largest(changed) > 0) {
-      skin_.rebuild();
-      forces_.pass_over_the_gone();
-      ++body_.revision;
-    }
-  }
-  std::vector<Mat3> frames(at < state.size() && next() != 0 ? body_.mesh.hexes.size()
-                                                            : 0);  // vectors of former versions end here
-  for (Mat3& t : frames)
-    for (int i = 0; i < 9; ++i) t.data()[i] = next();
-  if (frames != frames_) set_frames(std::move(frames));
-  const bool loads_known = at < state.size();
-  if (loads_known) at += loads_.track().restore(state.subspan(at));
-  taken_by_condensed_ = at < state.size() ? next() : 0.0;
-  if (at != state.size())
-    throw NumericalFailure("structure " + body_.spec.name + ": the saved state belongs to another structure");
-  fields_.struck.clear();
-  for (std::size_t i = 0; i < body_.mass.size(); ++i)
-    if (Vec3(&fields_.contact_impulse[4 * i]) != Vec3::Zero()) fields_.struck.push_back(static_cast<int>(i));
-  forces_.moved();
-  if (!loads_known) loads_.begin();
-}
-
-void FemStructure::start_over() {
-  energy_.works = {};
-  taken_by_condensed_ = 0;
-  fields_.still_since -= fields_.time;
-  blow_time_ -= fields_.time;
-  fields_.time = 0;
-  fields_.contact_step = 0;
-  std::fill(fields_.contact_impulse.begin(), fields_.contact_impulse.end(), 0.0);
-  fields_.struck.clear();
-  forces_.moved();
-  loads_.begin_again();
-}
-
-void FemStructure::each_node(int width, const WriteRow& write, const TakeRows& take) const {
-  if (body_.partition) return body_.partition->each_node(width, write, take);
-  rows_of(body_.mass.size(), width, write, take);
-}
-
-void FemStructure::each_cell(int width, const WriteRow& write, const TakeRows& take) const {
-  if (body_.partition) return body_.partition->each_cell(width, write, take);
-  rows_of(body_.live.size(), width, write, take);
-}
-
 void FemStructure::shape(const TakePart& take) const {
-  each_node(
+  body_.each_node(
       3, [this](int n, double* to) { std::copy_n(body_.mesh.nodes[n].data(), 3, to); },
       [&](std::span<const double> rows) {
         Snapshot part;
@@ -327,7 +137,7 @@ void FemStructure::shape(const TakePart& take) const {
         take(part);
       });
   constexpr int width = 9;
-  each_cell(
+  body_.each_cell(
       width,
       [this](int cell, double* to) {
         *to++ = body_.live[cell];
@@ -343,7 +153,7 @@ void FemStructure::shape(const TakePart& take) const {
 }
 
 void FemStructure::values(const TakePart& take) const {
-  each_node(
+  body_.each_node(
       6,
       [this](int n, double* to) {
         for (const AlignedVector* field : {&fields_.u, &fields_.v})
@@ -356,7 +166,7 @@ void FemStructure::values(const TakePart& take) const {
         take(part);
       });
   constexpr int width = 5;
-  each_cell(
+  body_.each_cell(
       width,
       [this](int cell, double* to) {
         *to++ = body_.live[cell];
@@ -393,6 +203,25 @@ std::vector<BarLine> FemStructure::bars() const {
     for (const rebar::Bar& bar : body_.bars->list())
       lines.push_back({bar.points.front(), bar.points.back(), bar.diameter});
   return lines;
+}
+
+std::vector<std::pair<std::string, std::size_t>> FemStructure::memory_consumption() const {
+  const auto of = [](const auto& list) { return list.capacity() * sizeof(list[0]); };
+  std::size_t fields = of(body_.mass) + of(body_.built_mass) + of(body_.cells_at_node) + of(body_.live) +
+                       of(body_.cell_mass) + loads_.stresses().memory_consumption() +
+                       of(body_.supports.held) + of(body_.dofs.number);
+  for (const AlignedVector* field :
+       {&fields_.u, &fields_.v, &fields_.f_int, &fields_.f_visc, &fields_.f_ext, &fields_.v_hat,
+        &body_.inverse_mass, &fields_.contact_impulse, &leapfrog_.jump()})
+    fields += of(*field);
+  return {{"mesh", of(body_.mesh.nodes) + of(body_.mesh.local) + of(body_.mesh.hexes) +
+                       of(body_.mesh.across) + of(body_.mesh.component) + of(body_.mesh.number)},
+          {"fields", fields},
+          {"elements", body_.elements->memory_consumption() + loads_.memory_of_packs()},
+          {"damage", body_.damage ? body_.damage->memory_consumption() : 0},
+          {"bars", body_.bars ? body_.bars->memory_consumption() : 0},
+          {"skin", skin_.memory_consumption()},
+          {"partition", body_.partition ? body_.partition->memory_consumption() : 0}};
 }
 
 }  // namespace talus::fem

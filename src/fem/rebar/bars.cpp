@@ -255,7 +255,8 @@ void Bars::divide(Partition& partition, const HexMesh& mesh,
   heard_.assign(asked.begin(), asked.end());
   std::sort(heard_.begin(), heard_.end());
   heard_.erase(std::unique(heard_.begin(), heard_.end()), heard_.end());
-  restore(state, false);
+  StateReader whole(state);
+  restore(whole, false);
 }
 
 /// Strains of the concrete along segments of other ranks, from their owners; NaN where it is gone.
@@ -481,13 +482,12 @@ void Bars::save(std::vector<double>& state, bool here) const {
   state.insert(state.end(), records.begin(), records.end());
 }
 
-std::size_t Bars::restore(std::span<const double> state, bool here) {
+void Bars::restore(StateReader& state, bool here) {
   const bool whole = partition_ != nullptr && !here;
   const std::size_t width = state_width();
-  std::size_t at = width * (whole ? segments_in_all_ : segments());
-  if (state.size() < at) throw NumericalFailure("the saved bars belong to another structure");
+  const double* const states = state.take(width * (whole ? segments_in_all_ : segments()));
   for (std::size_t k = 0; k < segments(); ++k) {
-    const double* from = &state[width * (whole ? static_cast<std::size_t>(number(k)) : k)];
+    const double* from = states + width * (whole ? static_cast<std::size_t>(number(k)) : k);
     auto& s = old_[k];
     for (double* value : {&s.plastic, &s.accumulated, &s.back_stress, &s.yield, &s.broken, &old_strain_[k]})
       *value = *from++;
@@ -497,13 +497,13 @@ std::size_t Bars::restore(std::span<const double> state, bool here) {
   changed_.clear();
   next_strain_ = old_strain_;
   find_broken();
-  if (!dowels_) return at;
+  if (!dowels_) return;
   constexpr std::size_t record = rebar::DowelField::record_width;
-  const std::size_t numbers = at < state.size() ? static_cast<std::size_t>(state[at++]) : 0;
-  if (at + numbers > state.size()) throw NumericalFailure("the saved dowels belong to another structure");
+  const std::size_t numbers = state.count();
   std::vector<double> mine;
-  for (std::size_t end = at + numbers; at < end; at += record) {
-    double k = state[at];
+  for (std::size_t i = 0; i < numbers; i += record) {
+    const double* const from = state.take(record);
+    double k = from[0];
     if (whole) {
       const auto found = std::lower_bound(number_.begin(), number_.end(), static_cast<int>(k));
       if (found == number_.end() || *found != static_cast<int>(k)) continue;
@@ -511,10 +511,9 @@ std::size_t Bars::restore(std::span<const double> state, bool here) {
       if (host(static_cast<std::size_t>(k)) < 0) continue;
     }
     mine.push_back(k);
-    mine.insert(mine.end(), &state[at + 1], &state[at] + record);
+    mine.insert(mine.end(), from + 1, from + record);
   }
   dowels_->restore(mine);
-  return at;
 }
 
 }  // namespace talus::fem

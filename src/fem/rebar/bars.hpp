@@ -14,6 +14,7 @@
 #include "fem/rebar/rebar_dowel.hpp"
 #include "fem/rebar/rebar_slip.hpp"
 #include "fem/setup.hpp"
+#include "fem/state_reader.hpp"
 
 namespace talus::fem {
 
@@ -85,7 +86,7 @@ class Bars {
   void values(const double* u, const Structure::TakePart& take) const;
   /// `here`: what this rank holds; else the whole, on the first rank, for any number of them.
   void save(std::vector<double>& state, bool here) const;
-  std::size_t restore(std::span<const double> state, bool here);
+  void restore(StateReader& state, bool here);
 
  private:
   bool own(std::size_t segment) const {

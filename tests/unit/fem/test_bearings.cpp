@@ -111,7 +111,9 @@ TEST(Bearings, ForcesActWhereTheDeckHasSlipped) {
   std::vector<double> state;
   bearings.save(state);
   Bearings again(s, mesh, plan);
-  EXPECT_EQ(again.restore(state), state.size());
+  StateReader reader(state);
+  again.restore(reader);
+  EXPECT_TRUE(reader.empty());
   AlignedVector before(u.size(), 0.0), after(u.size(), 0.0);
   bearings.add_forces(u.data(), live, before.data());
   again.add_forces(u.data(), live, after.data());
