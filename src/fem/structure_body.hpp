@@ -36,16 +36,6 @@ struct StructureBody : Division {
     for (const int node : bearings ? bearings->nodes() : std::vector<int>{}) touched[node] = 1;
   }
 
-  /// Calls as Partition::each_node() and each_cell() do.
-  void each_node(int width, const WriteRow& write, const TakeRows& take) const {
-    if (partition) return partition->each_node(width, write, take);
-    rows_of(mass.size(), width, write, take);
-  }
-  void each_cell(int width, const WriteRow& write, const TakeRows& take) const {
-    if (partition) return partition->each_cell(width, write, take);
-    rows_of(live.size(), width, write, take);
-  }
-  std::size_t cells_in_all() const { return partition ? partition->cells_in_all() : mesh.hexes.size(); }
   /// What is being computed now, of a structure that takes more than a moment.
   void progress(const std::string& what) const {
     constexpr std::size_t large = 20000;  // cells

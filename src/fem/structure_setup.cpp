@@ -34,7 +34,8 @@ void StructureSetup::build(const StructureBody* before) {
   body_.wave_speed = std::sqrt((body_.bulk + 4.0 / 3 * body_.shear) / body_.spec.density);
   const Box3 extent = make_cells();
   give_back_memory();
-  body_.live.assign(body_.mesh.hexes.size(), 1);
+  body_.nodes = body_.mesh.nodes.size(), body_.cells = body_.mesh.hexes.size();
+  body_.live.assign(body_.cells, 1);
   if (before != nullptr)
     body_.supports.centroid = before->supports.centroid;  // moments go on about one point
   skin_.rebuild();

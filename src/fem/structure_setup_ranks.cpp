@@ -1,6 +1,7 @@
 // A structure on several ranks: what each holds and computes.
 #include <algorithm>
 
+#include "contact/structures/refinable.hpp"
 #include "core/error.hpp"
 #include "fem/discretisation/lattice.hpp"
 #include "fem/structure_setup.hpp"

@@ -78,8 +78,9 @@ double CondensedMotion::longest_step(double t, double accuracy, double laws_shar
   return at_ease(fields_.contact_step > 0 ? fields_.contact_step : body_.critical_step) ? longest : 0;
 }
 
-/// What rubs in cracks is part of how it rings down, and explicit steps follow it; so they do while cracks
-/// open and close, which are softer than K (viscosity_at_ease()).
+/// Length of step by which it goes on alone, 0: not by condensed steps [s]. What rubs in cracks is part of
+/// how it rings down, and explicit steps follow it; so they do while cracks open and close, which are softer
+/// than K (viscosity_at_ease()).
 double CondensedMotion::lone_step(double t, double duration) {
   if (!(longest_step(t, 1, 0) > 0) || (!by_choice() && !loads_hold(t, t + duration))) return 0;
   const double longest =
@@ -88,6 +89,23 @@ double CondensedMotion::lone_step(double t, double duration) {
   while (longest * steps < duration * (1 - 1e-12)) steps *= 2;
   const double h = duration / steps;
   return h < (by_choice() ? 1.0 : least_gain) * body_.critical_step ? 0 : h;
+}
+
+bool CondensedMotion::advance(double t, double duration) {
+  const double h = lone_step(t, duration);
+  if (!(h > 0)) return false;
+  const double steps = duration / h;
+  for (double k = 0; k < steps; ++k) {
+    const double now = t + duration * (k / steps);
+    predict(now, h, false);
+    if (correct(now, h, {})) continue;
+    undo();
+    struck(now);
+    leapfrog_.advance(now, t + duration - now);
+    break;
+  }
+  fields_.time = t + duration;
+  return true;
 }
 
 /// What h does not resolve of the velocities, (1 - A^-1 M)^3 v: a mode keeps all but (x / (1 + x))^3 of its
@@ -146,6 +164,7 @@ void CondensedMotion::leave_explicit(double t, double h, bool smoothed) {
 }
 
 void CondensedMotion::predict(double t, double h, bool smoothed) {
+  modal_.leave();
   factors_.follow_frames();
   if (fields_.h_last > 0) leave_explicit(t, h, smoothed);
   forces_.evaluate(t);
@@ -173,6 +192,8 @@ void CondensedMotion::predict(double t, double h, bool smoothed) {
   factors_.solve(rhs, v_hat_);
   v_hat_ += v;
   scatter(body_.dofs, v_hat_, fields_.v_hat);
+  before_.clear();
+  whole_.save(before_);
 }
 
 bool CondensedMotion::correct(double t, double h, std::span<const NodeImpulse> impulses) {
@@ -229,7 +250,8 @@ bool CondensedMotion::correct(double t, double h, std::span<const NodeImpulse> i
   return true;
 }
 
-void CondensedMotion::undone() {
+void CondensedMotion::undo() {
+  whole_.restore(before_);
   forces_.evaluate(
       fields_.time);  // explicit steps go on from what the laws say here after a step of no length
   energy_.works.algorithmic += stored_ - forces_.stored() - forces_.dissipation();

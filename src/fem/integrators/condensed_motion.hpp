@@ -19,11 +19,14 @@
 
 namespace talus::fem {
 
-class CondensedMotion {
+class CondensedMotion : public CondensedSteps {
  public:
-  CondensedMotion(StructureBody& body, NodalFields& fields, Forces& forces, EnergyAccount& energy,
-                  MemberLoads& loads, Leapfrog& leapfrog, CondensedFactors& factors, ModalMotion& modal)
-      : body_(body),
+  /// `whole`: what it is a part of, whose state a step that is undone goes back to.
+  CondensedMotion(Structure& whole, StructureBody& body, NodalFields& fields, Forces& forces,
+                  EnergyAccount& energy, MemberLoads& loads, Leapfrog& leapfrog, CondensedFactors& factors,
+                  ModalMotion& modal)
+      : whole_(whole),
+        body_(body),
         fields_(fields),
         forces_(forces),
         energy_(energy),
@@ -32,20 +35,18 @@ class CondensedMotion {
         factors_(factors),
         modal_(modal) {}
 
-  /// Whatever strikes the structure.
-  bool by_choice() const { return body_.spec.integrator == "implicit" || body_.spec.integrator == "modal"; }
-  /// As Structure says; the laws may take `laws_share` of the stored energy in a period of the first mode.
-  double longest_step(double t, double accuracy, double laws_share);
-  /// Length of step by which it goes on alone for `duration`, 0: not by condensed steps [s].
-  double lone_step(double t, double duration);
-  bool may_begin(double t, double h, double accuracy);
-  /// v_hat. `smoothed`: for contacts that may hold nodes, after explicit steps by backward Euler from
-  /// smoothed velocities.
-  void predict(double t, double h, bool smoothed);
-  /// False: the state before predict() is to be restored, then undone() called.
-  bool correct(double t, double h, std::span<const NodeImpulse> impulses);
-  void undone();
-  void struck(double t) { blow_time_ = t; }
+  double longest_step(double t, double accuracy) override { return longest_step(t, accuracy, accuracy); }
+  bool by_choice() const override {
+    return body_.spec.integrator == "implicit" || body_.spec.integrator == "modal";
+  }
+  bool may_begin(double t, double h, double accuracy) override;
+  void predict(double t, double h) override { predict(t, h, body_.spec.damping_ratio > 0); }
+  MatX compliance(std::span<const int> nodes) override { return factors_.compliance(nodes); }
+  bool correct(double t, double h, std::span<const NodeImpulse> impulses) override;
+  void undo() override;
+  void struck(double t) override { blow_time_ = t; }
+  /// Without any contact, by condensed steps alone; false: not now.
+  bool advance(double t, double duration);
   void start_over(double t) { taken_ = 0, blow_time_ -= t; }  ///< t: 0 from now on [s]
   void go_on_from(const CondensedMotion& coarser) {
     taken_ = coarser.taken_, blow_time_ = coarser.blow_time_;
@@ -54,6 +55,12 @@ class CondensedMotion {
   void restore(StateReader& state) { blow_time_ = state.next(), taken_ = state.next(); }
 
  private:
+  /// The laws may take `laws_share` of the stored energy in a period of the first mode.
+  double longest_step(double t, double accuracy, double laws_share);
+  double lone_step(double t, double duration);
+  /// `smoothed`: for contacts that may hold nodes, after explicit steps by backward Euler from smoothed
+  /// velocities.
+  void predict(double t, double h, bool smoothed);
   double taken_at_ease(double h) const;
   double budget(double accuracy) const;
   bool at_ease(double h) const;
@@ -62,6 +69,7 @@ class CondensedMotion {
   VecX unresolved_velocities(double h);
   bool loads_hold(double from, double to) const;
 
+  Structure& whole_;
   StructureBody& body_;
   NodalFields& fields_;
   Forces& forces_;
@@ -77,7 +85,8 @@ class CondensedMotion {
                                // where ringing has to decay first
   // the step at hand
   VecX v_hat_;
-  double stored_ = 0;  // elastic energy at its start [J]
+  std::vector<double> before_;  // state at its start
+  double stored_ = 0;           // elastic energy then [J]
 };
 
 }  // namespace talus::fem

@@ -11,14 +11,13 @@ namespace talus::fem {
 
 class FemStructure;
 
-class CapacityTests {
+class CapacityTests : public MemberCapacity {
  public:
   explicit CapacityTests(const FemStructure& whole);
 
-  /// As Structure says.
-  std::vector<PushDown> push_down();
-  std::vector<PushDown> push_over();
-  std::vector<SectionResistance> section_resistances() const;
+  std::vector<PushDown> push_down() override;
+  std::vector<PushDown> push_over() override;
+  std::vector<SectionResistance> section_resistances() const override;
 
  private:
   std::size_t pier_count() const;  // of the members: they come first

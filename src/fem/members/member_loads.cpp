@@ -311,4 +311,9 @@ std::size_t MemberLoads::memory_of_packs() const {
   return bytes;
 }
 
+Vec6 MemberLoads::present_reaction() const {
+  forces_.evaluate(fields_.time);
+  return Vec6(foot_reactions(fields_.contact_step).data());
+}
+
 }  // namespace talus::fem

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <numeric>
 
 #include "core/assert.hpp"
 #include "core/error.hpp"
@@ -35,31 +35,46 @@ std::string plan_of_steps(const StructureBody& body, bool by_choice, bool modes)
   return text;
 }
 
+/// What the tables and fields of a structure take on this process [bytes], by name.
+std::vector<std::pair<std::string, std::size_t>> memory_parts(const StructureBody& body,
+                                                              const NodalFields& fields,
+                                                              const MemberLoads& loads,
+                                                              const ContactSurface& skin,
+                                                              const AlignedVector& jump) {
+  const auto of = [](const auto& list) { return list.capacity() * sizeof(list[0]); };
+  std::size_t held = of(body.mass) + of(body.built_mass) + of(body.cells_at_node) + of(body.live) +
+                     of(body.cell_mass) + loads.stresses().memory_consumption() + of(body.supports.held) +
+                     of(body.dofs.number);
+  for (const AlignedVector* field : {&fields.u, &fields.v, &fields.f_int, &fields.f_visc, &fields.f_ext,
+                                     &fields.v_hat, &body.inverse_mass, &fields.contact_impulse, &jump})
+    held += of(*field);
+  return {{"mesh", of(body.mesh.nodes) + of(body.mesh.local) + of(body.mesh.hexes) + of(body.mesh.across) +
+                       of(body.mesh.component) + of(body.mesh.number)},
+          {"fields", held},
+          {"elements", body.elements->memory_consumption() + loads.memory_of_packs()},
+          {"damage", body.damage ? body.damage->memory_consumption() : 0},
+          {"bars", body.bars ? body.bars->memory_consumption() : 0},
+          {"skin", skin.memory_consumption()},
+          {"partition", body.partition ? body.partition->memory_consumption() : 0}};
+}
+
 }  // namespace
 
-Vec3 FemStructure::base_force() const {
-  forces_.evaluate(fields_.time);
-  return Vec3(loads_.foot_reactions(fields_.contact_step).data());
-}
-
-Vec3 FemStructure::base_moment() const {
-  forces_.evaluate(fields_.time);
-  return Vec3(loads_.foot_reactions(fields_.contact_step).data() + 3);
-}
-
-double FemStructure::damage_max() const {
-  return body_.damage ? (body_.lost.eroded_volume > 0 ? 1.0 : body_.largest(body_.damage->largest())) : 0;
-}
-double FemStructure::damaged_volume() const {
-  double volume = 0;
+Structure::Damage FemStructure::damage() const {
+  Damage d{0, 0, body_.lost.eroded_volume + body_.lost.detached_volume};
   if (body_.damage)
-    for (int cell : body_.damage->cells())
-      if (body_.own_cell(cell) &&
-          std::max(body_.damage->tension(cell), body_.damage->compression(cell)) > 0.5)
-        volume += body_.cell_mass[cell] / body_.spec.density;
-  body_.sum({&volume, 1});
-  return volume + body_.lost.eroded_volume;
+    for (int cell : body_.damage->cells()) {
+      if (!body_.own_cell(cell)) continue;
+      const double most = std::max(body_.damage->tension(cell), body_.damage->compression(cell));
+      d.largest = std::max(d.largest, most);
+      if (most > 0.5) d.volume += body_.cell_mass[cell] / body_.spec.density;
+    }
+  body_.sum({&d.volume, 1});
+  d.volume += body_.lost.eroded_volume;
+  d.largest = body_.damage && body_.lost.eroded_volume > 0 ? 1 : body_.largest(d.largest);
+  return d;
 }
+
 long FemStructure::elements() const {
   long count = 0;
   for (std::size_t cell = 0; cell < body_.live.size(); ++cell)
@@ -82,7 +97,7 @@ std::string FemStructure::plan() const {
         "{}: cells are halved down to {:g} m where a block is about to strike, as long as nothing of it has "
         "cracked\n",
         body_.spec.name, fine);
-  text += plan_of_steps(body_, condensed_.by_choice(), modal_.possible());
+  text += plan_of_steps(body_, motion_.condensed.by_choice(), motion_.modal.possible());
   text += body_.spec.damage == "none" ? fmt::format("{}: elastic, no damage history kept\n", body_.spec.name)
                                       : "";
   if (body_.damage)
@@ -108,9 +123,12 @@ std::string FemStructure::plan() const {
         "{}: divided over {} ranks{}, {} to {} cells each, {:.2g} % of them computed more than once\n",
         body_.spec.name, body_.partition->size(), body_.divided() ? ", its memory too" : "",
         *std::min_element(cells.begin(), cells.end()), *std::max_element(cells.begin(), cells.end()),
-        100 * body_.partition->repeated_share());
+        100.0 * static_cast<double>(std::accumulate(cells.begin(), cells.end(), 0L)) /
+                static_cast<double>(body_.cells_in_all()) -
+            100);
   }
-  if (const auto parts = memory_consumption(); body_.partition || body_.mesh.hexes.size() >= 20000) {
+  if (const auto parts = memory_parts(body_, fields_, loads_, skin_, motion_.leapfrog.jump());
+      body_.partition || body_.mesh.hexes.size() >= 20000) {
     std::string list;
     std::size_t bytes = 0;
     for (const auto& [name, size] : parts) {
@@ -203,25 +221,6 @@ std::vector<BarLine> FemStructure::bars() const {
     for (const rebar::Bar& bar : body_.bars->list())
       lines.push_back({bar.points.front(), bar.points.back(), bar.diameter});
   return lines;
-}
-
-std::vector<std::pair<std::string, std::size_t>> FemStructure::memory_consumption() const {
-  const auto of = [](const auto& list) { return list.capacity() * sizeof(list[0]); };
-  std::size_t fields = of(body_.mass) + of(body_.built_mass) + of(body_.cells_at_node) + of(body_.live) +
-                       of(body_.cell_mass) + loads_.stresses().memory_consumption() +
-                       of(body_.supports.held) + of(body_.dofs.number);
-  for (const AlignedVector* field :
-       {&fields_.u, &fields_.v, &fields_.f_int, &fields_.f_visc, &fields_.f_ext, &fields_.v_hat,
-        &body_.inverse_mass, &fields_.contact_impulse, &leapfrog_.jump()})
-    fields += of(*field);
-  return {{"mesh", of(body_.mesh.nodes) + of(body_.mesh.local) + of(body_.mesh.hexes) +
-                       of(body_.mesh.across) + of(body_.mesh.component) + of(body_.mesh.number)},
-          {"fields", fields},
-          {"elements", body_.elements->memory_consumption() + loads_.memory_of_packs()},
-          {"damage", body_.damage ? body_.damage->memory_consumption() : 0},
-          {"bars", body_.bars ? body_.bars->memory_consumption() : 0},
-          {"skin", skin_.memory_consumption()},
-          {"partition", body_.partition ? body_.partition->memory_consumption() : 0}};
 }
 
 }  // namespace talus::fem

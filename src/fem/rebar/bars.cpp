@@ -181,7 +181,7 @@ void Bars::see_cracks(const DamageField& damage, const double* u, const std::vec
   for (const int k : carrying_) {
     const int cell = bars_.segments()[static_cast<std::size_t>(k)].cell;
     if (cell >= 0 && damage.has(cell) &&
-        dowels_->possible(static_cast<std::size_t>(k), damage.largest_strain(cell)))
+        dowels_->possible(static_cast<std::size_t>(k), damage.result(cell).largest_strain))
       dowels_->open(static_cast<std::size_t>(k), u);
   }
 }
