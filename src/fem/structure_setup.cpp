@@ -8,7 +8,6 @@
 #include "core/memory.hpp"
 #include "fem/discretisation/hanging.hpp"
 #include "fem/discretisation/lattice.hpp"
-#include "fem/discretisation/trilinear.hpp"
 #include "fem/linear/mechanism.hpp"
 #include "fem/output/place_in_words.hpp"
 #include "fem/spec_error.hpp"
@@ -191,12 +190,8 @@ void StructureSetup::set_masses() {
   // Row sums of the consistent mass: integral of rho N_a, with the points of the stiffness.
   body_.mass.assign(n, 0.0);
   for (int cell = 0; cell < static_cast<int>(body_.mesh.hexes.size()); ++cell) {
-    const TrilinearMap map(body_.mesh, cell);
-    for (int q = 0; q < 8; ++q) {
-      const std::array<double, 8> shape = shape_values(gauss_point(q));
-      const double w = body_.spec.density * map.jacobian(gauss_point(q)).determinant();
-      for (int a = 0; a < 8; ++a) body_.mass[body_.mesh.hexes[cell][a]] += w * shape[a];
-    }
+    const std::array<double, 8> share = corner_volumes(body_.mesh, cell);
+    for (int a = 0; a < 8; ++a) body_.mass[body_.mesh.hexes[cell][a]] += body_.spec.density * share[a];
   }
   if (body_.bars) body_.bars->add_mass(steel_density - body_.spec.density, body_.mass);
   settle_hanging_nodes();

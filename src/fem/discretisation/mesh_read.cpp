@@ -102,13 +102,10 @@ void place_file_mesh(HexMesh& mesh, const StructureSpec& spec) {
   Vec3 pivot = Vec3::Zero();
   if (centred) {
     double volume = 0;
-    for (int cell = 0; cell < static_cast<int>(mesh.hexes.size()); ++cell)
-      for (int q = 0; q < 8; ++q) {
-        const double w = jacobian(mesh, cell, gauss_point(q)).determinant();
-        const auto shape = shape_values(gauss_point(q));
-        for (int a = 0; a < 8; ++a) pivot += w * shape[a] * mesh.nodes[mesh.hexes[cell][a]];
-        volume += w;
-      }
+    for (int cell = 0; cell < static_cast<int>(mesh.hexes.size()); ++cell) {
+      const std::array<double, 8> share = corner_volumes(mesh, cell);
+      for (int a = 0; a < 8; ++a) pivot += share[a] * mesh.nodes[mesh.hexes[cell][a]], volume += share[a];
+    }
     if (volume != 0) pivot /= volume;
   }
   for (Vec3& x : mesh.nodes) x = spec.rotation * (x - pivot) + spec.position;

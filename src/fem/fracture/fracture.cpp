@@ -28,21 +28,6 @@ constexpr double bent =
     0.1;  // of a cell's edge: by so much less a piece may be deformed and is still given its planar faces
 }  // namespace
 
-namespace {
-
-/// Masses of a cell at its corners.
-std::array<double, 8> node_shares(const HexMesh& mesh, int cell, double density) {
-  std::array<double, 8> share{};
-  for (int q = 0; q < 8; ++q) {
-    const std::array<double, 8> n = shape_values(gauss_point(q));
-    const double w = density * jacobian(mesh, cell, gauss_point(q)).determinant();
-    for (int a = 0; a < 8; ++a) share[a] += w * n[a];
-  }
-  return share;
-}
-
-}  // namespace
-
 double Fracture::cell_energy(int cell) const {
   return body_.damage && body_.damage->has(cell) ? body_.damage->result(cell).energy
                                                  : body_.elements->energy(cell);
@@ -301,13 +286,14 @@ std::map<int, Fracture::Leaving> Fracture::leaving_nodes(const HexMesh& mesh, co
                                                          const Excerpt* apart) const {
   std::map<int, Leaving> nodes;
   for (int cell : cells) {
-    const std::array<double, 8> m = node_shares(mesh, cell, body_.spec.density);
+    const std::array<double, 8> share = corner_volumes(mesh, cell);
     for (int a = 0; a < 8; ++a) {
+      const double m = body_.spec.density * share[a];
       const int n = mesh.hexes[cell][a];
       const HangingNode* h = hanging_node(mesh, n);
-      nodes[n].mass += h != nullptr ? 0 : m[a];
+      nodes[n].mass += h != nullptr ? 0 : m;
       if (h != nullptr)
-        for (const auto& [master, weight] : h->masters) nodes[master].mass += weight * m[a];
+        for (const auto& [master, weight] : h->masters) nodes[master].mass += weight * m;
     }
     for (int n : carriers(mesh, cell)) ++nodes[n].cells;
   }

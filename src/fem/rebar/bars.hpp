@@ -34,7 +34,6 @@ class Bars {
   /// Puts dowels where cracks have come to cross bars by the last evaluation of the concrete, at displacement
   /// u.
   void see_cracks(const DamageField& damage, const double* u, const std::vector<char>& live);
-  std::size_t dowels() const { return dowels_ ? dowels_->count() : 0; }  ///< on this rank
   /// To be called once cells have gone or come back, before the next forces.
   void cells_changed() { carrying_stale_ = true; }
   /// Of several ranks each keeps from now on the segments in its local cells, by the numbers of cells and
@@ -99,8 +98,6 @@ class Bars {
   void place(const HexMesh& mesh, std::shared_ptr<const rebar::Surroundings> around);
   void share_strains(const std::vector<char>& live);
   std::size_t state_width() const { return 6 + (slip_ ? rebar::SlipField::record_width : 0); }
-  void write_state(std::size_t segment, std::vector<double>& state) const;
-  void read_state(std::size_t segment, const double* from);
   rebar::EmbeddedBars bars_;
   std::vector<int> node_;  // the nodes of hosts, ascending
   std::vector<material::Steel::State> old_,

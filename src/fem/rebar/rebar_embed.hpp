@@ -25,6 +25,7 @@
 #include <vector>
 
 #include "core/types.hpp"
+#include "fem/discretisation/trilinear.hpp"
 #include "fem/rebar/rebar_geometry.hpp"
 
 namespace talus::rebar {
@@ -36,13 +37,6 @@ struct HostPoint {
 /// Maps a point (world, reference configuration) to its cell, or nothing if it is outside. On shared faces
 /// any of the cells.
 using HostSearch = std::function<std::optional<HostPoint>(const Vec3&)>;
-
-/// Corners of the reference cell, VTK order.
-inline constexpr int cell_corner[8][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1},
-                                          {-1, -1, 1},  {1, -1, 1},  {1, 1, 1},  {-1, 1, 1}};
-
-/// Trilinear shape functions of a hexahedron, VTK order, xi in [-1, 1]^3.
-std::array<double, 8> hex_shape(const Vec3& xi);
 
 /// Search over a mesh given as arrays; they must outlive the function. `tolerance`: how far outside, relative
 /// to the cell, still counts as inside.
