@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <tuple>
 
+#include "core/disjoint_sets.hpp"
 #include "core/error.hpp"
 
 namespace talus::fem {
@@ -90,18 +90,13 @@ ClosedSurface close_surface(const std::vector<SkinQuad>& quads) {
   std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
     return std::tie(a.low, a.high, a.quad, a.k) < std::tie(b.low, b.high, b.quad, b.k);
   });
-  std::vector<int> parent(4 * quads.size());
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto root = [&](int i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-  };
+  DisjointSets corners(static_cast<int>(4 * quads.size()));
   const auto forward = [&](const Side& s) { return quads[s.quad].node[s.k] == s.low; };
   const auto join = [&](const Side& a, const Side& b) {
     const int a0 = 4 * a.quad + a.k, a1 = 4 * a.quad + (a.k + 1) % 4, b0 = 4 * b.quad + b.k,
               b1 = 4 * b.quad + (b.k + 1) % 4;
-    parent[root(a0)] = root(b1);
-    parent[root(a1)] = root(b0);
+    corners.join(a0, b1);
+    corners.join(a1, b0);
   };
   for (std::size_t i = 0; i < sides.size();) {
     std::size_t j = i;
@@ -125,13 +120,13 @@ ClosedSurface close_surface(const std::vector<SkinQuad>& quads) {
     i = j;
   }
   for (int q = 0; q < static_cast<int>(quads.size()); ++q)  // of a triangle, whose last corner is there twice
-    if (quads[q].node[2] == quads[q].node[3]) parent[root(4 * q + 2)] = root(4 * q + 3);
+    if (quads[q].node[2] == quads[q].node[3]) corners.join(4 * q + 2, 4 * q + 3);
   ClosedSurface out;
-  std::vector<int> vertex(parent.size(), -1);
+  std::vector<int> vertex(4 * quads.size(), -1);
   for (std::size_t q = 0; q < quads.size(); ++q) {
     out.quad.emplace_back();
     for (int k = 0; k < 4; ++k) {
-      int& v = vertex[root(static_cast<int>(4 * q) + k)];
+      int& v = vertex[corners.root(static_cast<int>(4 * q) + k)];
       if (v < 0) v = static_cast<int>(out.node.size()), out.node.push_back(quads[q].node[k]);
       out.quad.back()[k] = v;
     }
