@@ -20,7 +20,7 @@ constexpr double steel_density = 7850;  // [kg/m^3]
 
 /// Whether any bar presses the concrete from the start.
 bool prestressed(const Bars* bars) {
-  return bars != nullptr && std::any_of(bars->list().begin(), bars->list().end(),
+  return bars != nullptr && std::any_of(bars->embedded().bars().begin(), bars->embedded().bars().end(),
                                         [](const rebar::Bar& bar) { return bar.steel.prestress > 0; });
 }
 
@@ -79,18 +79,10 @@ bool StructureSetup::weighs() const {
 /// Of the concrete, if it is one; `first`: with a report.
 void StructureSetup::set_material(bool first) {
   if (body_.spec.f_cm > 0) {
-    material::ConcreteInput input;
-    input.f_cm = body_.spec.f_cm;
-    input.young = body_.spec.young;
-    input.poisson = body_.spec.poisson;
-    input.density = body_.spec.density;
-    input.f_t = body_.spec.tensile_strength;
-    input.fracture_energy = body_.spec.fracture_energy;
-    body_.concrete = material::mc2010(input, "structure." + body_.spec.name + ".material");
+    body_.concrete = concrete_of(body_.spec);
     body_.spec.young = body_.concrete->young;
     body_.spec.poisson = body_.concrete->poisson;
     body_.spec.density = body_.concrete->density;
-    body_.concrete->aggregate = body_.spec.aggregate;
     for (const std::string& line : first ? body_.concrete->report : std::vector<std::string>{})
       body_.report("structure " + body_.spec.name + ": " + line);
   }
@@ -193,7 +185,7 @@ void StructureSetup::set_masses() {
     const std::array<double, 8> share = corner_volumes(body_.mesh, cell);
     for (int a = 0; a < 8; ++a) body_.mass[body_.mesh.hexes[cell][a]] += body_.spec.density * share[a];
   }
-  if (body_.bars) body_.bars->add_mass(steel_density - body_.spec.density, body_.mass);
+  if (body_.bars) body_.bars->embedded().add_mass(steel_density - body_.spec.density, body_.mass);
   settle_hanging_nodes();
   if (body_.partition) body_.partition->exchange_numbers(body_.mass);
   body_.built_mass = body_.mass;

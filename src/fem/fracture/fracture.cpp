@@ -115,7 +115,7 @@ std::vector<int> spent_cells(const StructureBody& body) {
   const std::vector<char> none;
   return body.damage->spent(
       {flat_volume, torn_strain, body.spec.erosion ? open_gap : std::numeric_limits<double>::infinity()},
-      body.bars ? body.bars->tied(body.live.size()) : none);
+      body.bars ? body.bars->ties().tied(body.live.size()) : none);
 }
 
 void Fracture::erode(const std::vector<int>& cells) {

@@ -109,11 +109,15 @@ std::string FemStructure::plan() const {
         body_.spec.aggregate > 0
             ? fmt::format(", faces of cracks interlock (grains of {:.3g} mm)", 1e3 * body_.spec.aggregate)
             : "");
-  text += body_.bars
-              ? fmt::format("{}: {} bars in {} segments, {:.4g} m^3 of steel, {}\n", body_.spec.name,
-                            body_.bars->count(), body_.bars->segments_in_all(), body_.bars->steel_volume(),
-                            body_.bars->slips() ? "bond slip by the Model Code" : "perfect bond")
-              : fmt::format("{}: no reinforcement\n", body_.spec.name);
+  if (body_.bars) {
+    double steel = 0;
+    for (const rebar::Bar& bar : body_.bars->embedded().bars()) steel += bar.area() * bar.length();
+    text += fmt::format("{}: {} bars in {} segments, {:.4g} m^3 of steel, {}\n", body_.spec.name,
+                        body_.bars->embedded().bars().size(), body_.bars->division().in_all(), steel,
+                        body_.bars->slips() ? "bond slip by the Model Code" : "perfect bond");
+  } else {
+    text += fmt::format("{}: no reinforcement\n", body_.spec.name);
+  }
   if (body_.bearings)
     text += fmt::format("{}: viaduct, {} springs in bearings with friction and seat\n", body_.spec.name,
                         body_.bearings->sites().size());
@@ -167,7 +171,13 @@ void FemStructure::shape(const TakePart& take) const {
           if (rows[at] != 0) std::copy_n(&rows[at + 1], 8, part.hexes.emplace_back().begin());
         take(part);
       });
-  if (body_.bars) body_.bars->shape(take);
+  const std::size_t segments = body_.bars ? body_.bars->division().in_all() : 0;
+  for (std::size_t k = 0; k < segments;) {
+    Snapshot part;
+    for (const std::size_t end = std::min(k + rows_at_once, segments); k < end; ++k)
+      part.bars.push_back({2 * static_cast<int>(k), 2 * static_cast<int>(k) + 1});
+    take(part);
+  }
 }
 
 void FemStructure::values(const TakePart& take) const {
@@ -218,7 +228,7 @@ void FemStructure::values(const TakePart& take) const {
 std::vector<BarLine> FemStructure::bars() const {
   std::vector<BarLine> lines;
   if (body_.bars)
-    for (const rebar::Bar& bar : body_.bars->list())
+    for (const rebar::Bar& bar : body_.bars->embedded().bars())
       lines.push_back({bar.points.front(), bar.points.back(), bar.diameter});
   return lines;
 }

@@ -407,6 +407,21 @@ void EmbeddedBars::add_mass(double density, std::span<double> mass) const {
   }
 }
 
+double EmbeddedBars::stress(std::size_t k, const material::Steel::State& state, double strain) const {
+  if (state.broken > 0) return INFINITY;
+  material::Steel::State unused;
+  return laws_[segments_[k].bar](strain, 0, state, unused).stress;
+}
+
+std::vector<int> EmbeddedBars::segments_in(std::vector<int> cells) const {
+  std::sort(cells.begin(), cells.end());
+  std::vector<int> list;
+  for (std::size_t k = 0; k < segments_.size(); ++k)
+    if (std::binary_search(cells.begin(), cells.end(), segments_[k].cell))
+      list.push_back(static_cast<int>(k));
+  return list;
+}
+
 double EmbeddedBars::stiffness(std::size_t segment) const {
   const Segment& s = segments_[segment];
   return bars_[s.bar].steel.young * s.area / s.length;

@@ -97,6 +97,8 @@ class EmbeddedBars {
   };
   Pull pull(std::size_t segment, const double* u, const material::Steel::State& state,
             double slip_strain) const;
+  /// Stress at a strain, the state left as it is; infinite once it is broken [Pa].
+  double stress(std::size_t segment, const material::Steel::State& state, double strain) const;
   const material::Steel& law(int bar) const { return laws_[static_cast<std::size_t>(bar)]; }
   /// Its two ends now.
   std::pair<Vec3, Vec3> ends(std::size_t segment, const double* u) const;
@@ -113,6 +115,8 @@ class EmbeddedBars {
 
   const std::vector<Bar>& bars() const { return bars_; }
   const std::vector<Segment>& segments() const { return segments_; }
+  /// Segments hosted by the given cells, ascending.
+  std::vector<int> segments_in(std::vector<int> cells) const;
   const std::array<int, 8>& host_nodes(std::size_t segment) const { return nodes_[segment]; }
   std::vector<material::Steel::State> initial_states() const {
     return std::vector<material::Steel::State>(segments_.size());

@@ -47,7 +47,7 @@ TEST(TurnedStiffness, IsTheTangentOfWhatHasTurned) {
   const Mat3 r = Eigen::AngleAxisd(0.7, Vec3(1, 2, -0.5).normalized()).toRotationMatrix();
   ElementOperator op(body.mesh, shear, bulk, false);
   Bars bars(body.spec, body.mesh, find_supports(body.spec, body.mesh), {}, silent);
-  ASSERT_GT(bars.segments(), 0u);
+  ASSERT_FALSE(bars.embedded().segments().empty());
   const std::size_t nodes = body.mesh.nodes.size();
   AlignedVector u(4 * nodes, 0.0);
   VecX d(3 * static_cast<Eigen::Index>(nodes));
@@ -72,7 +72,7 @@ TEST(TurnedStiffness, IsTheTangentOfWhatHasTurned) {
   const std::vector<Mat3> turned(body.mesh.hexes.size(), r);
   const auto pressed = [&](const std::vector<Mat3>* by) {
     VecX f(d.size());
-    assemble_stiffness(body.mesh, body.dofs, shear, bulk, bars.springs(by), nullptr, by)
+    assemble_stiffness(body.mesh, body.dofs, shear, bulk, springs_of(bars.embedded(), by), nullptr, by)
         .multiply(d.data(), f.data());
     return f;
   };
@@ -89,11 +89,12 @@ TEST(TurnedStiffness, TakesEntriesFromOneThatHasThem) {
                                  Eigen::AngleAxisd(0.7, Vec3(1, 2, -0.5).normalized()).toRotationMatrix());
   body.live[2] = 0;
   const auto assembled = [&](const SymmetricMatrix* like) {
-    return assemble_stiffness(body.mesh, body.dofs, shear, bulk, bars.springs(&turned), &body.live, &turned,
-                              like);
+    return assemble_stiffness(body.mesh, body.dofs, shear, bulk, springs_of(bars.embedded(), &turned),
+                              &body.live, &turned, like);
   };
   const SymmetricMatrix sorted = assembled(nullptr);
-  const SymmetricMatrix built = assemble_stiffness(body.mesh, body.dofs, shear, bulk, bars.springs());
+  const SymmetricMatrix built =
+      assemble_stiffness(body.mesh, body.dofs, shear, bulk, springs_of(bars.embedded()));
   HexMesh part = body.mesh;
   part.hexes.pop_back();
   const SymmetricMatrix fewer = assemble_stiffness(part, body.dofs, shear, bulk);
