@@ -66,8 +66,8 @@ class FemStructure : public Structure, public RefinableStructure {
   ContactSurface skin_{body_, fields_};
   MemberLoads loads_{body_, fields_, forces_};
   Fracture fracture_{body_, fields_, forces_, energy_, skin_, loads_.stresses()};
-  Integrators motion_{*this, body_, fields_, forces_, energy_, loads_, fracture_};
-  PermanentLoad permanent_{body_, fields_, forces_, energy_, loads_};
+  Integrators motion_{*this, {body_, fields_, forces_, energy_, loads_}, fracture_};
+  PermanentLoad permanent_{{body_, fields_, forces_, energy_, loads_}};
   CapacityTests capacity_{*this};
   friend CapacityTests;
 };

@@ -19,21 +19,12 @@
 
 namespace talus::fem {
 
-class CondensedMotion : public CondensedSteps {
+class CondensedMotion : public CondensedSteps, protected MovingStructure {
  public:
   /// `whole`: what it is a part of, whose state a step that is undone goes back to.
-  CondensedMotion(Structure& whole, StructureBody& body, NodalFields& fields, Forces& forces,
-                  EnergyAccount& energy, MemberLoads& loads, Leapfrog& leapfrog, CondensedFactors& factors,
-                  ModalMotion& modal)
-      : whole_(whole),
-        body_(body),
-        fields_(fields),
-        forces_(forces),
-        energy_(energy),
-        loads_(loads),
-        leapfrog_(leapfrog),
-        factors_(factors),
-        modal_(modal) {}
+  CondensedMotion(Structure& whole, const MovingStructure& structure, Leapfrog& leapfrog,
+                  CondensedFactors& factors, ModalMotion& modal)
+      : MovingStructure(structure), whole_(whole), leapfrog_(leapfrog), factors_(factors), modal_(modal) {}
 
   double longest_step(double t, double accuracy) override { return longest_step(t, accuracy, accuracy); }
   bool by_choice() const override {
@@ -70,11 +61,6 @@ class CondensedMotion : public CondensedSteps {
   bool loads_hold(double from, double to) const;
 
   Structure& whole_;
-  StructureBody& body_;
-  NodalFields& fields_;
-  Forces& forces_;
-  EnergyAccount& energy_;
-  MemberLoads& loads_;
   Leapfrog& leapfrog_;
   CondensedFactors& factors_;
   ModalMotion& modal_;

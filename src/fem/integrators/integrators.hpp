@@ -5,16 +5,13 @@
 
 namespace talus::fem {
 
-struct Integrators {
-  Integrators(Structure& whole, StructureBody& body, NodalFields& fields, Forces& forces,
-              EnergyAccount& energy, MemberLoads& loads, Fracture& fracture)
-      : leapfrog(body, fields, forces, energy, loads, fracture),
-        factors(body, loads.stresses()),
-        modal(body, fields, forces, energy, loads, leapfrog, factors),
-        condensed(whole, body, fields, forces, energy, loads, leapfrog, factors, modal),
-        body_(body),
-        fields_(fields),
-        energy_(energy) {}
+struct Integrators : protected MovingStructure {
+  Integrators(Structure& whole, const MovingStructure& structure, Fracture& fracture)
+      : MovingStructure(structure),
+        leapfrog(structure, fracture),
+        factors(body_, loads_.stresses()),
+        modal(structure, leapfrog, factors),
+        condensed(whole, structure, leapfrog, factors, modal) {}
 
   /// As Structure says.
   std::string advance_alone(double t, double duration);
@@ -28,10 +25,6 @@ struct Integrators {
  private:
   bool undisturbed(double t, double duration) const;  // at rest, and no load changes until t + duration
   double settling_time() const;  // for which kinetic energy has to stay small to mean rest [s]
-
-  StructureBody& body_;
-  NodalFields& fields_;
-  EnergyAccount& energy_;
 };
 
 }  // namespace talus::fem

@@ -12,17 +12,10 @@
 
 namespace talus::fem {
 
-class ModalMotion {
+class ModalMotion : protected MovingStructure {
  public:
-  ModalMotion(StructureBody& body, NodalFields& fields, Forces& forces, EnergyAccount& energy,
-              MemberLoads& loads, Leapfrog& leapfrog, CondensedFactors& factors)
-      : body_(body),
-        fields_(fields),
-        forces_(forces),
-        energy_(energy),
-        loads_(loads),
-        leapfrog_(leapfrog),
-        factors_(factors) {}
+  ModalMotion(const MovingStructure& structure, Leapfrog& leapfrog, CondensedFactors& factors)
+      : MovingStructure(structure), leapfrog_(leapfrog), factors_(factors) {}
 
   /// Whether the structure is linear, and may be factored.
   bool possible() const;
@@ -58,11 +51,6 @@ class ModalMotion {
   void put_off();
   void materialise();
 
-  StructureBody& body_;
-  NodalFields& fields_;
-  Forces& forces_;
-  EnergyAccount& energy_;
-  MemberLoads& loads_;
   Leapfrog& leapfrog_;
   CondensedFactors& factors_;
   Basis basis_;                 // empty until needed

@@ -4,11 +4,54 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/memory.hpp"
-#include "fem/linear/static_balance.hpp"
 
 namespace talus::fem {
+
+namespace {
+
+constexpr double balanced_enough = 1e-8;  // forces left over those that act, where it comes no nearer
+
+struct StaticBalance {
+  bool found = false;
+  int passes = 0;
+};
+
+/// Newton's method with the stiffness K of the undamaged structure,
+///
+///   u += omega K^-1 (f - f_int(u)),     omega by Aitken's rule on the corrections [irons1969]
+///
+/// K is no softer than the tangent, so that the iteration converges where the balance is stable. `left(r)`:
+/// writes f - f_int(u) [N] and returns its norm over that of f; `solve(r, d)`: d = K^-1 r; `move(d)`: u += d
+/// [m]. Vectors of `n` free degrees of freedom.
+template <class Left, class Solve, class Move>
+StaticBalance find_balance(int n, Left&& left, Solve&& solve, Move&& move) {
+  constexpr double exact = 1e-12;                  // forces left over those that act
+  constexpr int most_passes = 400, patience = 30;  // the latter: passes that do not halve what is left
+  VecX force(n), way(n), last(n);
+  double omega = 1, least = std::numeric_limits<double>::infinity();
+  int fruitless = 0;
+  for (int pass = 0; pass < most_passes; ++pass) {
+    const double residual = left(force);
+    fruitless = residual < 0.5 * least ? 0 : fruitless + 1;
+    if (fruitless == 0) least = residual;
+    if (residual <= exact || (fruitless > patience && residual <= balanced_enough)) return {true, pass};
+    if (fruitless > patience && least > balanced_enough) return {false, pass};
+    solve(force, way);
+    if (pass > 0) {
+      const VecX change = way - last;
+      if (const double size = change.squaredNorm(); size > 0)
+        omega = std::clamp(-omega * last.dot(change) / size, 0.5, 20.0);
+    }
+    last = way;
+    move(omega * way);
+  }
+  return {false, most_passes};
+}
+
+}  // namespace
 
 /// Numbers of a nodal field at the free degrees of freedom.
 VecX PermanentLoad::at_free(const AlignedVector& field) const {

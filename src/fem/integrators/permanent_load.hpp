@@ -4,16 +4,13 @@
 ///
 /// first elastic, then with what it cracks. What varies in time is dynamics.
 #pragma once
-#include "fem/integrators/energy_account.hpp"
-#include "fem/members/member_loads.hpp"
+#include "fem/integrators/moving_structure.hpp"
 
 namespace talus::fem {
 
-class PermanentLoad {
+class PermanentLoad : protected MovingStructure {
  public:
-  PermanentLoad(StructureBody& body, NodalFields& fields, Forces& forces, EnergyAccount& account,
-                MemberLoads& loads)
-      : body_(body), fields_(fields), forces_(forces), energy_(account), loads_(loads) {}
+  explicit PermanentLoad(const MovingStructure& structure) : MovingStructure(structure) {}
 
   /// Brings the structure to rest under it; where there is no such state, that is reported.
   void apply();
@@ -34,11 +31,6 @@ class PermanentLoad {
   bool find_cracked(bool balanced, double pressed);
   void warn() const;
 
-  StructureBody& body_;
-  NodalFields& fields_;
-  Forces& forces_;
-  EnergyAccount& energy_;
-  MemberLoads& loads_;
   std::vector<double> reaction_;
   std::vector<std::array<double, 2>> drift_;
 };
