@@ -151,13 +151,10 @@ Torn tear(const Model& model, double cell, const std::string& law, double aggreg
   AlignedVector u(4 * nodes, 0.0), v = u, f = u, mass = u;
   double shortest = 1e9;
   for (std::size_t e = 0; e < mesh.hexes.size(); ++e) {
-    for (int q = 0; q < 8; ++q) {
-      const std::array<double, 8> share = shape_values(gauss_point(q));
-      for (std::size_t a = 0; a < 8; ++a)
-        for (std::size_t d = 0; d < 3; ++d)
-          mass[4 * static_cast<std::size_t>(mesh.hexes[e][a]) + d] +=
-              density * point_jacobian(mesh, static_cast<int>(e), q).determinant() * share[a];
-    }
+    const std::array<double, 8> share = corner_volumes(mesh, static_cast<int>(e));
+    for (std::size_t a = 0; a < 8; ++a)
+      for (std::size_t d = 0; d < 3; ++d)
+        mass[4 * static_cast<std::size_t>(mesh.hexes[e][a]) + d] += density * share[a];
     const Mat3 inverse = jacobian(mesh, static_cast<int>(e), Vec3::Zero()).inverse();
     shortest = std::min(shortest, 2 / inverse.rowwise().norm().maxCoeff());
   }

@@ -155,20 +155,22 @@ int command_capacity(const Options& options) {
     const std::size_t first = rows.size();
     std::vector<char> lost_ones;
     tell("{} as built:\n", final.scene.structures[q].name);
-    const std::vector<PushDown> built = s.push_down(),
-                                over = options.lateral ? s.push_over() : std::vector<PushDown>{};
-    const std::vector<SectionResistance> rules = s.section_resistances();
+    const std::vector<PushDown> built = s.capacity().push_down(),
+                                over = options.lateral ? s.capacity().push_over() : std::vector<PushDown>{};
+    const std::vector<SectionResistance> rules = s.capacity().section_resistances();
     tell("{} as it stands now:\n", final.scene.structures[q].name);
     s.restore(final.of(static_cast<int>(q)));
-    const std::vector<PushDown> now = s.push_down(),
-                                over_now = options.lateral ? s.push_over() : std::vector<PushDown>{};
-    const std::vector<MemberState> states = s.member_states();
+    const std::vector<PushDown> now = s.capacity().push_down(), over_now = options.lateral
+                                                                               ? s.capacity().push_over()
+                                                                               : std::vector<PushDown>{};
+    const std::vector<MemberState> states = s.loads().states();
     for (std::size_t k = 0; k < built.size(); ++k) {
       const json said =
           named(named(summary, "structures", final.scene.structures[q].name), "members", now[k].member);
-      const bool lost = is_lost(s.members()[k], states[k], said);
+      const bool lost = is_lost(s.loads().members()[k], states[k], said);
       any_lost = any_lost || lost;
-      rows.push_back(entry(final.scene.structures[q].name, now[k], built[k], s.members()[k], lost, said));
+      rows.push_back(
+          entry(final.scene.structures[q].name, now[k], built[k], s.loads().members()[k], lost, said));
       lost_ones.push_back(lost);
     }
     if (!over.empty())
@@ -179,7 +181,7 @@ int command_capacity(const Options& options) {
     for (std::size_t k = 0; k < over.size(); ++k)
       rows[first + k / 2]["lateral"].push_back(
           lateral(final.scene.structures[q].name, over_now[k], over[k], lost_ones[k / 2],
-                  k / 2 < rules.size() ? &rules[k / 2] : nullptr, s.members()[k / 2].length));
+                  k / 2 < rules.size() ? &rules[k / 2] : nullptr, s.loads().members()[k / 2].length));
     if (!rules.empty())
       fmt::print(
           "\nSection at the foot by EN 1992-1-1 (6.1, 6.2), as built, static; M at the permanent axial "
@@ -188,8 +190,8 @@ int command_capacity(const Options& options) {
           "structure", "member", "", "N_Rd [kN]", "M_Rd,x [kNm]", "M_Rd,y [kNm]", "V_Rd,x [kN]",
           "V_Rd,y [kN]", "H_x [kN]", "H_y [kN]");
     for (std::size_t k = 0; k < rules.size() && first + k < rows.size(); ++k) {
-      print_by_rule(final.scene.structures[q].name, rules[k], s.members()[k].length);
-      rows[first + k]["en1992"] = by_rule(rules[k], s.members()[k].length);
+      print_by_rule(final.scene.structures[q].name, rules[k], s.loads().members()[k].length);
+      rows[first + k]["en1992"] = by_rule(rules[k], s.loads().members()[k].length);
     }
     std::fflush(stdout);
     io::write_file(

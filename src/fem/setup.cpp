@@ -15,6 +15,19 @@ std::string text(const Box3& b) { return "min " + text(b.min()) + ", max " + tex
 
 }  // namespace
 
+material::Concrete concrete_of(const StructureSpec& spec) {
+  material::ConcreteInput input;
+  input.f_cm = spec.f_cm;
+  input.young = spec.young;
+  input.poisson = spec.poisson;
+  input.density = spec.density;
+  input.f_t = spec.tensile_strength;
+  input.fracture_energy = spec.fracture_energy;
+  material::Concrete concrete = material::mc2010(input, "structure." + spec.name + ".material");
+  concrete.aggregate = spec.aggregate;
+  return concrete;
+}
+
 Box3 bounds(const std::vector<Vec3>& points) {
   Box3 box;
   for (const Vec3& x : points) box.extend(x);

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "fem/discretisation/hex_mesh.hpp"
+#include "fem/materials/material_mc2010.hpp"
 
 namespace talus::fem {
 
@@ -26,6 +27,9 @@ struct ProbePoint {
   std::array<int, 8> node;
   std::array<double, 8> weight;
 };
+
+/// By the Model Code, of what the specification gives. Throws InputError as material::mc2010().
+material::Concrete concrete_of(const StructureSpec& spec);
 
 /// Throw InputError if a support or load meets nothing. A probe outside follows the nearest material point.
 Supports find_supports(const StructureSpec& spec, const HexMesh& mesh);

@@ -36,6 +36,12 @@ struct StructureBody : Division {
     for (const int node : bearings ? bearings->nodes() : std::vector<int>{}) touched[node] = 1;
   }
 
+  /// What is being computed now, of a structure that takes more than a moment.
+  void progress(const std::string& what) const {
+    constexpr std::size_t large = 20000;  // cells
+    if (cells_in_all() >= large) report("progress: structure " + spec.name + ": " + what);
+  }
+
   StructureSpec spec;
   std::vector<StructureSpec::Refinement>
       struck_zones;  // where cells are halved beyond what the specification asks for
@@ -55,6 +61,7 @@ struct StructureBody : Division {
   std::vector<double> built_mass;  // of the nodes, as built
   double alpha = 0, omega_1 = 0;   // of damping, first circular frequency [1/s]
   double critical_step = 0;        // [s]
+  bool factored = false;           // from the start, for its weight or its damping
 
   std::vector<char> live;      // cells
   std::vector<double> mass;    // of the nodes

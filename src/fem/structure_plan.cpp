@@ -9,7 +9,7 @@
 #include "fem/discretisation/hex_mesh.hpp"
 #include "fem/discretisation/lattice.hpp"
 #include "fem/materials/damage_field.hpp"
-#include "fem/materials/material_mc2010.hpp"
+#include "fem/setup.hpp"
 #include "fem/spec_error.hpp"
 #include "fem/structure_fem.hpp"
 
@@ -55,15 +55,7 @@ material::CellSize largest_cell(const StructureSpec& spec) {
 
 void check_law(const StructureSpec& spec) {
   if (spec.damage == "none" || !(spec.f_cm > 0)) return;  // no concrete: said where the structure is made
-  material::ConcreteInput input;
-  input.f_cm = spec.f_cm;
-  input.young = spec.young;
-  input.poisson = spec.poisson;
-  input.density = spec.density;
-  input.f_t = spec.tensile_strength;
-  input.fracture_energy = spec.fracture_energy;
-  const material::Concrete concrete = material::mc2010(input, "structure." + spec.name + ".material");
-  make_damage_field(spec.damage, HexMesh{}, concrete, spec.rate_effect, true, largest_cell(spec),
+  make_damage_field(spec.damage, HexMesh{}, concrete_of(spec), spec.rate_effect, true, largest_cell(spec),
                     "structure." + spec.name + ".cell_size");
 }
 

@@ -1,3 +1,5 @@
+#include "fem/structure_setup.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -6,11 +8,10 @@
 #include "core/memory.hpp"
 #include "fem/discretisation/hanging.hpp"
 #include "fem/discretisation/lattice.hpp"
-#include "fem/discretisation/trilinear.hpp"
 #include "fem/linear/mechanism.hpp"
 #include "fem/output/place_in_words.hpp"
 #include "fem/spec_error.hpp"
-#include "fem/structure_fem.hpp"
+#include "fem/structure_plan.hpp"
 
 namespace talus::fem {
 namespace {
@@ -19,24 +20,23 @@ constexpr double steel_density = 7850;  // [kg/m^3]
 
 /// Whether any bar presses the concrete from the start.
 bool prestressed(const Bars* bars) {
-  return bars != nullptr && std::any_of(bars->list().begin(), bars->list().end(),
+  return bars != nullptr && std::any_of(bars->embedded().bars().begin(), bars->embedded().bars().end(),
                                         [](const rebar::Bar& bar) { return bar.steel.prestress > 0; });
 }
 
 }  // namespace
 
-FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const Report& report, Zones struck,
-                           const FemStructure* before)
-    : body_(spec, gravity, report, std::move(struck)) {
+void StructureSetup::build(const StructureBody* before) {
   set_material(before == nullptr);
   body_.shear = body_.spec.young / (2 * (1 + body_.spec.poisson));
   body_.bulk = body_.spec.young / (3 * (1 - 2 * body_.spec.poisson));
   body_.wave_speed = std::sqrt((body_.bulk + 4.0 / 3 * body_.shear) / body_.spec.density);
   const Box3 extent = make_cells();
   give_back_memory();
-  body_.live.assign(body_.mesh.hexes.size(), 1);
+  body_.nodes = body_.mesh.nodes.size(), body_.cells = body_.mesh.hexes.size();
+  body_.live.assign(body_.cells, 1);
   if (before != nullptr)
-    body_.supports.centroid = before->body_.supports.centroid;  // moments go on about one point
+    body_.supports.centroid = before->supports.centroid;  // moments go on about one point
   skin_.rebuild();
   set_loads(extent);
 
@@ -59,49 +59,30 @@ FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const
   }
   body_.elastic = std::make_unique<ElasticSystem>(body_);
   if (!body_.divided()) check_supports(body_.mesh);
-  progress(fmt::format("{} cells and {} degrees of freedom are made; next its stable step",
-                       body_.partition ? body_.partition->cells_in_all() : body_.mesh.hexes.size(),
-                       body_.free_dofs));
+  body_.progress(fmt::format("{} cells and {} degrees of freedom are made; next its stable step",
+                             body_.cells_in_all(), body_.free_dofs));
   find_critical_step();
   for (std::size_t i = 0; i < n; ++i)
     for (int c = 0; c < 3; ++c)
       if (!body_.supports.held[i][c]) fields_.v[4 * i + c] = body_.spec.initial_velocity[c];
   if (body_.spec.damping_ratio > 0 && !body_.supports.none && body_.free_dofs > 0) {
-    progress("first frequency");
-    body_.omega_1 =
-        before != nullptr ? before->body_.omega_1 : body_.elastic->first_frequency(body_.built_mass);
+    body_.progress("first frequency");
+    body_.omega_1 = before != nullptr ? before->omega_1 : body_.elastic->first_frequency(body_.built_mass);
     body_.alpha = 2 * body_.spec.damping_ratio * body_.omega_1;
   }
-  if (body_.spec.gravity_preload && !body_.supports.none && body_.free_dofs > 0 &&
-      (body_.gravity.norm() > 0 || prestressed(body_.bars.get())))
-    preload();
-  factored_ = body_.elastic->factored();
-  body_.elastic->forget_multigrid();  // only the preload and the first frequency of large systems need it
-  give_back_memory();
-  loads_.complete();
-  divide();
-  forces_.moved();
-  loads_.begin();
-  keep_rest();
 }
 
-FemStructure::~FemStructure() = default;
+bool StructureSetup::weighs() const {
+  return body_.spec.gravity_preload && (body_.gravity.norm() > 0 || prestressed(body_.bars.get()));
+}
 
 /// Of the concrete, if it is one; `first`: with a report.
-void FemStructure::set_material(bool first) {
+void StructureSetup::set_material(bool first) {
   if (body_.spec.f_cm > 0) {
-    material::ConcreteInput input;
-    input.f_cm = body_.spec.f_cm;
-    input.young = body_.spec.young;
-    input.poisson = body_.spec.poisson;
-    input.density = body_.spec.density;
-    input.f_t = body_.spec.tensile_strength;
-    input.fracture_energy = body_.spec.fracture_energy;
-    body_.concrete = material::mc2010(input, "structure." + body_.spec.name + ".material");
+    body_.concrete = concrete_of(body_.spec);
     body_.spec.young = body_.concrete->young;
     body_.spec.poisson = body_.concrete->poisson;
     body_.spec.density = body_.concrete->density;
-    body_.concrete->aggregate = body_.spec.aggregate;
     for (const std::string& line : first ? body_.concrete->report : std::vector<std::string>{})
       body_.report("structure " + body_.spec.name + ": " + line);
   }
@@ -124,7 +105,7 @@ void FemStructure::set_material(bool first) {
         "must lie in (0, 1]", "take 0.9");
 }
 
-material::CellSize FemStructure::largest_cell() const {
+material::CellSize StructureSetup::largest_cell() const {
   material::CellSize largest;
   for (int cell = 0; cell < static_cast<int>(body_.mesh.hexes.size()); ++cell) {
     const Mat3 edges = 2 * jacobian(body_.mesh, cell, Vec3::Zero());
@@ -137,24 +118,15 @@ material::CellSize FemStructure::largest_cell() const {
   return largest;
 }
 
-/// What is being computed now, of a structure that takes more than a moment.
-void FemStructure::progress(const std::string& what) const {
-  constexpr std::size_t large = 20000;  // cells
-  if ((body_.partition ? body_.partition->cells_in_all() : body_.mesh.hexes.size()) >= large)
-    body_.report(fmt::format("progress: structure {}: {}", body_.spec.name, what));
-}
-
 /// Parts connected to supports must be held by them wherever a static solution is needed; elsewhere a part
 /// may move as a pendulum, hence rotate.
-void FemStructure::check_supports(const HexMesh& mesh) {
+void StructureSetup::check_supports(const HexMesh& mesh) {
   if (body_.supports.none) return;
   const std::optional<LoosePart> loose =
       loose_part(mesh, body_.supports, body_.bearings ? body_.bearings->springs() : std::vector<Spring>{});
   if (!loose) return;
   body_.finite = true;
-  const bool weighs =
-      body_.spec.gravity_preload && (body_.gravity.norm() > 0 || prestressed(body_.bars.get()));
-  if (!weighs && !(body_.spec.damping_ratio > 0)) return;
+  if (!weighs() && !(body_.spec.damping_ratio > 0)) return;
   const Vec3 at = mesh.nodes[static_cast<std::size_t>(mesh.hexes[static_cast<std::size_t>(loose->first)][0])];
   const std::string part =
       loose->cells == static_cast<int>(mesh.hexes.size())
@@ -162,7 +134,7 @@ void FemStructure::check_supports(const HexMesh& mesh) {
           : fmt::format("a part of {} cells, {} near ({:.4g}, {:.4g}, {:.4g}) and others", loose->cells,
                         cell_name(mesh, loose->first), at.x(), at.y(), at.z());
   const std::string wanted =
-      weighs ? "preload = \"none\" if it is meant to move" : "no damping_ratio if it is meant to move";
+      weighs() ? "preload = \"none\" if it is meant to move" : "no damping_ratio if it is meant to move";
   if (loose->held)
     bad(body_.spec, "support", part, "its supports leave it free to " + loose->motion,
         "hold more nodes or directions, or write " + wanted);
@@ -170,7 +142,7 @@ void FemStructure::check_supports(const HexMesh& mesh) {
       "merge the nodes of the mesh that lie in one place, or hold this part too");
 }
 
-void FemStructure::set_loads(const Box3& extent) {
+void StructureSetup::set_loads(const Box3& extent) {
   if (!body_.divided()) {
     body_.loads = find_loads(body_.spec, body_.mesh, skin_.faces());
     return;
@@ -184,7 +156,7 @@ void FemStructure::set_loads(const Box3& extent) {
     check_area(body_.spec, body_.spec.loads[k], body_.largest(body_.loads[k].area));
 }
 
-void FemStructure::make_links(const HexMesh& whole) {
+void StructureSetup::make_links(const HexMesh& whole) {
   if (body_.spec.kind == "viaduct")
     body_.bearings = std::make_unique<Bearings>(body_.spec, whole, viaduct_plan(body_.spec));
   if (body_.spec.rebar_file.empty() && body_.spec.rebar_rules.empty()) return;
@@ -194,7 +166,7 @@ void FemStructure::make_links(const HexMesh& whole) {
                                       [&](const std::string& text) { body_.report("warning: " + text); });
 }
 
-void FemStructure::set_masses() {
+void StructureSetup::set_masses() {
   const std::size_t n = body_.mesh.nodes.size();
   body_.cells_at_node.assign(n, 0);
   for (int cell = 0; cell < static_cast<int>(body_.mesh.hexes.size()); ++cell)
@@ -210,14 +182,10 @@ void FemStructure::set_masses() {
   // Row sums of the consistent mass: integral of rho N_a, with the points of the stiffness.
   body_.mass.assign(n, 0.0);
   for (int cell = 0; cell < static_cast<int>(body_.mesh.hexes.size()); ++cell) {
-    const TrilinearMap map(body_.mesh, cell);
-    for (int q = 0; q < 8; ++q) {
-      const std::array<double, 8> shape = shape_values(gauss_point(q));
-      const double w = body_.spec.density * map.jacobian(gauss_point(q)).determinant();
-      for (int a = 0; a < 8; ++a) body_.mass[body_.mesh.hexes[cell][a]] += w * shape[a];
-    }
+    const std::array<double, 8> share = corner_volumes(body_.mesh, cell);
+    for (int a = 0; a < 8; ++a) body_.mass[body_.mesh.hexes[cell][a]] += body_.spec.density * share[a];
   }
-  if (body_.bars) body_.bars->add_mass(steel_density - body_.spec.density, body_.mass);
+  if (body_.bars) body_.bars->embedded().add_mass(steel_density - body_.spec.density, body_.mass);
   settle_hanging_nodes();
   if (body_.partition) body_.partition->exchange_numbers(body_.mass);
   body_.built_mass = body_.mass;
@@ -233,7 +201,7 @@ void FemStructure::set_masses() {
       if (body_.dofs.number[i][c] >= 0) body_.inverse_mass[4 * i + c] = 1 / body_.mass[i];
 }
 
-void FemStructure::find_critical_step() {
+void StructureSetup::find_critical_step() {
   if (body_.free_dofs ==
       0) {  // nothing can move: waves cross a cell as they would, and what asks for a step gets a number
     double shortest = INFINITY;
@@ -246,6 +214,82 @@ void FemStructure::find_critical_step() {
                         body_.elastic->highest_frequency(body_.mass, body_.inverse_mass);
   // Linear bulk viscosity b1 shortens the stable step by sqrt(1 + b1^2) - b1.
   if (body_.damage) body_.critical_step *= std::sqrt(1 + 0.06 * 0.06) - 0.06;
+}
+
+/// Coarse cells as the specification says, halved by the zones that end at their borders; supports and probes
+/// on them. Of several ranks that divide memory each keeps its part.
+Box3 StructureSetup::make_cells() {
+  HexMesh coarse = make_mesh(of_coarse_mesh(body_.spec));
+  check_cells(coarse, "structure." + body_.spec.name, body_.spec.file);
+  if (!body_.spec.file.empty()) {
+    check_faces(coarse, "structure." + body_.spec.name, body_.spec.file);
+    if (const auto pair = overlapping_cells(coarse))
+      body_.report(fmt::format(
+          "warning: {}: {} and {} overlap but share no nodes: nothing ties them together, and the volume "
+          "counts twice; merge the parts' nodes where they touch, or remove one of them",
+          body_.spec.file, cell_name(coarse, pair->first), cell_name(coarse, pair->second)));
+  }
+  const Box3 extent = bounds(coarse.nodes);
+  const auto settle = [this](const HexMesh& mesh) {
+    body_.supports = find_supports(body_.spec, mesh);
+    skin_.probe(find_probes(body_.spec, mesh));
+    body_.finite = body_.supports.none || body_.spec.damage != "none" || body_.spec.kind == "viaduct";
+  };
+  if (ranks() != nullptr) {
+    settle(coarse);
+    if (divides_memory(coarse)) {
+      loads_.find_places(coarse);
+      loads_.find_feet(coarse);
+      make_links(coarse);
+      check_supports(coarse);
+      take_part(std::move(coarse));
+      return extent;
+    }
+  }
+  const bool given = refines_locally(body_.spec) && !body_.spec.refinements.empty();
+  std::vector<StructureSpec::Refinement> zones;
+  if (given) zones = body_.spec.refinements;
+  zones.insert(zones.end(), body_.struck_zones.begin(), body_.struck_zones.end());
+  const std::size_t before = coarse.hexes.size();
+  body_.discretisation.reinit(std::move(coarse), zones, most_cells(body_.spec));
+  if (given && body_.struck_zones.empty() && body_.mesh.hexes.size() == before)
+    bad(body_.spec, "refine", fmt::format("{} zones", body_.spec.refinements.size()),
+        "no cell lies in them that is larger than they ask for",
+        "give the region in scene coordinates, about the part to refine, and cells smaller than the "
+        "structure's");
+  if (impact_refinement(body_.spec).cell_size == 0) body_.discretisation.forget_cells();
+  settle(body_.mesh);
+  loads_.find_places(body_.mesh);
+  make_links(body_.mesh);
+  return extent;
+}
+
+void StructureSetup::settle_hanging_nodes() {
+  for (const HangingNode& h : body_.mesh.hanging) {
+    const auto n = static_cast<std::size_t>(h.node);
+    for (const auto& [master, weight] : h.masters)
+      body_.mass[static_cast<std::size_t>(master)] += weight * body_.mass[n];
+    body_.mass[n] = 0;
+    body_.supports.held[n] = {false, false, false};
+  }
+  if (body_.mesh.hanging.empty()) return;
+  std::vector<char> hangs(body_.mesh.nodes.size(), 0);
+  for (const HangingNode& h : body_.mesh.hanging) hangs[static_cast<std::size_t>(h.node)] = 1;
+  std::erase_if(body_.supports.nodes, [&](int n) { return hangs[static_cast<std::size_t>(n)] != 0; });
+  for (PatchLoad& load : body_.loads) {
+    std::vector<Vec3> force(body_.mesh.nodes.size(), Vec3::Zero());
+    for (std::size_t k = 0; k < load.node.size(); ++k)
+      force[static_cast<std::size_t>(load.node[k])] += load.force[k];
+    for (const HangingNode& h : body_.mesh.hanging) {
+      for (const auto& [master, weight] : h.masters)
+        force[static_cast<std::size_t>(master)] += weight * force[static_cast<std::size_t>(h.node)];
+      force[static_cast<std::size_t>(h.node)].setZero();
+    }
+    load.node.clear(), load.force.clear();
+    for (int n = 0; n < static_cast<int>(force.size()); ++n)
+      if (force[static_cast<std::size_t>(n)] != Vec3::Zero())
+        load.node.push_back(n), load.force.push_back(force[static_cast<std::size_t>(n)]);
+  }
 }
 
 }  // namespace talus::fem

@@ -237,7 +237,7 @@ void Builder::fill_header() {
     }
     const coupling::StructurePart& part = world_->system->environment().structures[i];
     info.plan = part.structure->plan();
-    if (part.stepped()) info.members = part.structure->members();
+    if (part.stepped()) info.members = part.structure->loads().members();
     if (!shared_) describe_section(s.structures[i], *part.structure, info);
     for (const scene::Block& b : s.blocks) {
       const ContactLaw::Kind kind = s.laws(b.material, s.structures[i].material).kind;
@@ -246,7 +246,7 @@ void Builder::fill_header() {
     info.poisson = s.structures[i].poisson;
     info.f_cm = s.structures[i].f_cm;
     info.loaded = part.stepped() && !s.structures[i].loads.empty();
-    info.permanent = part.structure->permanent_reaction();
+    info.permanent = part.structure->loads().permanent_reaction();
     info.told_permanent = true;
     if (info.loaded) info.load_until = end_of(s.structures[i].loads);
     for (const auto& [a, b] : world_->system->environment().touching_structures)

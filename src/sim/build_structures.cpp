@@ -110,14 +110,15 @@ void Builder::add_structures() {
               "holds every node: nothing of the structure can move",
               "hold fewer faces, take more cells, or coupling.scheme = \"rigid\" for an obstacle that does "
               "not give way");
-    part.index = part.fixed_surface ? std::make_unique<contact::SurfaceIndex>(part.structure->surface())
-                                    : coupling::moving_index(part.structure->surface());
+    part.index = part.fixed_surface
+                     ? std::make_unique<contact::SurfaceIndex>(part.structure->skin().surface())
+                     : coupling::moving_index(part.structure->skin().surface());
     check_probes(spec, part.index->bounds());
     add_warnings(unmerged_parts(spec));
     add_warnings(fineness_problems(spec));
     if (!part.stepped() && !spec.loads.empty()) warn_of_unused_loads(spec);
     if (part.fixed_surface && impact_refinement(spec).cell_size > 0) warn_of_no_strikes(spec);
-    const std::vector<Member> members = part.structure->members();
+    const std::vector<Member> members = part.structure->loads().members();
     if (terrain_)
       add_warnings(footing_problems(spec, members, [&](const Vec3& at) {
         return ground_height(env_.terrain.get(), world_->scene.planes, at);
@@ -290,7 +291,7 @@ void Builder::warn_of_small_blocks() {
   constexpr double ratio = 0.5;  // least thickness of a block over the edge of a cell
   for (std::size_t q = 0; q < env_.structures.size(); ++q) {
     const double fine = impact_refinement(world_->scene.structures[q]).cell_size,
-                 as_built = coupling::face_edge(env_.structures[q].structure->surface());
+                 as_built = coupling::face_edge(env_.structures[q].structure->skin().surface());
     const double edge = fine > 0 ? std::min(fine, as_built) : as_built;
     int small = 0;
     const dda::Model::Block* least = nullptr;

@@ -347,7 +347,7 @@ void Simulation::restore(const Checkpoint& c) {
     if (!part.stepped()) continue;
     part.structure->restore(numbers(fmt::format("structure{}", q)));
     if (part.fixed_surface) continue;  // blocks strike its undeformed surface
-    TriangleSurface skin = part.structure->surface();
+    TriangleSurface skin = part.structure->skin().surface();
     const std::vector<double>& lagging = numbers(fmt::format("index{}", q));
     part.lagging_index = !lagging.empty();
     if (part.lagging_index) {

@@ -235,7 +235,7 @@ std::string mass_line(const World& w) {
 /// Where a structure's members stand, how high they are, what the whole weighs.
 std::vector<std::string> standing_lines(const StructureSpec& spec, const Structure& structure) {
   std::vector<std::string> lines;
-  const Vec3 weight = structure.permanent_reaction().head<3>();
+  const Vec3 weight = structure.loads().permanent_reaction().head<3>();
   if (weight.norm() > 0)
     lines.push_back(fmt::format("  Permanent load on its supports: {:.4g} kN.", weight.norm() / 1e3));
   if (spec.kind != "viaduct") return lines;
@@ -243,7 +243,7 @@ std::vector<std::string> standing_lines(const StructureSpec& spec, const Structu
   lines.push_back(fmt::format(
       "  Axis along [{:.3g}, {:.3g}, {:.3g}] from the first pier. Heights up to the top of the cap beam:",
       axis.x(), axis.y(), axis.z()));
-  for (const Member& m : structure.members())
+  for (const Member& m : structure.loads().members())
     if (!m.span)
       lines.push_back(fmt::format("  {}: foot at [{:.6g}, {:.6g}, {:.6g}], {:.4g} m high", m.name, m.base.x(),
                                   m.base.y(), m.base.z(), m.length));
@@ -271,7 +271,7 @@ std::vector<std::string> contact_lines(const World& w, std::size_t structure) {
           fmt::format("  {}: restitution {:g} at it by dashpots, damping ratio {:.3f} of the contact's "
                       "springs; the structure's own deformation comes on top",
                       pair, *law.restitution, contact::damping_ratio_for(*law.restitution)));
-    const double edge = coupling::face_edge(part.index->surface()), young = part.structure->young();
+    const double edge = coupling::face_edge(part.index->surface()), young = part.structure->skin().young();
     if (coupling::within_cell(law, young, edge))
       lines.push_back(
           fmt::format("  {}: hard contact at it; springs of {:.4g} N/m give less than a cell of it does of "

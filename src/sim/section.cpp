@@ -57,7 +57,7 @@ bool from_layers(const StructureSpec& spec, const std::vector<BarLine>& bars, in
 
 void describe_section(const StructureSpec& spec, const Structure& structure, RunHeader::StructureInfo& info) {
   info.form = form_of(spec);
-  info.young = structure.young();
+  info.young = structure.skin().young();
   if (spec.kind != "box" && spec.kind != "column") return;
   const StructureSpec::RebarRule *bars = nullptr, *stirrups = nullptr;
   for (const auto& rule : spec.rebar_rules) (rule.kind == "longitudinal" ? bars : stirrups) = &rule;

@@ -117,16 +117,16 @@ std::vector<std::string> Simulation::start_from(const FinalState& state, const s
       continue;
     }
     structure.start_over();
-    w.header.structures[q].permanent = structure.permanent_reaction();
+    w.header.structures[q].permanent = structure.loads().permanent_reaction();
     if (!parts[q].fixed_surface) {
-      parts[q].index = std::make_unique<contact::SurfaceIndex>(structure.surface());
+      parts[q].index = std::make_unique<contact::SurfaceIndex>(structure.skin().surface());
       w.displaced[q].clear();
       structure.values([&](const Structure::Snapshot& part) {
         for (const Vec3& u : part.displacement) w.displaced[q].push_back(u.norm());
       });
     }
     lines.push_back(fmt::format("Structure {}: starts from the last state in {}, largest damage {:.4g}.",
-                                name, file, structure.damage_max()));
+                                name, file, structure.damage().largest));
   }
   if (problems.empty() && lines.empty())
     problem("it holds no block and no structure of this scene",

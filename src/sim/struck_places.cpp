@@ -46,7 +46,7 @@ bool World::refine_structure(int q) {
     energy_start +=
         dynamic_cast<const RefinableStructure&>(*finer).permanent_energy() - now->permanent_energy();
   part.structure = std::move(finer);
-  part.index = coupling::moving_index(part.structure->surface());
+  part.index = coupling::moving_index(part.structure->skin().surface());
   part.followed = {};
   part.lagging_index = false;
   system->state().structure_step[static_cast<std::size_t>(q)] = 0;

@@ -252,7 +252,7 @@ std::vector<RunHeader::BlockInfo> World::take_fragments() {
       born.push_back({b.name, b.mass, b.volume, false, true, shape, scene.structures[q].young,
                       scene.structures[q].poisson, static_cast<int>(q)});
     }
-    structures[q].index = coupling::moving_index(structures[q].structure->surface());
+    structures[q].index = coupling::moving_index(structures[q].structure->skin().surface());
   }
   if (!born.empty()) settle_newborn(*system, static_cast<int>(header.blocks.size()));
   header.blocks.insert(header.blocks.end(), born.begin(), born.end());
@@ -377,15 +377,14 @@ HistoryRow World::row(const Moment& moment) const {
   }
   for (const coupling::StructurePart& part : system->environment().structures) {
     HistoryRow::StructureRow q;
-    q.base_force = part.structure->base_force();
-    q.base_moment = part.structure->base_moment();
-    q.probe_displacement = part.structure->probe_displacements();
-    q.damage_max = part.structure->damage_max();
-    q.damaged_volume = part.structure->damaged_volume();
-    q.spalled_volume = part.structure->spalled_volume();
+    q.base_force = part.structure->loads().base_force();
+    q.base_moment = part.structure->loads().base_moment();
+    q.probe_displacement = part.structure->skin().probe_displacements();
+    const Structure::Damage damage = part.structure->damage();
+    q.damage_max = damage.largest, q.damaged_volume = damage.volume, q.spalled_volume = damage.spalled;
     if (part.stepped()) {
-      q.members = part.structure->member_states();
-      q.peaks = part.structure->load_peaks();
+      q.members = part.structure->loads().states();
+      q.peaks = part.structure->loads().peaks();
     }
     r.structures.push_back(std::move(q));
   }

@@ -426,7 +426,8 @@ void fragment_case(CaseRun& c) {
       c.holds(fmt::format("{}: pieces came off ({})", title, pieces), "at least one", pieces >= 1);
       const Structure& slab = *o.simulation->world().system->environment().structures[0].structure;
       double mass = 0;
-      for (int n = 0; n < static_cast<int>(slab.snapshot().nodes.size()); ++n) mass += slab.node_mass(n);
+      for (int n = 0; n < static_cast<int>(slab.snapshot().nodes.size()); ++n)
+        mass += slab.skin().node_mass(n);
       for (const auto& b : blocks)
         if (b.fragment) mass += b.mass;
       c.relative(title + ": mass of slab and pieces [kg]", "as it was", 2450 * 3 * 0.2, mass, 1e-12);

@@ -218,85 +218,111 @@ struct NodeImpulse {
   Vec3 impulse;
 };  // [N s]
 
+/// The boundary surface of a structure, as contact sees it: nodes by the numbers of the whole mesh.
+class StructureSkin {
+ public:
+  virtual ~StructureSkin() = default;
+  virtual const TriangleSurface& surface() const = 0;  // vertices and velocities follow the state
+  virtual double young() const = 0;                    // of the material, undamaged [Pa]
+  virtual double node_mass(int node) const = 0;        // lumped [kg]; infinity when fully held
+  virtual Vec3 node_position(int node) const = 0;
+  virtual Vec3 node_built(int node) const = 0;          // before any load
+  virtual Vec3 node_velocity(int node) const = 0;       // at the last half step
+  virtual Vec3 predicted_velocity(int node) const = 0;  // v_hat [m/s]
+  virtual std::array<bool, 3> node_held(int node) const = 0;
+  virtual std::vector<Vec3> probe_displacements() const = 0;
+};
+
+/// Condensed steps: one step of the midpoint rule, an affine map of the contact impulses on touched nodes
+/// (docs/theory/coupling.md),
+///
+///   v_np = v_hat + W p,     u_np = u_n + h (v_n + v_np) / 2
+///   velocities at the time of the displacements
+class CondensedSteps {
+ public:
+  virtual ~CondensedSteps() = default;
+  /// Longest such step that resolves the motion to the relative `accuracy`; 0: none now (explicit by the
+  /// structure's own settings, damage grows, or waves of a blow still run) [s].
+  virtual double longest_step(double t, double accuracy) = 0;
+  /// True if the structure is to be condensed whatever strikes it (integrator implicit or modal).
+  virtual bool by_choice() const = 0;
+  /// Whether condensed steps of h may begin at t: what they do not resolve of a ringing structure is damped,
+  /// and is to be a small part of its motion. False: explicit ones until it has decayed so far.
+  virtual bool may_begin(double t, double h, double accuracy) = 0;
+  /// Computes v_hat of a condensed step; predicted_velocity() then gives it. The state stays, but that
+  /// velocities are brought to the time of the displacements.
+  virtual void predict(double t, double h) = 0;
+  /// W of these nodes for the step that was predicted, 3m x 3m, zero where held [1/kg].
+  virtual MatX compliance(std::span<const int> nodes) = 0;
+  /// Finishes the step that predict() began. False if it may not be: damage would grow in it. Then undo() is
+  /// due.
+  virtual bool correct(double t, double h, std::span<const NodeImpulse> impulses) = 0;
+  virtual void undo() = 0;
+  /// The structure was struck at t, faster than a condensed step may take: until the waves have passed it
+  /// asks for explicit sub-steps.
+  virtual void struck(double t) = 0;
+};
+
+/// What members and feet of a structure carry.
+class StructureLoads {
+ public:
+  virtual ~StructureLoads() = default;
+  virtual const std::vector<Member>& members() const = 0;  // empty for a mesh and for free bodies
+  virtual const std::vector<MemberState>& states() const = 0;
+  virtual const LoadPeaks& peaks() const = 0;
+  virtual Vec3 base_force() const = 0;   // acting on the support [N]
+  virtual Vec3 base_moment() const = 0;  // about the first centroid of the supported nodes [N m]
+  /// Force and moment on the supports under the permanent load, from which those of LoadPeaks count; kept by
+  /// Structure::start_over() [N], [N m].
+  virtual Vec6 permanent_reaction() const = 0;
+};
+
+/// Tests of members from the present state, which is kept.
+class MemberCapacity {
+ public:
+  virtual ~MemberCapacity() = default;
+  /// Presses every member but spans, which come last, between rigid plates, in displacement control; slow
+  /// enough that inertia carries below 2 %. Throws InputError if there is no member.
+  virtual std::vector<PushDown> push_down() = 0;
+  /// The same sideways: the foot is held, the top is moved along axis_x, then in a second test along axis_y
+  /// (two entries for each pier), free to sink and to turn under what the pier carries for good.
+  virtual std::vector<PushDown> push_over() = 0;
+  /// Of every pier; empty without concrete.
+  virtual std::vector<SectionResistance> section_resistances() const = 0;
+};
+
 class Structure {
  public:
   virtual ~Structure() = default;
 
-  virtual const TriangleSurface& surface() const = 0;  // skin; vertices and velocities follow the state
-  virtual double node_mass(int node) const = 0;        // lumped [kg]; infinity when fully held
-  virtual Vec3 node_position(int node) const = 0;
-  virtual Vec3 node_built(int node) const = 0;     // before any load
-  virtual Vec3 node_velocity(int node) const = 0;  // at the last half step
-  virtual std::array<bool, 3> node_held(int node) const = 0;
+  virtual const StructureSkin& skin() const = 0;
+  virtual const StructureLoads& loads() const = 0;
+  virtual CondensedSteps& condensed() = 0;
+  virtual MemberCapacity& capacity() = 0;
 
-  virtual double young() const = 0;  // of the material, undamaged [Pa]
   /// Stable explicit sub-step now [s].
   virtual double critical_step() const = 0;
   /// Computes v_hat for a sub-step of length h from the present state at time t; does not change the state.
   virtual void predict(double t, double h) = 0;
-  virtual Vec3 predicted_velocity(int node) const = 0;  // v_hat [m/s]
   /// Finishes the sub-step that predict() began.
   virtual void correct(double t, double h, std::span<const NodeImpulse> impulses) = 0;
   /// Advances without any contact from t to t + duration by the cheapest suitable scheme (modal, implicit or
   /// explicit sub-steps); returns the name of the scheme used.
   virtual std::string advance_alone(double t, double duration) = 0;
 
-  /// Condensed steps: one step of the midpoint rule, an affine map of the contact impulses on touched nodes
-  /// (docs/theory/coupling.md),
-  ///
-  ///   v_np = v_hat + W p,     u_np = u_n + h (v_n + v_np) / 2
-  ///   velocities at the time of the displacements
-  ///
-  /// Longest such step that resolves its motion to the relative `accuracy`; 0: none now (explicit by its own
-  /// settings, damage grows, or waves of a blow still run) [s].
-  virtual double condensed_step(double /*t*/, double /*accuracy*/) { return 0; }
-  /// True if it is to be condensed whatever strikes it (integrator implicit or modal).
-  virtual bool condensed_by_choice() const { return false; }
-  /// Whether condensed steps of h may begin at t: what they do not resolve of a ringing structure is damped,
-  /// and is to be a small part of its motion. False: explicit ones until it has decayed so far.
-  virtual bool may_begin(double /*t*/, double /*h*/, double /*accuracy*/) { return true; }
-  /// Computes v_hat of a condensed step; predicted_velocity() then gives it. The state stays, but that
-  /// velocities are brought to the time of the displacements.
-  virtual void predict_condensed(double /*t*/, double /*h*/) {}
-  /// W of these nodes for the step that was predicted, 3m x 3m, zero where held [1/kg].
-  virtual MatX compliance(std::span<const int> /*nodes*/) { return {}; }
-  /// Finishes the step that predict_condensed() began. False if it may not be: damage would grow in it. Then
-  /// undo_condensed() is due.
-  virtual bool correct_condensed(double /*t*/, double /*h*/, std::span<const NodeImpulse> /*impulses*/) {
-    return false;
-  }
-  virtual void undo_condensed() {}
-  /// It was struck at t, faster than a condensed step may take: until the waves have passed it asks for
-  /// explicit sub-steps.
-  virtual void struck(double /*t*/) {}
-
   /// True if nothing would move it: no load, kinetic energy below 1e-8 of the reference, damage not growing.
   virtual bool quiet() const = 0;
   virtual StructureEnergy energy() const = 0;
-  virtual Vec3 base_force() const = 0;   // acting on the support [N]
-  virtual Vec3 base_moment() const = 0;  // about the first centroid of the supported nodes [N m]
-  virtual std::vector<Vec3> probe_displacements() const = 0;
-  virtual double damage_max() const = 0;
-  virtual double damaged_volume() const = 0;               // volume with damage > 0.5 [m^3]
-  virtual double spalled_volume() const = 0;               // eroded or come off as fragments [m^3]
-  virtual const std::vector<Member>& members() const = 0;  // empty for a mesh and for free bodies
-  virtual std::vector<MemberState> member_states() const = 0;
-  virtual LoadPeaks load_peaks() const = 0;
-  /// Presses every member but spans, which come last, between rigid plates, in displacement control, from the
-  /// present state, which is kept; slow enough that inertia carries below 2 %. Throws InputError if there is
-  /// no member.
-  virtual std::vector<PushDown> push_down() const = 0;
-  /// The same sideways: the foot is held, the top is moved along axis_x, then in a second test along axis_y
-  /// (two entries for each pier), free to sink and to turn under what the pier carries for good.
-  virtual std::vector<PushDown> push_over() const { return {}; }
-  /// Of every pier; empty without concrete.
-  virtual std::vector<SectionResistance> section_resistances() const { return {}; }
-  virtual std::vector<BarLine> bars() const { return {}; }  // of files and rules
+  struct Damage {
+    double largest = 0, volume = 0, spalled = 0;
+  };  // greatest; with damage > 0.5, and eroded or come off as fragments [m^3]
+  virtual Damage damage() const = 0;
+  virtual std::vector<BarLine> bars() const = 0;  // of files and rules
   virtual long dofs() const = 0;
   virtual long elements() const = 0;
   /// What stepping for `duration` [s] may hold beyond what stands now, at most [bytes]: factors, columns,
   /// modes, history of laws.
-  virtual double memory_of_steps(double /*duration*/) { return 0; }
+  virtual double memory_of_steps(double duration) const = 0;
   virtual std::string plan() const = 0;  // what is computed and what is left out, one line per fact
 
   /// Parts that lost their support since the last call; their mass has left the structure.
@@ -308,17 +334,17 @@ class Structure {
     double mass = 0, share = 0;
     Vec3 centroid = Vec3::Zero();
   };  // [kg], 1, [m]
-  virtual Unsupported unsupported() { return {}; }
+  virtual Unsupported unsupported() = 0;
 
   /// All history as plain doubles; restore() brings back the same bits. Of several ranks the first has it.
-  virtual void save(std::vector<double>& state) const = 0;
-  virtual void restore(std::span<const double> state) = 0;
+  void save(std::vector<double>& state) const { write(state, false); }
+  void restore(std::span<const double> state) { read(state, false); }
+  /// The same of what this process holds alone. All of several ranks call these together.
+  void save_here(std::vector<double>& state) const { write(state, true); }
+  void restore_here(std::span<const double> state) { read(state, true); }
   /// A new history at t = 0 from the present state: displacement, velocity and damage stay, works start from
   /// zero.
   virtual void start_over() = 0;
-  /// Force and moment on the supports under the permanent load, from which those of LoadPeaks count; kept by
-  /// start_over() [N], [N m].
-  virtual Vec6 permanent_reaction() const { return Vec6::Zero(); }
 
   /// Nodal and cell fields for output, or a part of them: hexahedra (8 nodes, VTK order), displacement,
   /// velocity, damage per cell.
@@ -347,6 +373,10 @@ class Structure {
   };
   Fields fields() const;
   static Fields fields(Snapshot snapshot);
+
+ private:
+  virtual void write(std::vector<double>& state, bool here) const = 0;
+  virtual void read(std::span<const double> state, bool here) = 0;
 };
 
 /// Signature of the function that the finite-element module exports as "talus_make_structure".

@@ -92,12 +92,12 @@ void nodes_near(const Environment& env, const Ground& ground, const contact::Sur
 
 bool node_ground(const Environment& env, const Ground& ground, const Structure& structure, int node,
                  const Vec3& x, const Vec3& outward, double margin, contact::ContactPoint& out) {
-  return nearest(env, ground, x, outward, margin, out) && std::isfinite(structure.node_mass(node)) &&
-         !founded(env, ground, structure.node_built(node), out, margin);
+  return nearest(env, ground, x, outward, margin, out) && std::isfinite(structure.skin().node_mass(node)) &&
+         !founded(env, ground, structure.skin().node_built(node), out, margin);
 }
 
 bool may_come_to(const Environment& env, const Ground& ground, const Structure& structure, double reach) {
-  const TriangleSurface& skin = structure.surface();
+  const TriangleSurface& skin = structure.skin().surface();
   if (skin.triangles.empty()) return false;
   const double edge = face_edge(skin, 0), margin = std::max(reach, 0.5 * edge);  // what has sunk in stays
   reach += contact::tolerances().structure_near * edge;                          // and what rests there
@@ -111,9 +111,9 @@ bool may_come_to(const Environment& env, const Ground& ground, const Structure& 
     const int node = skin.nodes[v].node[0];
     const Vec3& x = skin.vertices[v];
     const Box3 here(x.array() - margin, x.array() + margin);
-    if (!reaches(env, ground, here) || !std::isfinite(structure.node_mass(node))) continue;
+    if (!reaches(env, ground, here) || !std::isfinite(structure.skin().node_mass(node))) continue;
     if (contact::ContactPoint at; nearest(env, ground, x, Vec3::Zero(), margin, at) && at.gap <= reach &&
-                                  !founded(env, ground, structure.node_built(node), at, margin))
+                                  !founded(env, ground, structure.skin().node_built(node), at, margin))
       return true;
   }
   return false;

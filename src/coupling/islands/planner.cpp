@@ -42,7 +42,7 @@ void drop_apart(const dda::Model& model, const dda::State& s, std::span<const do
 Box3 skin_box(const StructurePart& part) {
   if (part.fixed_surface) return part.index->bounds();
   Box3 box;
-  for (const Vec3& x : part.structure->surface().vertices) box.extend(x);
+  for (const Vec3& x : part.structure->skin().surface().vertices) box.extend(x);
   return box;
 }
 
@@ -60,7 +60,7 @@ void IslandPlanner::pair_structures(double duration, std::span<const Farther> fa
     const StructurePart& part = env_.structures[q];
     if (part.fixed_surface || part.structure->quiet()) continue;
     double fastest = 0;
-    for (const Vec3& v : part.structure->surface().velocities) fastest = std::max(fastest, v.norm());
+    for (const Vec3& v : part.structure->skin().surface().velocities) fastest = std::max(fastest, v.norm());
     p.structure_reach[q] = 1.5 * duration * fastest;
   }
   for (const Farther& f : farther)

@@ -50,7 +50,8 @@ constexpr double jams_last =
 Vec3 on_nodes(const Structure& structure, const SurfaceWeights& w) {
   Vec3 x = Vec3::Zero();
   for (int i = 0; i < w.count; ++i)
-    x += w.weight[static_cast<std::size_t>(i)] * structure.node_position(w.node[static_cast<std::size_t>(i)]);
+    x += w.weight[static_cast<std::size_t>(i)] *
+         structure.skin().node_position(w.node[static_cast<std::size_t>(i)]);
   return x;
 }
 
@@ -260,16 +261,16 @@ Vec3 RowAssembly::add_structure_terms(int row, int structure, const SurfaceWeigh
     const int node = w.node[static_cast<std::size_t>(i)];
     const double weight = w.weight[static_cast<std::size_t>(i)];
     if (weight == 0 && tilt.empty()) continue;
-    const Vec3 v_hat = s.predicted_velocity(node),
+    const Vec3 v_hat = s.skin().predicted_velocity(node),
                aside = tilt.empty() ? Vec3(Vec3::Zero()) : tilt[static_cast<std::size_t>(i)];
     velocity += weight * v_hat + frame.col(0).dot(v_hat) * aside;
-    const double mass = s.node_mass(node);
+    const double mass = s.skin().node_mass(node);
     if (!std::isfinite(mass)) {
       step_.held.push_back({structure, node, row, sign * weight, sign * aside});
       continue;
     }
     const auto [place, fresh] = node_places_.place(structure, node);
-    if (fresh) step_.nodes.push_back({structure, node, v_hat, s.node_velocity(node), mass});
+    if (fresh) step_.nodes.push_back({structure, node, v_hat, s.skin().node_velocity(node), mass});
     const int offset = static_cast<int>(step_.problem.jacobians.size());
     const Mat3 j = sign * frame.transpose() * (weight * Mat3::Identity() + aside * frame.col(0).transpose());
     step_.problem.jacobians.insert(step_.problem.jacobians.end(), j.data(), j.data() + 9);
@@ -588,7 +589,7 @@ void RowAssembly::finish_bodies() {
     offset += 3;
     pool_offset_.push_back(pool_.size());
     const std::array<bool, 3> held =
-        in_.env.structures[static_cast<std::size_t>(n.structure)].structure->node_held(n.node);
+        in_.env.structures[static_cast<std::size_t>(n.structure)].structure->skin().node_held(n.node);
     for (int pass = 0; pass < 2; ++pass)
       for (int c = 0; c < 3; ++c)
         for (int r = 0; r < 3; ++r) {

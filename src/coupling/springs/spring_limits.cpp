@@ -21,7 +21,7 @@ double phase_asked(double accuracy) { return std::min(0.5, std::sqrt(250 * accur
 double inverse_mass(const Structure& structure, const SurfaceWeights& w) {
   double inverse = 0;
   for (std::size_t i = 0; i < static_cast<std::size_t>(w.count); ++i)
-    inverse += w.weight[i] * w.weight[i] / structure.node_mass(w.node[i]);
+    inverse += w.weight[i] * w.weight[i] / structure.skin().node_mass(w.node[i]);
   return inverse;
 }
 
@@ -35,7 +35,7 @@ double surface_spring_limit(const IslandContext& in, const Step& step, double ah
         t.at.gap > 2 * ahead * std::max(0.0, -t.approach) + in.scale.touch_gap())
       continue;
     double inverse =
-        1 / in.env.structures[static_cast<std::size_t>(t.b_structure)].structure->node_mass(t.b_node);
+        1 / in.env.structures[static_cast<std::size_t>(t.b_structure)].structure->skin().node_mass(t.b_node);
     if (t.a.kind == Partner::Kind::structure)
       inverse += inverse_mass(*in.env.structures[static_cast<std::size_t>(t.a.index)].structure,
                               skin_weights(t, in.surface(t.a.index), t.at.point_a));
@@ -87,7 +87,7 @@ double rise_limit(const IslandContext& in, const Step& step, double ahead) {
     s.stored += 2 * t.stored;
     if (t.at.gap > 2 * ahead * std::max(0.0, -t.approach) + in.scale.touch_gap()) continue;
     const StructurePart& part = in.env.structures[static_cast<std::size_t>(t.a.index)];
-    const double cell = part.structure->young() * face_edge(part.index->surface(), t.at.face_a);
+    const double cell = part.structure->skin().young() * face_edge(part.index->surface(), t.at.face_a);
     const double k = t.stiffness > 0 ? t.stiffness * cell / (t.stiffness + cell) : cell;
     s.stiffness += k;
     if (t.stiffness == 0)

@@ -233,7 +233,7 @@ void collect_node_impulses(const IslandContext& in, Step& step) {
     const NodeBody& n = step.nodes[i];
     step.node_impulses.push_back(
         {n.structure, n.node, Vec3::Zero(),
-         in.env.structures[static_cast<std::size_t>(n.structure)].structure->node_position(n.node)});
+         in.env.structures[static_cast<std::size_t>(n.structure)].structure->skin().node_position(n.node)});
   }
   std::vector<std::size_t> first;  // of each skin's nodes
   for (const CondensedSurface& s : step.condensed_surfaces) {
@@ -241,7 +241,7 @@ void collect_node_impulses(const IslandContext& in, Step& step) {
     for (const int node : s.node)
       step.node_impulses.push_back(
           {s.structure, node, Vec3::Zero(),
-           in.env.structures[static_cast<std::size_t>(s.structure)].structure->node_position(node)});
+           in.env.structures[static_cast<std::size_t>(s.structure)].structure->skin().node_position(node)});
   }
   for (const contact::ProblemContact& c : step.problem.contacts)
     for (int k = 0; k < c.terms; ++k) {
@@ -264,8 +264,8 @@ void collect_node_impulses(const IslandContext& in, Step& step) {
       if (t.row < 0 || s.contact != t.row || t.impulse.isZero(0)) continue;
       const Structure& structure = *in.env.structures[static_cast<std::size_t>(s.structure)].structure;
       const Vec3 p = t.frame * t.impulse;
-      step.node_impulses.push_back(
-          {s.structure, s.node, s.weight * p + s.tilt.dot(p) * t.normal, structure.node_position(s.node)});
+      step.node_impulses.push_back({s.structure, s.node, s.weight * p + s.tilt.dot(p) * t.normal,
+                                    structure.skin().node_position(s.node)});
     }
 }
 

@@ -38,7 +38,7 @@ struct IslandContext {
 
   /// A structure's boundary surface as it is now.
   const TriangleSurface& surface(int structure) const {
-    return env.structures[static_cast<std::size_t>(structure)].structure->surface();
+    return env.structures[static_cast<std::size_t>(structure)].structure->skin().surface();
   }
   double fastest_surface() const;  // of the vertices of the structures [m/s]
   bool moving_surface(const Partner& a) const {

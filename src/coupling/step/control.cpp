@@ -90,7 +90,7 @@ bool StepControl::take(Trial& trial) {
     step_.length = trial.h;
     for (int s : in_.island->structures) {
       Structure& structure = *in_.env.structures[static_cast<std::size_t>(s)].structure;
-      in_.condensed ? structure.predict_condensed(trial.start, trial.h)
+      in_.condensed ? structure.condensed().predict(trial.start, trial.h)
                     : structure.predict(trial.start, trial.h);
     }
     if (in_.condensed) {

@@ -259,8 +259,8 @@ void IslandIntegrator::correct_structures(double t, double h) {
   for (int s : in_.island->structures) {
     StructurePart& part = in_.env.structures[static_cast<std::size_t>(s)];
     if (!in_.condensed) part.structure->correct(t, h, shares_of(step_, s));
-    sheds_ = sheds_ || part.structure->surface().revision != part.index->surface().revision;
-    part.index->refit(part.structure->surface());
+    sheds_ = sheds_ || part.structure->skin().surface().revision != part.index->surface().revision;
+    part.index->refit(part.structure->skin().surface());
     ++(in_.condensed ? report_.counters.condensed_steps : report_.counters.structure_steps);
   }
 }

@@ -25,7 +25,7 @@ constexpr std::size_t most_faces = 400;  // touched at a time: the dense body co
 
 bool chosen_condensed(const IslandContext& in) {
   return std::all_of(in.island->structures.begin(), in.island->structures.end(), [&](int s) {
-    return in.env.structures[static_cast<std::size_t>(s)].structure->condensed_by_choice();
+    return in.env.structures[static_cast<std::size_t>(s)].structure->condensed().by_choice();
   });
 }
 
@@ -86,8 +86,8 @@ bool may_condense(const IslandContext& in, Step& step, ContactSearch& search, do
   // What costs least is asked first: the structure's forces, which the next step needs in any case, before a
   // search that reaches through the whole macro step.
   const bool able = std::all_of(in.island->structures.begin(), in.island->structures.end(), [&](int s) {
-    return in.env.structures[static_cast<std::size_t>(s)].structure->condensed_step(t, in.settings.accuracy) >
-           0;
+    return in.env.structures[static_cast<std::size_t>(s)].structure->condensed().longest_step(
+               t, in.settings.accuracy) > 0;
   });
   return able && (chosen_condensed(in) || none_strikes(in, step, search, duration));
 }
@@ -96,7 +96,7 @@ bool strikes_structure(const IslandContext& in, const Step& step, double t, doub
   bool any = false;
   for (const Touch& touch : step.touches) {
     if (!meets_fast(in, touch, h) || own_approach(in, touch) > -in.gentle_speed()) continue;
-    in.env.structures[static_cast<std::size_t>(touch.a.index)].structure->struck(t);
+    in.env.structures[static_cast<std::size_t>(touch.a.index)].structure->condensed().struck(t);
     any = true;
   }
   return any;
@@ -108,7 +108,7 @@ double condensed_length(const IslandContext& in, Step& step, ContactSearch& sear
   double explicit_step = duration;
   for (int s : in.island->structures) {
     Structure& structure = *in.env.structures[static_cast<std::size_t>(s)].structure;
-    double limit = structure.condensed_step(t, in.settings.accuracy);
+    double limit = structure.condensed().longest_step(t, in.settings.accuracy);
     if (limit == 0) return 0;
     // Motion that stays below the accuracy has no period to keep: a squat structure's, of few stable steps,
     // least of all.
@@ -128,8 +128,8 @@ double condensed_length(const IslandContext& in, Step& step, ContactSearch& sear
   if (strikes_structure(in, step, t, h) || touched_faces(in, step) > most_faces) return 0;
   const auto begun = [&](double length) {
     const bool all = std::all_of(in.island->structures.begin(), in.island->structures.end(), [&](int s) {
-      return in.env.structures[static_cast<std::size_t>(s)].structure->may_begin(t, length,
-                                                                                 in.settings.accuracy);
+      return in.env.structures[static_cast<std::size_t>(s)].structure->condensed().may_begin(
+          t, length, in.settings.accuracy);
     });
     return all ? length : 0.0;
   };
@@ -162,20 +162,20 @@ void gather_condensed_surfaces(const IslandContext& in, Step& step) {
       for (int v : surface.triangles[static_cast<std::size_t>(t.at.face_a)])
         for (int k = 0; k < surface.nodes[static_cast<std::size_t>(v)].count; ++k) {
           const int node = surface.nodes[static_cast<std::size_t>(v)].node[static_cast<std::size_t>(k)];
-          if (std::isfinite(part.structure->node_mass(node))) skin.node.push_back(node);
+          if (std::isfinite(part.structure->skin().node_mass(node))) skin.node.push_back(node);
         }
     }
     if (skin.node.empty()) continue;
     std::sort(skin.node.begin(), skin.node.end());
     skin.node.erase(std::unique(skin.node.begin(), skin.node.end()), skin.node.end());
-    skin.inverse = part.structure->compliance(skin.node);
+    skin.inverse = part.structure->condensed().compliance(skin.node);
     const auto m = static_cast<Eigen::Index>(skin.node.size());
     skin.v_hat.resize(3 * m);
     skin.v_before.resize(3 * m);
     for (Eigen::Index i = 0; i < m; ++i) {
       const int node = skin.node[static_cast<std::size_t>(i)];
-      skin.v_hat.segment<3>(3 * i) = part.structure->predicted_velocity(node);
-      skin.v_before.segment<3>(3 * i) = part.structure->node_velocity(node);
+      skin.v_hat.segment<3>(3 * i) = part.structure->skin().predicted_velocity(node);
+      skin.v_before.segment<3>(3 * i) = part.structure->skin().node_velocity(node);
     }
     step.condensed_surfaces.push_back(std::move(skin));
   }
@@ -234,14 +234,14 @@ bool correct_condensed(const IslandContext& in, const Step& step, double t, doub
   for (int s : in.island->structures) {
     if (!taken) break;
     Structure& structure = *in.env.structures[static_cast<std::size_t>(s)].structure;
-    taken = structure.correct_condensed(t, h, shares_of(step, s));
+    taken = structure.condensed().correct(t, h, shares_of(step, s));
     ++done;
   }
   if (!taken)
     for (std::size_t i = 0; i < done; ++i) {
       Structure& structure = *in.env.structures[static_cast<std::size_t>(in.island->structures[i])].structure;
-      structure.undo_condensed();
-      if (i + 1 == done) structure.struck(t);
+      structure.condensed().undo();
+      if (i + 1 == done) structure.condensed().struck(t);
     }
   return taken;
 }
@@ -250,9 +250,10 @@ double surface_speed(const IslandContext& in, const Step& step) {
   double fastest = 0;
   for (const CondensedSurface& skin : step.condensed_surfaces)
     for (const int node : skin.node)
-      fastest = std::max(
-          fastest,
-          in.env.structures[static_cast<std::size_t>(skin.structure)].structure->node_velocity(node).norm());
+      fastest = std::max(fastest, in.env.structures[static_cast<std::size_t>(skin.structure)]
+                                      .structure->skin()
+                                      .node_velocity(node)
+                                      .norm());
   return fastest;
 }
 

@@ -13,7 +13,6 @@
 
 #include <fmt/format.h>
 
-#include "contact/structures/divided.hpp"
 #include "contact/tolerances.hpp"
 #include "core/error.hpp"
 #include "core/multiples.hpp"
@@ -30,9 +29,9 @@ constexpr double crowded_steps = 128;  // sub-steps of a structure in a stretch,
 /// The whole skin as it is now.
 void bring_up_to_date(StructurePart& part) {
   if (part.followed.between >= 0)
-    part.index->unfocus(part.structure->surface());
+    part.index->unfocus(part.structure->skin().surface());
   else
-    part.index->refit(part.structure->surface());
+    part.index->refit(part.structure->skin().surface());
   part.followed = {};
   part.lagging_index = false;
 }
@@ -130,24 +129,10 @@ struct SkinBefore {
 };
 
 /// Farthest that a vertex of the skin is from where it was; of one that has lost cells since, unknown and
-/// none [m]. What a step that fails goes back to: of a structure that several processes hold, this one's
-/// part.
-void save_here(const Structure& structure, std::vector<double>& state) {
-  if (const auto* divided = dynamic_cast<const DividedStructure*>(&structure))
-    divided->save_here(state);
-  else
-    structure.save(state);
-}
-void restore_here(Structure& structure, std::span<const double> state) {
-  if (auto* divided = dynamic_cast<DividedStructure*>(&structure))
-    divided->restore_here(state);
-  else
-    structure.restore(state);
-}
-
+/// none [m].
 double farthest(const SkinBefore& before, const StructurePart& part) {
   if (before.vertices.empty()) return 0;
-  const TriangleSurface& now = part.structure->surface();
+  const TriangleSurface& now = part.structure->skin().surface();
   if (now.revision != before.revision || now.vertices.size() != before.vertices.size()) return 0;
   double way = 0;
   for (std::size_t i = 0; i < now.vertices.size(); ++i)
@@ -211,14 +196,14 @@ struct CoupledSystem::MacroStep {
 void CoupledSystem::start_structure(MacroStep& m, std::size_t q) {
   StructurePart& part = env_.structures[q];
   if (std::exchange(m.started[q], 1) != 0) {
-    restore_here(*part.structure, m.structures[q]);
+    part.structure->restore_here(m.structures[q]);
     bring_up_to_date(part);
     state_.surface_contacts[q] = m.before.surface_contacts[q];
     return;
   }
-  save_here(*part.structure, m.structures[q]);
+  part.structure->save_here(m.structures[q]);
   if (!part.fixed_surface)
-    m.skins[q] = {part.structure->surface().revision, part.structure->surface().vertices};
+    m.skins[q] = {part.structure->skin().surface().revision, part.structure->skin().surface().vertices};
 }
 
 /// The smallest step suggested among its blocks and structures; 0: none [s].
@@ -356,7 +341,7 @@ void CoupledSystem::step_other_structures(const MacroStep& m, double duration) {
     part.structure->advance_alone(state_.time, duration);
     part.lagging_index = !part.fixed_surface;
     const bool new_topology =
-        part.structure->surface().revision !=
+        part.structure->skin().surface().revision !=
         part.index->surface().revision;  // is never left behind: a checkpoint keeps positions alone
     if (part.lagging_index && (new_topology || part.followed.between >= 0)) bring_up_to_date(part);
   }
@@ -388,7 +373,7 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
     state_ = m.before;
     for (std::size_t q = 0; q < structures; ++q)
       if (m.plan.structure_used[q]) {
-        restore_here(*env_.structures[q].structure, m.structures[q]);
+        env_.structures[q].structure->restore_here(m.structures[q]);
         bring_up_to_date(env_.structures[q]);
       }
     if (escaped || stopped) failure = {};

@@ -53,7 +53,7 @@ Vec3 partner_velocity(const dda::State& s, const Environment& env, const Touch& 
     Vec3 v = Vec3::Zero();
     for (int i = 0; i < w.count; ++i)
       v += w.weight[static_cast<std::size_t>(i)] *
-           part.structure->node_velocity(w.node[static_cast<std::size_t>(i)]);
+           part.structure->skin().node_velocity(w.node[static_cast<std::size_t>(i)]);
     return v;
   }
   return Vec3::Zero();
@@ -288,7 +288,7 @@ void make_touches(const dda::Model& m, const dda::State& s, const Environment& e
                               partner_velocity(s, env, t)) -
                  t.approach;
     const bool hard = bonded || (at_skin && p.face_a >= 0 &&
-                                 within_cell(*t.law, env.structures[of_a].structure->young(),
+                                 within_cell(*t.law, env.structures[of_a].structure->skin().young(),
                                              face_edge(env.structures[of_a].index->surface(), p.face_a)));
     if (!hard) set_spring(t, m, last != nullptr ? last->crushed : 0.0, at_skin);
     if (last != nullptr && !at_skin && !t.glued)

@@ -147,9 +147,10 @@ void find_surface_touches(const Environment& env, const SurfacePair& pair, doubl
         &env.laws(structure ? part_a->material : ground_material(env, *ground, t.at.face_a), part_b.material);
     const ContactMemory* last = recall(history[static_cast<std::size_t>(pair.b)], pair.a.id(), t);
     const double share = t.law->stiffness == ContactLaw::Stiffness::per_area ? t.at.area : 1.0;
-    double cell = part_b.structure->young() * std::sqrt(tributary.norm());
+    double cell = part_b.structure->skin().young() * std::sqrt(tributary.norm());
     if (structure)
-      cell = std::min(part_a->structure->young() * face_edge(part_a->index->surface(), t.at.face_a), cell);
+      cell = std::min(part_a->structure->skin().young() * face_edge(part_a->index->surface(), t.at.face_a),
+                      cell);
     if (t.law->stiffness != ContactLaw::Stiffness::hard &&
         !gives_less_than_cell(*t.law, t.law->normal_stiffness * share,
                               cell)) {  // at points of the skins, both kinds of springs
@@ -162,8 +163,9 @@ void find_surface_touches(const Environment& env, const SurfacePair& pair, doubl
     t.normal_law.crushed = last != nullptr ? last->crushed : 0.0;
     hold_on(t, last, false);
     if (t.stiffness > 0 && t.law->damping_ratio > 0)
-      t.dashpot = 2 * t.law->damping_ratio * std::sqrt(t.stiffness * part_b.structure->node_mass(t.b_node));
-    t.approach = t.at.normal.dot(part_b.structure->node_velocity(t.b_node) -
+      t.dashpot =
+          2 * t.law->damping_ratio * std::sqrt(t.stiffness * part_b.structure->skin().node_mass(t.b_node));
+    t.approach = t.at.normal.dot(part_b.structure->skin().node_velocity(t.b_node) -
                                  (structure ? partner_velocity({}, env, t) : Vec3(Vec3::Zero())));
     out.push_back(t);
   }

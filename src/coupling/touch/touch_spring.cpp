@@ -37,7 +37,7 @@ double cell_compliance(const StructurePart& part, const contact::ContactPoint& a
   for (int i = 0; i < w.count; ++i)
     squares += w.weight[static_cast<std::size_t>(i)] * w.weight[static_cast<std::size_t>(i)];
   return (given_at_centre + (squares - 0.25) / 0.75 * (given_at_node - given_at_centre)) /
-         (part.structure->young() * face_edge(s, at.face_a));
+         (part.structure->skin().young() * face_edge(s, at.face_a));
 }
 
 /// The indentation about x at which Hertz's law holds that energy of a half step, of which the step before

@@ -151,13 +151,13 @@ void CoupledRuns::run_one(std::size_t k) {
 
 /// Capacities of the structure's members as they stand at the end of a run, beside those as built.
 void CoupledRuns::write_capacity(sim::Simulation& simulation, const fs::path& directory) {
-  const Structure* s = simulation.structures()[static_cast<std::size_t>(structure_)];
+  Structure* const s = simulation.structures()[static_cast<std::size_t>(structure_)];
   if (s == nullptr) return;
-  const std::vector<PushDown> now = s->push_down(), &built = as_built(tasks_.front());
-  const std::vector<MemberState> states = s->member_states();
+  const std::vector<PushDown> now = s->capacity().push_down(), &built = as_built(tasks_.front());
+  const std::vector<MemberState> states = s->loads().states();
   Json list = Json::array();
   for (std::size_t k = 0; k < std::min(now.size(), built.size()); ++k) {
-    const talus::Member& m = s->members()[k];
+    const talus::Member& m = s->loads().members()[k];
     const bool lost =
         !std::isfinite(states[k].drift[0]) || (m.volume > 0 && states[k].lost_volume > 0.1 * m.volume);
     list.push_back({{"member", now[k].member},
@@ -170,8 +170,10 @@ void CoupledRuns::write_capacity(sim::Simulation& simulation, const fs::path& di
 const std::vector<PushDown>& CoupledRuns::as_built(const Task& task) {
   const std::lock_guard lock(built_mutex_);
   if (!built_)
-    built_ =
-        sim::Simulation(scene_of(task, 0.5)).structures()[static_cast<std::size_t>(structure_)]->push_down();
+    built_ = sim::Simulation(scene_of(task, 0.5))
+                 .structures()[static_cast<std::size_t>(structure_)]
+                 ->capacity()
+                 .push_down();
   return *built_;
 }
 

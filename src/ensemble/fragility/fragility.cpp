@@ -31,7 +31,8 @@ class Fragility {
     members_ = world->world()
                    .system->environment()
                    .structures[static_cast<std::size_t>(structure_)]
-                   .structure->members();
+                   .structure->loads()
+                   .members();
   }
 
   FragilityResult write() {
@@ -74,7 +75,7 @@ class Fragility {
                          "add the [[structure]] to its scene and run talus ensemble again");
     const auto& parts = world.world().system->environment().structures;
     for (std::size_t s = 0; s < parts.size(); ++s)
-      for (const talus::Member& m : parts[s].structure->members())
+      for (const talus::Member& m : parts[s].structure->loads().members())
         if (m.name == request_.structure)
           throw io::bad_file(
               scene, option, fmt::format("is a member of the structure {}", names[s]),

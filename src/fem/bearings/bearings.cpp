@@ -224,17 +224,14 @@ void Bearings::save(std::vector<double>& state) const {
   for (const auto& s : old_) state.insert(state.end(), {s.slip[0], s.slip[1], s.lost});
 }
 
-std::size_t Bearings::restore(std::span<const double> state) {
-  if (state.size() < 3 * old_.size())
-    throw NumericalFailure("the saved bearings belong to another structure");
+void Bearings::restore(StateReader& state) {
   for (std::size_t i = 0; i < old_.size(); ++i) {
-    old_[i].slip = {state[3 * i], state[3 * i + 1]};
-    old_[i].lost = state[3 * i + 2];
+    old_[i].slip = {state.next(), state.next()};
+    old_[i].lost = state.next();
     foot_[i] = sites_[i].built;
     if (old_[i].slip != std::array<double, 2>{}) move_foot(i);
   }
   next_ = old_;
-  return 3 * old_.size();
 }
 
 }  // namespace talus::fem

@@ -15,6 +15,7 @@
 #include "fem/linear/linear_system.hpp"
 #include "fem/materials/material_steel.hpp"
 #include "fem/rebar/rebar_embed.hpp"
+#include "fem/state_reader.hpp"
 
 namespace talus::fem {
 
@@ -62,7 +63,7 @@ class Bearings {
   /// Linear springs for the stiffness matrix, as built.
   std::vector<Spring> springs() const;
   void save(std::vector<double>& state) const;
-  std::size_t restore(std::span<const double> state);
+  void restore(StateReader& state);
 
  private:
   /// The upper cells of one cap beam, to be searched in body axes.

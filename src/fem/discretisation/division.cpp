@@ -1,5 +1,8 @@
 #include "fem/discretisation/division.hpp"
 
+#include <algorithm>
+#include <array>
+
 namespace talus::fem {
 
 long Division::count_of(long count) const {
@@ -31,8 +34,52 @@ std::vector<double> Division::of_cells(const std::vector<int>& cells, std::size_
 
 void Division::share(AlignedVector& u, AlignedVector& v) {
   if (!partition) return;
-  const std::array<AlignedVector*, 2> fields{&u, &v};
-  partition->gather(fields);
+  std::size_t n = 0;
+  const auto three = [](auto& field, std::size_t node) { return &field[4 * node]; };
+  partition->each_node(
+      6,
+      [&](int node, double* to) {
+        for (const AlignedVector* field : {&u, &v})
+          to = std::copy_n(three(*field, static_cast<std::size_t>(node)), 3, to);
+      },
+      [&](std::span<const double> rows) {
+        for (const double* from = rows.data(); from != rows.data() + rows.size(); ++n)
+          for (AlignedVector* field : {&u, &v}) std::copy_n(from, 3, three(*field, n)), from += 3;
+      });
+}
+
+void Division::each_node(int width, const WriteRow& write, const TakeRows& take) const {
+  partition ? partition->each_node(width, write, take) : rows_of(nodes, width, write, take);
+}
+
+void Division::each_cell(int width, const WriteRow& write, const TakeRows& take) const {
+  partition ? partition->each_cell(width, write, take) : rows_of(cells, width, write, take);
+}
+
+void Division::save_nodes(std::vector<double>& state, bool here, int width, const WriteRow& write) const {
+  const TakeRows take = [&](std::span<const double> rows) {
+    if (here || first_rank()) state.insert(state.end(), rows.begin(), rows.end());
+  };
+  here ? rows_of(nodes, width, write, take) : each_node(width, write, take);
+}
+
+void Division::save_cells(std::vector<double>& state, bool here, int width, const WriteRow& write) const {
+  const TakeRows take = [&](std::span<const double> rows) {
+    if (here || first_rank()) state.insert(state.end(), rows.begin(), rows.end());
+  };
+  here ? rows_of(cells, width, write, take) : each_cell(width, write, take);
+}
+
+Division::Saved Division::saved_nodes(StateReader& state, bool here, std::size_t width) const {
+  const double* const first = state.take(width * (here ? nodes : nodes_in_all()));
+  return [=, this](int n) { return first + width * static_cast<std::size_t>(here ? n : whole_node(n)); };
+}
+
+Division::Saved Division::saved_cells(StateReader& state, bool here, std::size_t width) const {
+  const double* const first = state.take(width * (here ? cells : cells_in_all()));
+  return [=, this](int cell) {
+    return first + width * static_cast<std::size_t>(here ? cell : whole_cell(cell));
+  };
 }
 
 }  // namespace talus::fem

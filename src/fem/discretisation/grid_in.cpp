@@ -11,7 +11,7 @@
 #include <set>
 #include <sstream>
 
-#include "core/error.hpp"
+#include "fem/spec_error.hpp"
 
 namespace talus::fem {
 namespace {
@@ -24,13 +24,8 @@ std::string ending(const std::string& path) {
 }
 
 [[noreturn]] void refuse(const StructureSpec& spec, const std::string& value, const std::string& rule) {
-  Problem p;
-  p.file = spec.file;
-  p.key = "structure." + spec.name + ".file";
-  p.value = value;
-  p.rule = rule;
-  p.remedy = "write the mesh as Gmsh .msh or Abaqus .inp, whose messages name the line";
-  throw InputError(p);
+  bad(spec, "file", value, rule, "write the mesh as Gmsh .msh or Abaqus .inp, whose messages name the line",
+      spec.file);
 }
 
 /// The line of a deal.II exception that says what is wrong.

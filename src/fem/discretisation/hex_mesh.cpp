@@ -4,11 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <tuple>
 
+#include "core/disjoint_sets.hpp"
 #include "core/error.hpp"
-#include "fem/discretisation/trilinear.hpp"
 
 namespace talus::fem {
 
@@ -16,9 +15,6 @@ const int hex_faces[6][4] = {{0, 4, 7, 3}, {1, 2, 6, 5}, {0, 1, 5, 4},
                              {3, 7, 6, 2}, {0, 3, 2, 1}, {4, 5, 6, 7}};
 
 namespace {
-const int corner_sign[8][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1},
-                               {-1, -1, 1},  {1, -1, 1},  {1, 1, 1},  {-1, 1, 1}};
-
 struct FaceKey {
   std::array<int, 4> node;  // sorted
   int cell, face;
@@ -94,18 +90,13 @@ ClosedSurface close_surface(const std::vector<SkinQuad>& quads) {
   std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
     return std::tie(a.low, a.high, a.quad, a.k) < std::tie(b.low, b.high, b.quad, b.k);
   });
-  std::vector<int> parent(4 * quads.size());
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto root = [&](int i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-  };
+  DisjointSets corners(static_cast<int>(4 * quads.size()));
   const auto forward = [&](const Side& s) { return quads[s.quad].node[s.k] == s.low; };
   const auto join = [&](const Side& a, const Side& b) {
     const int a0 = 4 * a.quad + a.k, a1 = 4 * a.quad + (a.k + 1) % 4, b0 = 4 * b.quad + b.k,
               b1 = 4 * b.quad + (b.k + 1) % 4;
-    parent[root(a0)] = root(b1);
-    parent[root(a1)] = root(b0);
+    corners.join(a0, b1);
+    corners.join(a1, b0);
   };
   for (std::size_t i = 0; i < sides.size();) {
     std::size_t j = i;
@@ -129,41 +120,18 @@ ClosedSurface close_surface(const std::vector<SkinQuad>& quads) {
     i = j;
   }
   for (int q = 0; q < static_cast<int>(quads.size()); ++q)  // of a triangle, whose last corner is there twice
-    if (quads[q].node[2] == quads[q].node[3]) parent[root(4 * q + 2)] = root(4 * q + 3);
+    if (quads[q].node[2] == quads[q].node[3]) corners.join(4 * q + 2, 4 * q + 3);
   ClosedSurface out;
-  std::vector<int> vertex(parent.size(), -1);
+  std::vector<int> vertex(4 * quads.size(), -1);
   for (std::size_t q = 0; q < quads.size(); ++q) {
     out.quad.emplace_back();
     for (int k = 0; k < 4; ++k) {
-      int& v = vertex[root(static_cast<int>(4 * q) + k)];
+      int& v = vertex[corners.root(static_cast<int>(4 * q) + k)];
       if (v < 0) v = static_cast<int>(out.node.size()), out.node.push_back(quads[q].node[k]);
       out.quad.back()[k] = v;
     }
   }
   return out;
-}
-
-Vec3 gauss_point(int q) {
-  const double g = 1 / std::sqrt(3.0);
-  return {q & 1 ? g : -g, q & 2 ? g : -g, q & 4 ? g : -g};
-}
-
-std::array<double, 8> shape_values(const Vec3& xi) {
-  std::array<double, 8> n;
-  for (int a = 0; a < 8; ++a)
-    n[a] = 0.125 * (1 + corner_sign[a][0] * xi.x()) * (1 + corner_sign[a][1] * xi.y()) *
-           (1 + corner_sign[a][2] * xi.z());
-  return n;
-}
-
-std::array<Vec3, 8> shape_gradients(const Vec3& xi) {
-  std::array<Vec3, 8> g;
-  for (int a = 0; a < 8; ++a) {
-    const double x = 1 + corner_sign[a][0] * xi.x(), y = 1 + corner_sign[a][1] * xi.y(),
-                 z = 1 + corner_sign[a][2] * xi.z();
-    g[a] = 0.125 * Vec3(corner_sign[a][0] * y * z, corner_sign[a][1] * x * z, corner_sign[a][2] * x * y);
-  }
-  return g;
 }
 
 Mat3 nearest_rotation(Mat3 m) {
@@ -176,34 +144,8 @@ Mat3 nearest_rotation(Mat3 m) {
   return m;
 }
 
-namespace {
-
-using Gradients = std::array<Vec3, 8>;
-
-Mat3 jacobian_by(const HexMesh& mesh, int cell, const Gradients& g) {
-  // Edge vectors keep the result exact for cells far from the origin.
-  const Vec3& origin = mesh.nodes[mesh.hexes[cell][0]];
-  Mat3 j = Mat3::Zero();
-  for (int a = 1; a < 8; ++a) j += (mesh.nodes[mesh.hexes[cell][a]] - origin) * g[a].transpose();
-  return j;
-}
-
-template <class Place>
-std::array<Gradients, 8> gradients_at(const Place& place) {
-  std::array<Gradients, 8> g;
-  for (int i = 0; i < 8; ++i) g[i] = shape_gradients(place(i));
-  return g;
-}
-
-}  // namespace
-
 Mat3 jacobian(const HexMesh& mesh, int cell, const Vec3& xi) {
-  return jacobian_by(mesh, cell, shape_gradients(xi));
-}
-
-Mat3 point_jacobian(const HexMesh& mesh, int cell, int q) {
-  static const std::array<Gradients, 8> at_points = gradients_at(gauss_point);
-  return jacobian_by(mesh, cell, at_points[q]);
+  return TrilinearMap(mesh.nodes, mesh.hexes[cell]).jacobian(xi);
 }
 
 std::string cell_name(const HexMesh& mesh, int cell) {
@@ -331,7 +273,7 @@ void check_cells(const HexMesh& mesh, const std::string& key, const std::string&
       continue;
     }
     double least = INFINITY;
-    const TrilinearMap map(mesh, cell);
+    const TrilinearMap map(mesh.nodes, mesh.hexes[cell]);
     for (int q = 0; q < 8; ++q) least = std::min(least, map.jacobian(gauss_point(q)).determinant());
     double corner = INFINITY;
     for (int a = 0; a < 8; ++a)
@@ -356,10 +298,21 @@ void check_cells(const HexMesh& mesh, const std::string& key, const std::string&
 std::vector<double> cell_volumes(const HexMesh& mesh) {
   std::vector<double> volume(mesh.hexes.size(), 0.0);
   for (int cell = 0; cell < static_cast<int>(mesh.hexes.size()); ++cell) {
-    const TrilinearMap map(mesh, cell);
+    const TrilinearMap map(mesh.nodes, mesh.hexes[cell]);
     for (int q = 0; q < 8; ++q) volume[cell] += map.jacobian(gauss_point(q)).determinant();
   }
   return volume;
+}
+
+std::array<double, 8> corner_volumes(const HexMesh& mesh, int cell) {
+  const TrilinearMap map(mesh.nodes, mesh.hexes[cell]);
+  std::array<double, 8> share{};
+  for (int q = 0; q < 8; ++q) {
+    const std::array<double, 8> shape = shape_values(gauss_point(q));
+    const double w = map.jacobian(gauss_point(q)).determinant();
+    for (int a = 0; a < 8; ++a) share[a] += w * shape[a];
+  }
+  return share;
 }
 
 }  // namespace talus::fem

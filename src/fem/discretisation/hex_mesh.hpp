@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "contact/structures/structure.hpp"
+#include "fem/discretisation/trilinear.hpp"
 
 namespace talus::fem {
 
@@ -70,16 +71,8 @@ std::vector<SkinQuad> skin(const HexMesh& mesh, const std::vector<char>& live);
 
 /// Jacobian dx/dxi at a reference point in [-1, 1]^3; rows x, y, z, columns xi, eta, zeta.
 Mat3 jacobian(const HexMesh& mesh, int cell, const Vec3& xi);
-/// The same at Gauss point q.
-Mat3 point_jacobian(const HexMesh& mesh, int cell, int q);
 /// The rotation nearest to a matrix of positive determinant, R of its polar decomposition R U.
 Mat3 nearest_rotation(Mat3 m);
-/// Values of the eight shape functions.
-std::array<double, 8> shape_values(const Vec3& xi);
-/// Their gradients with respect to the reference coordinates.
-std::array<Vec3, 8> shape_gradients(const Vec3& xi);
-/// The eight Gauss points, xi fastest.
-Vec3 gauss_point(int q);
 
 /// Whether more than the border of a cell lies in a zone and one of its edges is longer than the zone asks
 /// for. Corners in VTK order.
@@ -97,8 +90,10 @@ void check_faces(const HexMesh& mesh, const std::string& key, const std::string&
 /// first such found. Not looked for where one cell is twenty times as large as they are in the mean.
 std::optional<std::pair<int, int>> overlapping_cells(const HexMesh& mesh);
 
-/// Volume of each cell by its integration points, which is what mass and stiffness use.
+/// Volume of each cell by its integration points, which is what mass and stiffness use; and what of it each
+/// corner stands for, int N_a dV by the same points.
 std::vector<double> cell_volumes(const HexMesh& mesh);
+std::array<double, 8> corner_volumes(const HexMesh& mesh, int cell);
 
 /// The mesh of a structure: boxes, columns and viaducts by generation, meshes from file.
 HexMesh make_mesh(const StructureSpec& spec);

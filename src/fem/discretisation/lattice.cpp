@@ -179,4 +179,15 @@ HexMesh bricks(const std::vector<Box3>& boxes, double cell_size,
   return lattice(lines, solid);
 }
 
+bool refines_locally(const StructureSpec& spec) {
+  return std::any_of(spec.parameters.begin(), spec.parameters.end(),
+                     [](const auto& p) { return p.first == "local_refinement" && p.second != 0; });
+}
+
+StructureSpec of_coarse_mesh(const StructureSpec& spec) {
+  StructureSpec coarse = spec;
+  if (refines_locally(spec)) coarse.refinements.clear();
+  return coarse;
+}
+
 }  // namespace talus::fem

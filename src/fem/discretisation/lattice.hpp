@@ -41,7 +41,7 @@ HexMesh lattice(const Lines& lines, const std::function<bool(int, int, int)>& so
 std::vector<StructureSpec::Refinement> local_refinements(const StructureSpec& spec);
 std::vector<FineZone> zones_along(const std::vector<StructureSpec::Refinement>& refinements, int axis);
 
-/// Whether the zones end at their borders, by hanging nodes (structure_hanging.cpp), and do not go on through
+/// Whether the zones end at their borders, by hanging nodes, and do not go on through
 /// the structure; the specification of the mesh that is refined.
 bool refines_locally(const StructureSpec& spec);
 StructureSpec of_coarse_mesh(const StructureSpec& spec);

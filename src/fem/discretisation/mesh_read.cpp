@@ -9,6 +9,7 @@
 #include "core/error.hpp"
 #include "core/solid_mesh.hpp"
 #include "fem/discretisation/grid_in.hpp"
+#include "fem/spec_error.hpp"
 
 namespace talus::fem {
 namespace {
@@ -78,17 +79,14 @@ std::optional<Meeting> meeting(const SolidMesh& mesh) {
 void check_meetings(const SolidMesh& mesh, const StructureSpec& spec) {
   const auto found = meeting(mesh);
   if (!found) return;
-  Problem p;
-  p.file = spec.file;
-  p.key = "structure." + spec.name + ".file";
-  p.value = fmt::format("cell {} (tetrahedron) and cell {} (hexahedron) meet in {} nodes",
-                        mesh.tet_numbers[found->tet], mesh.hex_numbers[found->hex], found->nodes);
-  p.rule = fmt::format(
-      "tetrahedra may not meet hexahedra in a face or an edge ({} tetrahedra do): they are computed with "
-      "nodes at the midpoints of edges and faces, which a hexahedron does not hold",
-      found->count);
-  p.remedy = "mesh each connected part with hexahedra alone or tetrahedra alone";
-  throw InputError(p);
+  bad(spec, "file",
+      fmt::format("cell {} (tetrahedron) and cell {} (hexahedron) meet in {} nodes",
+                  mesh.tet_numbers[found->tet], mesh.hex_numbers[found->hex], found->nodes),
+      fmt::format(
+          "tetrahedra may not meet hexahedra in a face or an edge ({} tetrahedra do): they are computed with "
+          "nodes at the midpoints of edges and faces, which a hexahedron does not hold",
+          found->count),
+      "mesh each connected part with hexahedra alone or tetrahedra alone", spec.file);
 }
 
 }  // namespace
@@ -102,38 +100,26 @@ void place_file_mesh(HexMesh& mesh, const StructureSpec& spec) {
   Vec3 pivot = Vec3::Zero();
   if (centred) {
     double volume = 0;
-    for (int cell = 0; cell < static_cast<int>(mesh.hexes.size()); ++cell)
-      for (int q = 0; q < 8; ++q) {
-        const double w = jacobian(mesh, cell, gauss_point(q)).determinant();
-        const auto shape = shape_values(gauss_point(q));
-        for (int a = 0; a < 8; ++a) pivot += w * shape[a] * mesh.nodes[mesh.hexes[cell][a]];
-        volume += w;
-      }
+    for (int cell = 0; cell < static_cast<int>(mesh.hexes.size()); ++cell) {
+      const std::array<double, 8> share = corner_volumes(mesh, cell);
+      for (int a = 0; a < 8; ++a) pivot += share[a] * mesh.nodes[mesh.hexes[cell][a]], volume += share[a];
+    }
     if (volume != 0) pivot /= volume;
   }
   for (Vec3& x : mesh.nodes) x = spec.rotation * (x - pivot) + spec.position;
 }
 
 HexMesh read_mesh(const StructureSpec& spec) {
-  if (!is_solid_mesh_file(spec.file)) {
-    Problem p;
-    p.key = "structure." + spec.name + ".file";
-    p.value = spec.file;
-    p.rule = "Gmsh .msh and Abaqus/CalculiX .inp are read, of hexahedra .vtk and .unv too";
-    p.remedy = "export the mesh in one of these formats";
-    throw InputError(p);
-  }
+  if (!is_solid_mesh_file(spec.file))
+    bad(spec, "file", spec.file,
+        "Gmsh .msh and Abaqus/CalculiX .inp are read, of hexahedra .vtk and .unv too",
+        "export the mesh in one of these formats");
   SolidMesh raw = read_solid_mesh(spec.file);
   check_meetings(raw, spec);
   subdivide_tets(raw);
-  if (raw.hexes.empty()) {
-    Problem p;
-    p.file = spec.file;
-    p.key = "structure." + spec.name + ".file";
-    p.rule = "the mesh has no hexahedra and no tetrahedra";
-    p.remedy = "mesh the volume, and save all elements";
-    throw InputError(p);
-  }
+  if (raw.hexes.empty())
+    bad(spec, "file", "", "the mesh has no hexahedra and no tetrahedra",
+        "mesh the volume, and save all elements", spec.file);
   // Only nodes that belong to a cell, in the order of the file.
   std::vector<int> number(raw.nodes.size(), -1);
   for (const auto& hex : raw.hexes)

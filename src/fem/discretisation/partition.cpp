@@ -77,7 +77,7 @@ void rows_of(std::size_t count, int width, const WriteRow& write, const TakeRows
 
 Partition::Partition(const HexMesh& whole, const std::vector<int>& common, const std::vector<double>& cost,
                      bool everywhere, Ranks& ranks)
-    : ranks_(&ranks),
+    : RankTables(ranks),
       me_(ranks.rank()),
       nodes_in_all_(whole.nodes.size()),
       cells_in_all_(whole.hexes.size()) {
@@ -180,22 +180,9 @@ void Partition::exchange(AlignedVector& field) {
       [&](int n, const double* from) { std::copy_n(from, 3, &field[4 * static_cast<std::size_t>(n)]); });
 }
 
-void Partition::gather(std::span<AlignedVector* const> fields) {
-  std::size_t n = 0;
-  each_node(
-      3 * static_cast<int>(fields.size()),
-      [&](int node, double* to) {
-        for (const AlignedVector* field : fields)
-          to = std::copy_n(&(*field)[4 * static_cast<std::size_t>(node)], 3, to);
-      },
-      [&](std::span<const double> rows) {
-        for (const double* from = rows.data(); from != rows.data() + rows.size(); ++n)
-          for (AlignedVector* field : fields) std::copy_n(from, 3, &(*field)[4 * n]), from += 3;
-      });
-}
-
-void Partition::each(const std::vector<int>& numbers, std::size_t in_all, const std::function<bool(int)>& own,
-                     int width, const WriteRow& write, const TakeRows& take) {
+void RankTables::each(const std::vector<int>& numbers, std::size_t in_all,
+                      const std::function<bool(int)>& own, int width, const WriteRow& write,
+                      const TakeRows& take) {
   const auto w = static_cast<std::size_t>(width);
   std::vector<double> mine, values;
   std::size_t next = 0;
@@ -226,7 +213,7 @@ void Partition::each_cell(int width, const WriteRow& write, const TakeRows& take
       cell_number_, cells_in_all_, [this](int cell) { return owns_cell(cell); }, width, write, take);
 }
 
-std::vector<double> Partition::collect_at_first(std::span<const double> mine) {
+std::vector<double> RankTables::collect_at_first(std::span<const double> mine) {
   const auto count = static_cast<double>(mine.size());
   const std::vector<double> counts = collect({&count, 1});
   std::vector<std::vector<double>> send(counts.size()), receive(counts.size());
@@ -244,7 +231,7 @@ std::vector<double> Partition::collect_at_first(std::span<const double> mine) {
   return all;
 }
 
-std::vector<double> Partition::records(int width, std::span<const double> mine, For whom) {
+std::vector<double> RankTables::records(int width, std::span<const double> mine, For whom) {
   const auto w = static_cast<std::size_t>(width);
   const std::vector<double> all = whom == For::all ? collect(mine) : collect_at_first(mine);
   std::vector<std::size_t> order(all.size() / w);
@@ -258,7 +245,7 @@ std::vector<double> Partition::records(int width, std::span<const double> mine, 
   return sorted;
 }
 
-void Partition::sum(std::span<double> values) {
+void RankTables::sum(std::span<double> values) {
   const std::vector<int> count(static_cast<std::size_t>(ranks_->size()), static_cast<int>(values.size()));
   std::vector<double> all(values.size() * count.size());
   ranks_->gather(values, count, all.data());
@@ -266,14 +253,9 @@ void Partition::sum(std::span<double> values) {
   for (std::size_t i = 0; i < all.size(); ++i) values[i % values.size()] += all[i];
 }
 
-double Partition::largest(double value) {
+double RankTables::largest(double value) {
   const std::vector<double> all = collect({&value, 1});
   return *std::max_element(all.begin(), all.end());
-}
-
-double Partition::repeated_share() const {
-  const long all = std::accumulate(cells_per_rank_.begin(), cells_per_rank_.end(), 0L);
-  return static_cast<double>(all) / static_cast<double>(cells_in_all_) - 1;
 }
 
 std::size_t Partition::memory_consumption() const {

@@ -35,7 +35,39 @@ constexpr std::size_t rows_at_once = 8192;
 /// Takes `count` rows of this process.
 void rows_of(std::size_t count, int width, const WriteRow& write, const TakeRows& take);
 
-class Partition {
+/// What all ranks say together; all of them call these alike.
+class RankTables {
+ public:
+  explicit RankTables(Ranks& ranks) : ranks_(&ranks) {}
+  int size() const { return ranks_->size(); }
+  int rank() const { return ranks_->rank(); }
+  bool first_rank() const { return rank() == 0; }
+  /// Sums each entry over the ranks, in their order: the same bits everywhere.
+  void sum(std::span<double> values);
+  /// Greatest over the ranks.
+  double largest(double value);
+  /// The records of all ranks one after the other.
+  std::vector<double> collect(std::span<const double> mine) { return ranks_->gather(mine); }
+  /// Empty but on the first rank.
+  std::vector<double> collect_at_first(std::span<const double> mine);
+  /// The same where it is known how much each rank has.
+  void collect(std::span<const double> mine, std::span<const int> count, double* all) {
+    ranks_->gather(mine, count, all);
+  }
+  /// Records of `width` numbers from all ranks, ascending by the first one; only the first rank is given them
+  /// where the others have no use for them.
+  enum class For { all, first };
+  std::vector<double> records(int width, std::span<const double> mine, For whom = For::all);
+  /// Every rank takes `width` numbers of anything that has `numbers` among `in_all`, ascending, and one
+  /// owner, who writes them: some thousand rows at a time.
+  void each(const std::vector<int>& numbers, std::size_t in_all, const std::function<bool(int)>& own,
+            int width, const WriteRow& write, const TakeRows& take);
+
+ protected:
+  Ranks* ranks_;
+};
+
+class Partition : public RankTables {
  public:
   /// `common`: cells that every rank holds. `cost`: of a node; shares are equal in its sum.
   /// `everywhere`: every rank keeps the whole mesh.
@@ -59,20 +91,12 @@ class Partition {
   bool owns_node(int n) const { return owner_[n] == me_; }
   /// One rank only: that of the cell's first node.
   bool owns_cell(int cell) const { return own_cells_[cell] != 0; }
-  /// A face, as any set of nodes that cells share: that of its first node. Both cells of an own face are
-  /// computed here.
-  template <class Nodes>
-  bool owns_face(const Nodes& nodes) const {
-    return owns_node(*std::min_element(std::begin(nodes), std::end(nodes)));
-  }
   const std::vector<char>& own_cells() const { return own_cells_; }
   /// Cells that touch a node of this rank.
   const std::vector<char>& local_cells() const { return local_cells_; }
   const std::vector<NodeRange>& own_nodes() const { return own_nodes_; }
   /// Those of others whose motion is known here.
   const std::vector<NodeRange>& border_nodes() const { return border_nodes_; }
-  bool first_rank() const { return me_ == 0; }
-  int rank() const { return me_; }
 
   /// Refreshes a field (four numbers per node) at the border nodes.
   void exchange(AlignedVector& field);
@@ -83,36 +107,13 @@ class Partition {
         1, [&](int n, double* to) { *to = static_cast<double>(field[n]); },
         [&](int n, const double* from) { field[n] = static_cast<Number>(*from); });
   }
-  /// Makes fields (four numbers per node) current everywhere, where every rank holds the whole mesh.
-  void gather(std::span<AlignedVector* const> fields);
   /// Every rank takes `width` numbers of every node or cell of the whole mesh, in its order, which the owner
   /// writes: some thousand rows at a time.
   void each_node(int width, const WriteRow& write, const TakeRows& take);
   void each_cell(int width, const WriteRow& write, const TakeRows& take);
-  /// The same of anything that has `numbers` among `in_all`, ascending, and one owner.
-  void each(const std::vector<int>& numbers, std::size_t in_all, const std::function<bool(int)>& own,
-            int width, const WriteRow& write, const TakeRows& take);
-  /// Records of `width` numbers from all ranks, ascending by the first one; only the first rank is given them
-  /// where the others have no use for them.
-  enum class For { all, first };
-  std::vector<double> records(int width, std::span<const double> mine, For whom = For::all);
-  /// Sums each entry over the ranks, in their order: the same bits everywhere.
-  void sum(std::span<double> values);
-  /// Greatest over the ranks.
-  double largest(double value);
-  /// The records of all ranks one after the other.
-  std::vector<double> collect(std::span<const double> mine) { return ranks_->gather(mine); }
-  /// Empty but on the first rank.
-  std::vector<double> collect_at_first(std::span<const double> mine);
-  /// The same where it is known how much each rank has.
-  void collect(std::span<const double> mine, std::span<const int> count, double* all) {
-    ranks_->gather(mine, count, all);
-  }
-  int size() const { return ranks_->size(); }
 
-  /// For the plan: cells of each rank, and the share of all cells that is computed more than once.
+  /// Cells that each rank computes.
   std::vector<long> cells_per_rank() const { return cells_per_rank_; }
-  double repeated_share() const;
   std::size_t memory_consumption() const;  // [bytes]
 
  private:
@@ -129,7 +130,6 @@ class Partition {
       for (std::size_t i = 0; i < receive_[r].size(); ++i) read(receive_[r][i], &incoming_[r][width * i]);
   }
 
-  Ranks* ranks_;
   int me_;
   std::size_t nodes_in_all_, cells_in_all_;
   std::vector<int> node_number_, cell_number_;  // in the whole mesh

@@ -28,23 +28,9 @@ constexpr double bent =
     0.1;  // of a cell's edge: by so much less a piece may be deformed and is still given its planar faces
 }  // namespace
 
-namespace {
-
-/// Masses of a cell at its corners.
-std::array<double, 8> node_shares(const HexMesh& mesh, int cell, double density) {
-  std::array<double, 8> share{};
-  for (int q = 0; q < 8; ++q) {
-    const std::array<double, 8> n = shape_values(gauss_point(q));
-    const double w = density * jacobian(mesh, cell, gauss_point(q)).determinant();
-    for (int a = 0; a < 8; ++a) share[a] += w * n[a];
-  }
-  return share;
-}
-
-}  // namespace
-
 double Fracture::cell_energy(int cell) const {
-  return body_.damage && body_.damage->has(cell) ? body_.damage->stored(cell) : body_.elements->energy(cell);
+  return body_.damage && body_.damage->has(cell) ? body_.damage->result(cell).energy
+                                                 : body_.elements->energy(cell);
 }
 
 double Fracture::link_energy(const std::vector<int>& cells) const {
@@ -129,7 +115,7 @@ std::vector<int> spent_cells(const StructureBody& body) {
   const std::vector<char> none;
   return body.damage->spent(
       {flat_volume, torn_strain, body.spec.erosion ? open_gap : std::numeric_limits<double>::infinity()},
-      body.bars ? body.bars->tied(body.live.size()) : none);
+      body.bars ? body.bars->ties().tied(body.live.size()) : none);
 }
 
 void Fracture::erode(const std::vector<int>& cells) {
@@ -300,13 +286,14 @@ std::map<int, Fracture::Leaving> Fracture::leaving_nodes(const HexMesh& mesh, co
                                                          const Excerpt* apart) const {
   std::map<int, Leaving> nodes;
   for (int cell : cells) {
-    const std::array<double, 8> m = node_shares(mesh, cell, body_.spec.density);
+    const std::array<double, 8> share = corner_volumes(mesh, cell);
     for (int a = 0; a < 8; ++a) {
+      const double m = body_.spec.density * share[a];
       const int n = mesh.hexes[cell][a];
       const HangingNode* h = hanging_node(mesh, n);
-      nodes[n].mass += h != nullptr ? 0 : m[a];
+      nodes[n].mass += h != nullptr ? 0 : m;
       if (h != nullptr)
-        for (const auto& [master, weight] : h->masters) nodes[master].mass += weight * m[a];
+        for (const auto& [master, weight] : h->masters) nodes[master].mass += weight * m;
     }
     for (int n : carriers(mesh, cell)) ++nodes[n].cells;
   }
@@ -413,6 +400,54 @@ Fragment Fracture::detach(const std::vector<int>& whole_cells, const std::vector
   body_.report(
       fmt::format("structure {}: {} cells came off, {:.4g} kg", body_.spec.name, whole_cells.size(), f.mass));
   return f;
+}
+
+void Fracture::save(std::vector<double>& state, bool here) const {
+  state.insert(state.end(),
+               {static_cast<double>(body_.lost.breaks), static_cast<double>(body_.lost.cuts_seen),
+                body_.lost.dust_mass, body_.lost.dust_potential, body_.lost.eroded_volume,
+                body_.lost.detached_volume});
+  for (const Vec3* p : {&body_.lost.dust_momentum, &body_.lost.dust_spin})
+    state.insert(state.end(), p->data(), p->data() + 3);
+  body_.save_cells(state, here, 1, [this](int cell, double* to) { *to = body_.live[cell]; });
+  body_.save_nodes(state, here, 1, [this](int n, double* to) { *to = body_.mass[n]; });
+  if (body_.damage) body_.damage->save(state, here);
+}
+
+void Fracture::restore(StateReader& state, bool here) {
+  body_.lost.breaks = static_cast<long>(state.next()), body_.lost.cuts_seen = static_cast<long>(state.next());
+  for (double* p : {&body_.lost.dust_mass, &body_.lost.dust_potential, &body_.lost.eroded_volume,
+                    &body_.lost.detached_volume})
+    *p = state.next();
+  for (Vec3* p : {&body_.lost.dust_momentum, &body_.lost.dust_spin}) std::copy_n(state.take(3), 3, p->data());
+  double changed = 0;
+  std::fill(body_.cells_at_node.begin(), body_.cells_at_node.end(), 0);
+  const Division::Saved lives = body_.saved_cells(state, here, 1);
+  for (std::size_t cell = 0; cell < body_.live.size(); ++cell) {
+    const char now = *lives(static_cast<int>(cell)) != 0;
+    if (now != body_.live[cell]) changed = 1;
+    body_.live[cell] = now;
+    if (now)
+      for (int n : carriers(body_.mesh, static_cast<int>(cell))) ++body_.cells_at_node[n];
+  }
+  if (body_.partition) body_.partition->exchange_numbers(body_.cells_at_node);
+  const Division::Saved masses = body_.saved_nodes(state, here, 1);
+  for (std::size_t n = 0; n < body_.mass.size(); ++n) {
+    const double mass = *masses(static_cast<int>(n));
+    if (mass != body_.mass[n]) changed = 1;
+    body_.mass[n] = mass;
+    for (int c = 0; c < 3; ++c)
+      body_.inverse_mass[4 * n + c] = mass > 0 && !body_.supports.held[n][c] ? 1 / mass : 0.0;
+  }
+  forces_.masses_changed();
+  if (body_.damage) body_.damage->restore(state, here);
+  for (int cell = 0; cell < static_cast<int>(body_.live.size()); ++cell)
+    body_.elements->set_on(cell, body_.live[cell] && !(body_.damage && body_.damage->has(cell)));
+  if (body_.largest(changed) > 0) {
+    skin_.rebuild();
+    forces_.pass_over_the_gone();
+    ++body_.revision;
+  }
 }
 
 }  // namespace talus::fem

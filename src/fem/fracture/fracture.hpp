@@ -30,6 +30,9 @@ class Fracture {
   /// Without an account of what they take along.
   void switch_off(const std::vector<int>& cells);
   void remove_node(int n);
+  /// What has left, what cells and masses are there, and the history of the law; `here` as save_here().
+  void save(std::vector<double>& state, bool here) const;
+  void restore(StateReader& state, bool here);
 
  private:
   struct Excerpt {

@@ -24,7 +24,7 @@ bool Pieces::parted(int cell) const {
   if (!body_.spec.erosion || !body_.damage || !body_.damage->has(cell) ||
       !body_.damage->cracked_through(cell))
     return false;
-  if (body_.bars && body_.bars->tied(body_.live.size())[static_cast<std::size_t>(cell)]) return false;
+  if (body_.bars && body_.bars->ties().tied(body_.live.size())[static_cast<std::size_t>(cell)]) return false;
   return ((Mat3::Identity() + stresses_.gradient(cell)).determinant() - 1) *
              std::cbrt(body_.cell_mass[cell] / body_.spec.density) >
          parted_opening;
@@ -114,7 +114,7 @@ std::vector<int> Pieces::labels() const {
   std::vector<int> label(static_cast<std::size_t>(cells), -1);
   if (!body_.partition) {
     if (body_.bars)
-      body_.bars->ties([&](int, int a, int b) {
+      body_.bars->ties().visit([&](int, int a, int b) {
         if (body_.live[a] && body_.live[b]) sets.join(a, b);
       });
     for (int cell = 0; cell < cells; ++cell)
@@ -135,11 +135,12 @@ std::vector<int> Pieces::labels() const {
       tell(static_cast<std::size_t>(body_.partition->whole_cell(cell)), cell);
   }
   if (body_.bars)
-    body_.bars->ties([&](int tie, int a, int b) {  // of which both cells are told of if both are there
-      for (const int cell : {a, b})
-        if (cell >= 0 && body_.own_cell(cell) && body_.live[cell])
-          tell(body_.partition->cells_in_all() + static_cast<std::size_t>(tie), cell);
-    });
+    body_.bars->ties().visit(
+        [&](int tie, int a, int b) {  // of which both cells are told of if both are there
+          for (const int cell : {a, b})
+            if (cell >= 0 && body_.own_cell(cell) && body_.live[cell])
+              tell(body_.partition->cells_in_all() + static_cast<std::size_t>(tie), cell);
+        });
   const std::vector<double> all = body_.partition->records(2, mine);
   std::map<int, int> lower;  // labels that stand for a lower one
   const auto lowest = [&](int of) {

@@ -86,14 +86,10 @@ std::vector<NodeImpulse> Leapfrog::impulses_here(std::span<const NodeImpulse> gi
 }
 
 void Leapfrog::take_impulses(double h, std::span<const NodeImpulse> impulses) {
-  for (int n : fields_.struck) std::fill_n(&fields_.contact_impulse[4 * static_cast<std::size_t>(n)], 3, 0.0);
-  fields_.struck.clear();
-  fields_.contact_step = h;
+  fields_.take_impulses(h, impulses);
   for (const NodeImpulse& p : impulses) {
-    fields_.struck.push_back(p.node);
     for (int c = 0; c < 3; ++c) {
       const std::size_t i = 4 * static_cast<std::size_t>(p.node) + c;
-      fields_.contact_impulse[i] += p.impulse[c];
       fields_.v_hat[i] += body_.inverse_mass[i] * p.impulse[c] / fields_.drag;
     }
   }
@@ -199,11 +195,9 @@ void Leapfrog::correct(double t, double h, std::span<const NodeImpulse> given) {
   fields_.time = t + h;
   fields_.reference_kinetic = std::max(fields_.reference_kinetic, works.kinetic);
   // Rounding alone never wakes a structure at rest.
-  if ((works.kinetic > 1e-8 * fields_.reference_kinetic && works.kinetic > 1e-14 * works.stored) ||
-      !given.empty())
-    fields_.still = false;
-  else if (!fields_.still)
-    fields_.still = true, fields_.still_since = fields_.time;
+  fields_.judge((works.kinetic > 1e-8 * fields_.reference_kinetic && works.kinetic > 1e-14 * works.stored) ||
+                    !given.empty(),
+                fields_.time);
   if (body_.bars) {
     body_.bars->accept();
     if (body_.partition && works.breaking > 0) body_.bars->find_broken();
@@ -215,6 +209,17 @@ void Leapfrog::correct(double t, double h, std::span<const NodeImpulse> given) {
     if (body_.bars) body_.bars->see_cracks(*body_.damage, fields_.u.data(), body_.live);
   }
   forces_.moved();
+}
+
+void Leapfrog::advance(double t, double duration) {
+  const long steps = std::max(1L, static_cast<long>(std::ceil(duration / body_.critical_step * (1 - 1e-12))));
+  const double h = duration / static_cast<double>(steps);
+  for (long i = 0; i < steps; ++i) {
+    const double now = t + duration * (static_cast<double>(i) / static_cast<double>(steps));
+    predict(now, h);
+    correct(now, h, {});
+  }
+  fields_.time = t + duration;
 }
 
 /// Brings velocities from the last half step to the time of the displacements.

@@ -13,18 +13,19 @@
 /// m        lumped mass                               kg     nodes
 #pragma once
 #include "fem/fracture/fracture.hpp"
-#include "fem/members/member_loads.hpp"
+#include "fem/integrators/moving_structure.hpp"
 
 namespace talus::fem {
 
-class Leapfrog {
+class Leapfrog : protected MovingStructure {
  public:
-  Leapfrog(StructureBody& body, NodalFields& fields, Forces& forces, EnergyAccount& energy,
-           MemberLoads& loads, Fracture& fracture)
-      : body_(body), fields_(fields), forces_(forces), energy_(energy), loads_(loads), fracture_(fracture) {}
+  Leapfrog(const MovingStructure& structure, Fracture& fracture)
+      : MovingStructure(structure), fracture_(fracture) {}
 
   void predict(double t, double h);
   void correct(double t, double h, std::span<const NodeImpulse> impulses);
+  /// Steps without any contact.
+  void advance(double t, double duration);
   void synchronise(double t);
   const AlignedVector& jump() const { return jump_; }
 
@@ -40,11 +41,6 @@ class Leapfrog {
   void find_jump(double h);  // into jump_
   void keep_momenta();       // of jump_, of a free structure
 
-  StructureBody& body_;
-  NodalFields& fields_;
-  Forces& forces_;
-  EnergyAccount& energy_;
-  MemberLoads& loads_;
   Fracture& fracture_;
   AlignedVector
       jump_;  // what the velocities lose in the step that was predicted, whose length jumps; empty: nothing

@@ -14,8 +14,9 @@ CellDirections cell_directions(const HexMesh& mesh, int cell) {
 
 AssumedStrain::AssumedStrain(const HexMesh& mesh, int cell, double nu) : poisson(nu) {
   for (double& share : lateral) share = 1;
+  const TrilinearMap map(mesh.nodes, mesh.hexes[static_cast<std::size_t>(cell)]);
   double volume = 0;
-  for (int q = 0; q < 8; ++q) volume += weight[q] = point_jacobian(mesh, cell, q).determinant();
+  for (int q = 0; q < 8; ++q) volume += weight[q] = map.jacobian(gauss_point(q)).determinant();
   for (double& w : weight) w /= volume;
   even = std::all_of(weight, weight + 8, [](double w) { return std::abs(w - 0.125) < 1e-14; });
   const CellDirections d = cell_directions(mesh, cell);
@@ -57,10 +58,11 @@ ElementMatrix element_stiffness(const HexMesh& mesh, int cell, double shear, dou
   c.topLeftCorner<3, 3>().diagonal().array() += 2 * shear;
   c.bottomRightCorner<3, 3>().diagonal().setConstant(shear);
   std::array<Strain, 8> b;
+  const TrilinearMap map(mesh.nodes, mesh.hexes[static_cast<std::size_t>(cell)]);
   double volume = 0;
   Strain mean = Strain::Zero();
   for (std::size_t q = 0; q < 8; ++q) {
-    const Mat3 j = point_jacobian(mesh, cell, static_cast<int>(q));
+    const Mat3 j = map.jacobian(gauss_point(static_cast<int>(q)));
     const Mat3 to_space = j.inverse().transpose();
     const std::array<Vec3, 8> reference = shape_gradients(gauss_point(static_cast<int>(q)));
     b[q].setZero();

@@ -102,11 +102,12 @@ ElementPack ElementOperator::make_pack(const std::vector<int>& cells, CellShape 
       for (int i = 0; i < numbers; ++i) geometry[(own + q * numbers + i) * w] = values[i];
     }
     if (viscosity) {
+      const TrilinearMap map(mesh_->nodes, mesh_->hexes[cell]);
       double volume = 0;
       std::array<Vec3, 8> mean;
       mean.fill(Vec3::Zero());
       for (int q = 0; q < 8; ++q) {
-        const Mat3 j = point_jacobian(*mesh_, cell, q);
+        const Mat3 j = map.jacobian(gauss_point(q));
         const Mat3 inverse_t = j.inverse().transpose();
         const double weight = j.determinant();
         volume += weight;

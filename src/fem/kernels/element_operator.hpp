@@ -68,9 +68,6 @@ class ElementOperator {
   void add_bulk_viscosity(const double* u, const double* v, double* f, double density, double wave_speed);
 
   void set_on(int cell, bool on);
-  bool is_on(int cell) const {
-    return where_[cell].pack >= 0 && pack_[where_[cell].pack].scale[where_[cell].lane] != 0;
-  }
   double energy(int cell) const { return pack_[where_[cell].pack].energy[where_[cell].lane]; }
   double bound(int cell) const { return pack_[where_[cell].pack].bound[where_[cell].lane]; }
   double total_energy() const;

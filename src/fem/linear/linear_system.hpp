@@ -54,7 +54,6 @@ SymmetricMatrix assemble_stiffness(const HexMesh& mesh, const DofMap& dofs, doub
 
 class ElementOperator;
 class Partition;
-class Factorization;
 
 /// L^-1 P e of one degree of freedom: zero but for the columns of the supernodes from its own to the root of
 /// the elimination tree.
@@ -104,7 +103,17 @@ class CholeskyFactor {
   std::size_t bytes() const;
 
  private:
-  std::unique_ptr<Factorization> factorization_;
+  struct Cholmod;
+  void find_ways() const;
+  void factorize(const SymmetricMatrix& a, double shift, const std::vector<double>& d,
+                 std::vector<std::int64_t>* ordering);
+  void solve(int system, const double* b, double* x, int columns) const;
+  [[noreturn]] void fail(double wanted) const;
+
+  std::unique_ptr<Cholmod> c_;
+  int n_;
+  std::vector<std::int64_t> column_;  // the pattern of the matrix
+  std::vector<int> row_;
 };
 
 /// Set up once, solves for any number of right-hand sides.

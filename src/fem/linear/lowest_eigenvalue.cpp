@@ -54,7 +54,8 @@ double lowest_eigenvalue(const VecX& mass, const LinearMap& stiffness, const Lin
     basis.col(2) = move / moved, stiff.col(2) = stiff_move / moved;
     columns = 3;
   }
-  throw NumericalFailure("The first frequency of the structure was not found");
+  throw NumericalFailure(
+      "The first frequency of the structure was not found: do parts of it hang by next to nothing?");
 }
 
 }  // namespace talus::fem

@@ -1,5 +1,4 @@
-/// Lowest eigenvalue of K x = lambda M x by locally optimal conjugate gradients [knyazev2001], for systems
-/// too large to factor:
+/// Lowest eigenvalue of K x = lambda M x by locally optimal conjugate gradients [knyazev2001]:
 ///
 ///   w = T (K x - lambda M x),   next x: least Rayleigh quotient in the span of x, w and the last step p
 #pragma once

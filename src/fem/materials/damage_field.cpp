@@ -213,29 +213,6 @@ class FieldOf final : public DamageField {
     return material::crack_width(band, strain, mean, c.young, c.poisson);
   }
 
-  void save(std::vector<double>& state) const override {
-    const std::size_t count = accepted_count();
-    state.push_back(static_cast<double>(count));
-    for (std::size_t i = 0; i < count; ++i) {
-      state.push_back(whole(cells_[i]));
-      state.insert(state.end(), numbers(i), numbers(i) + cell_width);
-    }
-  }
-
-  std::size_t restore(std::span<const double> state) override {
-    clear();
-    const std::size_t count = state.empty() ? 0 : static_cast<std::size_t>(state[0]);
-    if (state.size() < 1 + (1 + cell_width) * count)
-      throw NumericalFailure("the saved damage belongs to another structure");
-    for (std::size_t i = 0; i < count; ++i) {
-      const double* from = &state[1 + (1 + cell_width) * i];
-      if (const int cell = here(static_cast<int>(from[0])); cell >= 0)
-        append(cell, static_cast<long>(i), from + 1);
-    }
-    evaluation_ = accepted_ = static_cast<long>(count);
-    return 1 + (1 + cell_width) * count;
-  }
-
   std::size_t memory_consumption() const override {
     return (slot_.capacity() + cells_.capacity()) * sizeof(int) + joined_.capacity() * sizeof(long) +
            geometry_.capacity() * sizeof(LawGeometry) + (old_.capacity() + next_.capacity()) * sizeof(Cell) +
@@ -245,11 +222,6 @@ class FieldOf final : public DamageField {
  protected:
   std::size_t width() const override { return cell_width; }
   const double* numbers(std::size_t i) const override { return reinterpret_cast<const double*>(&old_[i]); }
-
-  void clear() override {
-    std::fill(slot_.begin(), slot_.end(), -1);
-    cells_.clear(), joined_.clear(), geometry_.clear(), old_.clear(), next_.clear(), result_.clear();
-  }
 
   void append(int cell, long joined, const double* numbers) override {
     Cell d;
@@ -435,7 +407,7 @@ std::unique_ptr<DamageField> field_of(const HexMesh& mesh, const material::Concr
 
 }  // namespace
 
-void DamageField::restrict_to(const Partition& partition) {
+void DamageField::restrict_to(Partition& partition) {
   partition_ = &partition;
   remove_if([&](int cell) { return !partition.local_cells()[cell]; });
 }
@@ -446,41 +418,39 @@ std::vector<int> DamageField::drop_unaccepted() {
   return gone;
 }
 
-void DamageField::save_records(std::vector<double>& records, bool own_alone) const {
+void DamageField::save(std::vector<double>& state, bool here) const {
+  const std::size_t length = 2 + width();  // when it joined, cell, history
+  std::vector<double> records;
   for (std::size_t i = 0; i < accepted_count(); ++i) {
-    if (own_alone && !own(cells_[i])) continue;
-    records.insert(records.end(), {static_cast<double>(joined_[i]), static_cast<double>(whole(cells_[i]))});
+    if (!here && !own(cells_[i])) continue;
+    const int cell = partition_ != nullptr ? partition_->whole_cell(cells_[i]) : cells_[i];
+    records.insert(records.end(), {static_cast<double>(joined_[i]), static_cast<double>(cell)});
     records.insert(records.end(), numbers(i), numbers(i) + width());
   }
+  if (here) {
+    state.insert(state.end(), {static_cast<double>(accepted_count()), static_cast<double>(accepted_)});
+    state.insert(state.end(), records.begin(), records.end());
+    return;
+  }
+  if (partition_ != nullptr) records = partition_->collect_at_first(records);
+  std::vector<const double*> order;
+  for (std::size_t at = 0; at < records.size(); at += length) order.push_back(&records[at]);
+  std::sort(order.begin(), order.end(),
+            [](const double* a, const double* b) { return a[0] != b[0] ? a[0] < b[0] : a[1] < b[1]; });
+  state.push_back(static_cast<double>(order.size()));
+  for (const double* record : order) state.insert(state.end(), record + 1, record + length);
 }
 
-void DamageField::save_here(std::vector<double>& state) const {
-  state.insert(state.end(), {static_cast<double>(accepted_count()), static_cast<double>(accepted_)});
-  save_records(state, false);
-}
-
-std::size_t DamageField::restore_here(std::span<const double> state) {
-  const std::size_t count = static_cast<std::size_t>(state[0]), length = 2 + width();
-  clear();
-  for (std::size_t at = 2; at < 2 + count * length; at += length)
-    append(here(static_cast<int>(state[at + 1])), static_cast<long>(state[at]), &state[at + 2]);
-  evaluation_ = accepted_ = static_cast<long>(state[1]);
-  return 2 + count * length;
-}
-
-std::vector<double> DamageField::state_of(std::span<const double> records) const {
-  const std::size_t length = 2 + width(), count = records.size() / length;
-  std::vector<std::size_t> order(count);
-  for (std::size_t i = 0; i < count; ++i) order[i] = i * length;
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return records[a] != records[b] ? records[a] < records[b] : records[a + 1] < records[b + 1];
-  });
-  std::vector<double> state{static_cast<double>(count)};
-  state.reserve(1 + count * (length - 1));
-  for (std::size_t at : order)
-    state.insert(state.end(), records.begin() + static_cast<std::ptrdiff_t>(at + 1),
-                 records.begin() + static_cast<std::ptrdiff_t>(at + length));
-  return state;
+void DamageField::restore(StateReader& state, bool here) {
+  remove_if([](int) { return true; });
+  const std::size_t count = state.count();
+  const long accepted = static_cast<long>(here ? state.next() : static_cast<double>(count));
+  for (std::size_t i = 0; i < count; ++i) {
+    const long joined = static_cast<long>(here ? state.next() : static_cast<double>(i));
+    const double* const record = state.take(1 + width());
+    if (const int cell = this->here(static_cast<int>(record[0])); cell >= 0) append(cell, joined, record + 1);
+  }
+  evaluation_ = accepted_ = accepted;
 }
 
 double DamageField::stored() const {
@@ -494,12 +464,6 @@ double DamageField::dissipation() const {
   for (std::size_t i = 0; i < cells_.size(); ++i)
     if (own(cells_[i])) sum += result_[i].dissipation;
   return sum;
-}
-double DamageField::largest() const {
-  double most = 0;
-  for (int cell : cells_)
-    if (own(cell)) most = std::max({most, tension(cell), compression(cell)});
-  return most;
 }
 
 std::unique_ptr<DamageField> make_damage_field(const std::string& law, const HexMesh& mesh,

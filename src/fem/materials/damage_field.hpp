@@ -29,6 +29,7 @@
 #include "fem/kernels/aligned.hpp"
 #include "fem/kernels/kernel.hpp"
 #include "fem/kernels/law_points.hpp"
+#include "fem/state_reader.hpp"
 
 namespace talus::fem {
 
@@ -55,7 +56,7 @@ class DamageField {
 
   /// Keeps from now on only the histories of local cells; sums and lists are those of own cells, saved states
   /// number cells in the whole mesh. The partition must outlive the field.
-  void restrict_to(const Partition& partition);
+  void restrict_to(Partition& partition);
 
   /// Within these no point of a cell without history can start to damage.
   virtual ElasticLimits elastic_limits() const = 0;
@@ -92,39 +93,26 @@ class DamageField {
 
   double stored() const;       // of the last evaluation, own cells [J]
   double dissipation() const;  // of the last evaluation, since the last accepted states, own cells [J]
-  double stored(int cell) const { return result_[slot_[cell]].energy; }
-  double largest_strain(int cell) const {
-    return result_[slot_[cell]].largest_strain;
-  }  ///< Frobenius norm over its points
+  const LawResult& result(int cell) const { return result_[slot_[cell]]; }  // of the last evaluation
   /// Damage over the points of a cell, accepted states; zero without history.
   virtual double tension(int cell) const = 0;  // largest
   virtual double tension_least(int cell) const = 0;
   virtual double compression(int cell) const = 0;  // largest
-  double largest() const;                          // of own cells
   /// Crack band width times the largest principal value of the cell's mean inelastic strain at u; zero
   /// without damage in tension [m].
   virtual double crack_width(int cell, const double* u) const = 0;
 
-  /// Accepted histories. A cell that joined since then is left out: it joins again, with the same bits in the
-  /// forces.
-  virtual void save(std::vector<double>& state) const = 0;
-  virtual std::size_t restore(std::span<const double> state) = 0;
-  /// Accepted histories as records (when it joined, cell, history) of own cells, and the state that save()
-  /// would give if the field held all of `records`, from any ranks in any order.
-  void save_records(std::vector<double>& records) const { save_records(records, true); }
-  std::vector<double> state_of(std::span<const double> records) const;
-  /// All that is held here, and when it joined, for this process alone.
-  void save_here(std::vector<double>& state) const;
-  std::size_t restore_here(std::span<const double> state);
+  /// Accepted histories; a cell that joined since then is left out: it joins again, with the same bits in the
+  /// forces. `here`: all that is held here, and when it joined, for this process alone; else those of all
+  /// ranks, on the first, in the order in which cells joined.
+  void save(std::vector<double>& state, bool here) const;
+  void restore(StateReader& state, bool here);
   virtual std::size_t memory_consumption() const = 0;  // [bytes]
 
  protected:
   virtual std::size_t width() const = 0;  // numbers of one history
   virtual const double* numbers(std::size_t i) const = 0;
-  virtual void clear() = 0;
   virtual void append(int cell, long joined, const double* numbers) = 0;  // an accepted history
-  void save_records(std::vector<double>& records, bool own_alone) const;
-  int whole(int cell) const { return partition_ != nullptr ? partition_->whole_cell(cell) : cell; }
   /// -1: not computed here.
   int here(int whole) const {
     if (partition_ == nullptr) return whole;
@@ -142,11 +130,11 @@ class DamageField {
 
   const HexMesh* mesh_;
   bool finite_;
-  std::vector<int> slot_;                 // per cell, -1: no history
-  std::vector<int> cells_;                // in the order of joining
-  std::vector<long> joined_;              // at which evaluation; in one and the same, cells are ascending
-  long evaluation_ = 0, accepted_ = 0;    // the present one; the last whose states were accepted
-  const Partition* partition_ = nullptr;  // null: all cells are here
+  std::vector<int> slot_;               // per cell, -1: no history
+  std::vector<int> cells_;              // in the order of joining
+  std::vector<long> joined_;            // at which evaluation; in one and the same, cells are ascending
+  long evaluation_ = 0, accepted_ = 0;  // the present one; the last whose states were accepted
+  Partition* partition_ = nullptr;      // null: all cells are here
   mutable std::vector<LawGeometry> geometry_;  // with the lateral strains that the accepted damage leaves
   std::vector<LawResult> result_;
 };

@@ -14,6 +14,28 @@ namespace {
 
 const double root6 = std::sqrt(6.0), root15 = std::sqrt(1.5);
 
+/// Newton's method, steps halved until they lessen the residual f; `admit` makes an iterate admissible. The
+/// largest |f| that is left; infinite where a step is none.
+template <class V, class Residual, class Jacobian, class Admit>
+double newton(V& x, const Residual& residual, const Jacobian& jacobian, const Admit& admit) {
+  V f = residual(x);
+  for (int it = 0; it < 60 && f.cwiseAbs().maxCoeff() >= 1e-11; ++it) {
+    const V step = jacobian(x, f).partialPivLu().solve(-f);
+    if (!step.allFinite()) return INFINITY;
+    double length = 1;
+    bool better = false;
+    for (int cut = 0; cut < 12 && !better; ++cut, length *= 0.5) {
+      V next = x + length * step;
+      admit(next);
+      const V g = residual(next);
+      better = g.allFinite() && g.norm() < f.norm() * (1 - 1e-4 * length);
+      if (better) x = next, f = g;
+    }
+    if (!better) break;
+  }
+  return f.cwiseAbs().maxCoeff();
+}
+
 }  // namespace
 
 Cdpm2::Cdpm2(const Parameters& p) : p_(p) {
@@ -191,40 +213,10 @@ bool Cdpm2::regular(const Haigh& trial, double f_c, double kappa_n, double& v, d
     return j;
   };
   V x(trial.v, trial.r, kappa_n, 0);
-  V f = residual(x);
-  for (int it = 0; it < 60; ++it) {
-    if (f.cwiseAbs().maxCoeff() < 1e-11) {
-      if (x[1] < 0 || x[3] < 0 || x[2] < kappa_n) return false;
-      v = x[0];
-      r = x[1];
-      kappa = x[2];
-      return true;
-    }
-    const V step = jacobian(x, f).partialPivLu().solve(-f);
-    if (!step.allFinite()) return false;
-    double length = 1;
-    bool better = false;
-    for (int cut = 0; cut < 12; ++cut, length *= 0.5) {
-      V next = x + length * step;
-      next[2] = std::max(next[2], kappa_n);
-      next[3] = std::max(next[3], 0.0);
-      const V g = residual(next);
-      if (g.allFinite() && g.norm() < f.norm() * (1 - 1e-4 * length)) {
-        x = next;
-        f = g;
-        better = true;
-        break;
-      }
-    }
-    if (!better) {
-      if (f.cwiseAbs().maxCoeff() > 1e-8 || x[1] < 0) return false;
-      v = x[0];
-      r = x[1];
-      kappa = x[2];
-      return true;
-    }
-  }
-  return false;
+  const auto admit = [&](V& next) { next[2] = std::max(next[2], kappa_n), next[3] = std::max(next[3], 0.0); };
+  if (!(newton(x, residual, jacobian, admit) <= 1e-8) || x[1] < 0) return false;
+  v = x[0], r = x[1], kappa = x[2];
+  return true;
 }
 
 bool Cdpm2::apex(const Haigh& trial, double f_c, double kappa_n, double& v, double& kappa) const {
@@ -278,10 +270,7 @@ bool Cdpm2::fixed(const Haigh& trial, double q1, double q2, double& v, double& r
     return V(x[0] - trial.v + bulk_ / young * x[2] * m.v, x[1] - trial.r + 2 * mu_ / young * x[2] * m.r,
              yield_at(x[0], x[1], rho, q1, q2));
   };
-  V x(trial.v, trial.r, 0);
-  V f = residual(x);
-  for (int it = 0; it < 60; ++it) {
-    if (f.cwiseAbs().maxCoeff() < 1e-11) break;
+  const auto slopes = [&](const V& x, const V&) {
     Eigen::Matrix3d j;
     for (int c = 0; c < 3; ++c) {
       V up = x, down = x;
@@ -290,25 +279,13 @@ bool Cdpm2::fixed(const Haigh& trial, double q1, double q2, double& v, double& r
       down[c] -= step;
       j.col(c) = (residual(up) - residual(down)) / (2 * step);
     }
-    const V step = j.partialPivLu().solve(-f);
-    if (!step.allFinite()) return false;
-    double length = 1;
-    bool better = false;
-    for (int cut = 0; cut < 12 && !better; ++cut, length *= 0.5) {
-      V next = x + length * step;
-      next[2] = std::max(next[2], 0.0);
-      const V g = residual(next);
-      if (g.allFinite() && g.norm() < f.norm() * (1 - 1e-4 * length)) {
-        x = next;
-        f = g;
-        better = true;
-      }
-    }
-    if (!better) break;
-  }
+    return j;
+  };
+  V x(trial.v, trial.r, 0);
+  const double left = newton(x, residual, slopes, [](V& next) { next[2] = std::max(next[2], 0.0); });
   v = x[0];
   r = x[1];
-  return f.cwiseAbs().maxCoeff() < 1e-9 && r >= 0;
+  return left < 1e-9 && r >= 0;
 }
 
 /// kappa such that the plastic strain of the return to its own surface produces it: the excess grows with

@@ -23,6 +23,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "fem/spec_error.hpp"
 #include "fem/structure_fem.hpp"
 
 namespace talus::fem {
@@ -103,6 +104,25 @@ void compute_only(StructureBody& body, const std::vector<char>& cells) {
   }
   body.touched = ranges_of(node);
 }
+
+/// A test at one speed, after the motion has settled: `drive(v)` moves the top at v [m/s] and returns the
+/// load that it bears. Up to a way `last`, or where the load has fallen behind the way `least` [m].
+template <class Drive>
+void push(FemStructure& test, double settled, double interval, double speed, double last, double least,
+          const std::string& name, PushDown& out, Drive&& drive) {
+  const double h = test.critical_step();
+  MeanCurve means(out, settled, interval, speed, name);
+  double way = 0;
+  for (double t = 0; way < last; t += h) {
+    test.predict(t, h);
+    const bool moving = t >= settled;
+    const double load = drive(moving ? speed : 0.0);
+    test.correct(t, h, {});
+    if (!moving) continue;
+    way += speed * h;
+    if (means.add(load, t + h, way) && way > least) break;
+  }
+}
 }  // namespace
 
 CapacityTests::CapacityTests(const FemStructure& whole)
@@ -114,20 +134,13 @@ std::size_t CapacityTests::pier_count() const {
 }
 
 void CapacityTests::needs_piers() const {
-  Problem p;
-  p.key = "structure." + body_.spec.name;
-  if (pier_count() == 0) {
-    p.rule = "a capacity is one of a member: piers of a viaduct, a column or a box that is supported";
-    p.remedy = "model the pier as a column, or the bridge as a viaduct";
-    throw InputError(p);
-  }
-  if (!body_.damage) {
-    p.key += ".damage";
-    p.value = body_.spec.damage;
-    p.rule = "an elastic structure has no capacity";
-    p.remedy = "run it with damage = \"concrete\" or \"concrete-cdpm2\"";
-    throw InputError(p);
-  }
+  if (pier_count() == 0)
+    bad(body_.spec, "", "",
+        "a capacity is one of a member: piers of a viaduct, a column or a box that is supported",
+        "model the pier as a column, or the bridge as a viaduct");
+  if (!body_.damage)
+    bad(body_.spec, "damage", body_.spec.damage, "an elastic structure has no capacity",
+        "run it with damage = \"concrete\" or \"concrete-cdpm2\"");
 }
 
 std::vector<PushDown> CapacityTests::push_down() {
@@ -199,6 +212,14 @@ std::unique_ptr<FemStructure> CapacityTests::cut_out(const PierPlace& place, boo
   return copy;
 }
 
+/// Weight of the member's cells that are left, along its axis [N].
+double CapacityTests::weight_of(const PierPlace& place, const Vec3& axis) const {
+  double weight = 0;
+  for (const int cell : place.cells)
+    if (body_.live[cell]) weight -= body_.cell_mass[cell] * body_.gravity.dot(axis);
+  return weight;
+}
+
 PushDown CapacityTests::push_down(std::size_t k) const {
   const PierPlace& place = loads_.place(k).place;
   const Member& member = loads_.members()[k];
@@ -209,36 +230,23 @@ PushDown CapacityTests::push_down(std::size_t k) const {
   const double bending = 2 * M_PI * member.length * member.length / (4.730 * 4.730 * gyration * c);
   const double period = std::max(2 * member.length / c, 0.5 * bending);
   test->body_.alpha = 2 * M_PI / period;
-  const double speed = press_strain * member.length / (periods_to_strain * period);
-  double weight = 0;
-  for (int cell : place.cells)
-    if (body_.live[cell]) weight -= body_.cell_mass[cell] * body_.gravity.dot(z);
-
+  const double speed = press_strain * member.length / (periods_to_strain * period),
+               weight = weight_of(place, z);
   PushDown out;
   out.member = member.name;
-  const double h = test->body_.critical_step, settled = settle_periods * period;
-  const double interval = periods_to_strain * period / curve_samples;
-  double t = 0, drop = 0;
-  MeanCurve means(out, settled, interval, speed,
-                  fmt::format("structure {}: the push-down of {}", body_.spec.name, member.name));
-  for (; drop < last_strain * member.length; t += h) {
-    test->predict(t, h);
-    const bool pressing = t >= settled;
-    const double down = pressing ? speed : 0.0;
-    double plates = 0;
-    for (int n : place.top)
-      for (int c = 0; c < 3; ++c) {
-        plates -= test->fields_.f_int[4 * n + c] * z[c];
-        test->fields_.v_hat[4 * n + c] = -down * z[c];
-      }
-    for (int n : place.foot)
-      for (int c = 0; c < 3; ++c) plates += test->fields_.f_int[4 * n + c] * z[c];
-    test->correct(t, h, {});
-    if (!pressing) continue;
-    drop += down * h;
-    if (means.add(0.5 * plates - 0.5 * weight, t + h, drop) && drop > 0.5 * press_strain * member.length)
-      break;
-  }
+  push(*test, settle_periods * period, periods_to_strain * period / curve_samples, speed,
+       last_strain * member.length, 0.5 * press_strain * member.length,
+       fmt::format("structure {}: the push-down of {}", body_.spec.name, member.name), out, [&](double down) {
+         double plates = 0;
+         for (int n : place.top)
+           for (int d = 0; d < 3; ++d) {
+             plates -= test->fields_.f_int[4 * n + d] * z[d];
+             test->fields_.v_hat[4 * n + d] = -down * z[d];
+           }
+         for (int n : place.foot)
+           for (int d = 0; d < 3; ++d) plates += test->fields_.f_int[4 * n + d] * z[d];
+         return 0.5 * plates - 0.5 * weight;
+       });
   return out;
 }
 
@@ -259,46 +267,33 @@ PushDown CapacityTests::push_over(std::size_t k, int axis) const {
                gyration = least_gyration(body_.mesh, place.cells, body_.cell_mass, member);
   const double period = 2 * M_PI * member.length * member.length / (1.875 * 1.875 * gyration * c);
   test->body_.alpha = 0.2 * 4 * M_PI / period;
-  const double speed = drift_step * member.length / (periods_to_drift * period);
-  double weight = 0, top_mass = 0;
-  for (int cell : place.cells)
-    if (body_.live[cell]) weight -= body_.cell_mass[cell] * body_.gravity.dot(z);
+  const double speed = drift_step * member.length / (periods_to_drift * period), h = test->critical_step();
+  double top_mass = 0;
   for (int n : place.top) top_mass += test->body_.mass[n];
-  const double load = member.axial_preload - weight;  // what the pier carries on its top
-
+  const double load = member.axial_preload - weight_of(place, z);  // what the pier carries on its top
   PushDown out;
   out.member = member.name;
   out.axis = axis;
-  const double h = test->body_.critical_step, settled = settle * period,
-               interval = periods_to_drift * period / points;
-  double t = 0, drift = 0;
-  MeanCurve means(out, settled, interval, speed,
-                  fmt::format("structure {}: the lateral test of {}", body_.spec.name, member.name));
-  for (; drift < last_drift * member.length; t += h) {
-    test->predict(t, h);
-    const bool pushing = t >= settled;
-    double held = 0;
-    for (int n : place.top) {
-      if (!(test->body_.mass[n] > 0)) continue;
-      double along = 0;
-      for (int d = 0; d < 3; ++d) {
-        const std::size_t i = 4 * static_cast<std::size_t>(n) + static_cast<std::size_t>(d);
-        held += test->fields_.f_int[i] * e[d];
-        test->fields_.v_hat[i] -= h * load / top_mass * z[d];
-        along += test->fields_.v_hat[i] * e[d];
-      }
-      for (int d = 0; d < 3; ++d)
-        test->fields_.v_hat[4 * static_cast<std::size_t>(n) + static_cast<std::size_t>(d)] +=
-            ((pushing ? speed : 0.0) - along) * e[d];
-    }
-    for (int n : place.foot)
-      for (int d = 0; d < 3; ++d)
-        held -= test->fields_.f_int[4 * static_cast<std::size_t>(n) + static_cast<std::size_t>(d)] * e[d];
-    test->correct(t, h, {});
-    if (!pushing) continue;
-    drift += speed * h;
-    if (means.add(0.5 * held, t + h, drift) && drift > 0.2 * drift_step * member.length) break;
-  }
+  push(*test, settle * period, periods_to_drift * period / points, speed, last_drift * member.length,
+       0.2 * drift_step * member.length,
+       fmt::format("structure {}: the lateral test of {}", body_.spec.name, member.name), out,
+       [&](double sideways) {
+         double held = 0;
+         for (int n : place.top) {
+           if (!(test->body_.mass[n] > 0)) continue;
+           double along = 0;
+           for (int d = 0; d < 3; ++d) {
+             double& v = test->fields_.v_hat[4 * n + d];
+             held += test->fields_.f_int[4 * n + d] * e[d];
+             v -= h * load / top_mass * z[d];
+             along += v * e[d];
+           }
+           for (int d = 0; d < 3; ++d) test->fields_.v_hat[4 * n + d] += (sideways - along) * e[d];
+         }
+         for (int n : place.foot)
+           for (int d = 0; d < 3; ++d) held -= test->fields_.f_int[4 * n + d] * e[d];
+         return 0.5 * held;
+       });
   return out;
 }
 
@@ -324,7 +319,7 @@ std::vector<SectionResistance> CapacityTests::section_resistances() const {
     const Member& member = loads_.members()[k];
     const Pier& pier = loads_.place(k).pier;
     std::vector<rebar::Bar> own;  // bars that lie in it
-    for (const rebar::Bar& bar : body_.bars ? body_.bars->list() : std::vector<rebar::Bar>{})
+    for (const rebar::Bar& bar : body_.bars ? body_.bars->embedded().bars() : std::vector<rebar::Bar>{})
       if (std::all_of(bar.points.begin(), bar.points.end(), [&](const Vec3& p) {
             const Vec3 from = p - member.base;
             return std::abs(from.dot(member.axis_x)) <= 0.5 * member.section[0] &&

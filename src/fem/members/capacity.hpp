@@ -11,20 +11,20 @@ namespace talus::fem {
 
 class FemStructure;
 
-class CapacityTests {
+class CapacityTests : public MemberCapacity {
  public:
   explicit CapacityTests(const FemStructure& whole);
 
-  /// As Structure says.
-  std::vector<PushDown> push_down();
-  std::vector<PushDown> push_over();
-  std::vector<SectionResistance> section_resistances() const;
+  std::vector<PushDown> push_down() override;
+  std::vector<PushDown> push_over() override;
+  std::vector<SectionResistance> section_resistances() const override;
 
  private:
   std::size_t pier_count() const;  // of the members: they come first
   void needs_piers() const;
   bool unharmed(const PierPlace& place) const;  // no cell of it is gone or has a history
   std::unique_ptr<FemStructure> cut_out(const PierPlace& place, bool top_held) const;
+  double weight_of(const PierPlace& place, const Vec3& axis) const;
   PushDown push_down(std::size_t member) const;
   PushDown push_over(std::size_t member, int axis) const;
 

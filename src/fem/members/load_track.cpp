@@ -161,31 +161,19 @@ void LoadTrack::save(std::vector<double>& state) const {
   forces_.save(state);
 }
 
-std::size_t LoadTrack::restore(std::span<const double> state) {
-  std::size_t at = 0;
-  const auto next = [&] {
-    if (at >= state.size()) throw NumericalFailure("a saved state ends within its greatest loads");
-    return state[at++];
-  };
+void LoadTrack::restore(StateReader& state) {
   clear();
-  const auto count_of = [&] {
-    const double n = next();
-    if (!(n >= 0 && n <= static_cast<double>(state.size())))
-      throw NumericalFailure("a saved state has counts that it cannot hold");
-    return static_cast<std::size_t>(n);
-  };
-  at_start_.resize(count_of());
-  for (double& value : at_start_) value = next();
-  since_ = next(), unheard_ = next();
-  peaks_.moment_member = static_cast<int>(next());
-  for (int k = 0; k < 3; ++k) peaks_.moment_at[k] = next();
-  first_drift_.resize(count_of());
-  for (auto& d : first_drift_) d = {next(), next()};
+  at_start_.resize(state.count());
+  for (double& value : at_start_) value = state.next();
+  since_ = state.next(), unheard_ = state.next();
+  peaks_.moment_member = static_cast<int>(state.next());
+  for (int k = 0; k < 3; ++k) peaks_.moment_at[k] = state.next();
+  first_drift_.resize(state.count());
+  for (auto& d : first_drift_) d = {state.next(), state.next()};
   peaks_.members.resize(first_drift_.size());
-  each_number(peaks_, [&](double& v) { v = next(); });
-  at += reactions_.restore(state.subspan(at));
-  at += forces_.restore(state.subspan(at));
-  return at;
+  each_number(peaks_, [&](double& v) { v = state.next(); });
+  reactions_.restore(state);
+  forces_.restore(state);
 }
 
 }  // namespace talus::fem

@@ -63,8 +63,7 @@ class LoadTrack {
   const LoadPeaks& peaks() const { return peaks_; }
   void clear();
   void save(std::vector<double>& state) const;
-  /// Numbers read.
-  std::size_t restore(std::span<const double> state);
+  void restore(StateReader& state);
 
  private:
   void count(double when);  // of the reaction's mean now

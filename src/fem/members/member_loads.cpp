@@ -77,8 +77,9 @@ void MemberLoads::complete() {
     if (!body_.concrete) continue;
     const std::vector<rebar::Bar> none;
     for (int axis = 0; axis < 2; ++axis) {
-      const rebar::ShearInput in = shear_input(places_[k].pier, body_.bars ? body_.bars->list() : none,
-                                               members_[k].length / 2, axis, members_[k].axial_preload);
+      const rebar::ShearInput in =
+          shear_input(places_[k].pier, body_.bars ? body_.bars->embedded().bars() : none,
+                      members_[k].length / 2, axis, members_[k].axial_preload);
       members_[k].shear_design[axis] =
           rebar::shear_resistance(in, {body_.concrete->f_ck, 1.2, 1.0, 1.0}).governing;
       members_[k].shear_mean[axis] =
@@ -90,9 +91,10 @@ void MemberLoads::complete() {
 void MemberLoads::find_segments() {
   for (Place& m : places_) {
     if (!body_.bars) return;
-    m.segments = body_.bars->segments_in(m.place.cells);
+    m.segments = body_.bars->embedded().segments_in(m.place.cells);
     m.cut_segments.clear();
-    for (const Cut& cut : m.place.cuts) m.cut_segments.push_back(body_.bars->segments_in(cut.cells));
+    for (const Cut& cut : m.place.cuts)
+      m.cut_segments.push_back(body_.bars->embedded().segments_in(cut.cells));
   }
 }
 
@@ -252,10 +254,10 @@ MemberState MemberLoads::state(std::size_t k, AlignedVector& force, bool widths)
     body_.elements->add_internal_force_of(pack, fields_.u.data(), force.data(), body_.finite);
     if (body_.bars) {
       std::vector<int> own;
-      std::copy_if(m.cut_segments[i].begin(), m.cut_segments[i].end(), std::back_inserter(own),
-                   [this](int segment) {
-                     return body_.own_cell(body_.bars->host(static_cast<std::size_t>(segment)));
-                   });
+      std::copy_if(
+          m.cut_segments[i].begin(), m.cut_segments[i].end(), std::back_inserter(own), [this](int segment) {
+            return body_.own_cell(body_.bars->embedded().segments()[static_cast<std::size_t>(segment)].cell);
+          });
       body_.bars->add_forces_of(own, fields_.u.data(), body_.live, force.data());
     }
     const Vec3 centre = members_[k].base + cut.at * z + mean_displacement(&nodes[5 * (2 + i)]);
@@ -309,6 +311,11 @@ std::size_t MemberLoads::memory_of_packs() const {
   for (const Place& m : places_)
     for (const ElementPack& pack : m.cut_packs) bytes += pack.memory_consumption();
   return bytes;
+}
+
+Vec6 MemberLoads::present_reaction() const {
+  forces_.evaluate(fields_.time);
+  return Vec6(foot_reactions(fields_.contact_step).data());
 }
 
 }  // namespace talus::fem

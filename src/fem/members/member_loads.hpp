@@ -8,7 +8,7 @@
 
 namespace talus::fem {
 
-class MemberLoads {
+class MemberLoads : public StructureLoads {
  public:
   struct Place {
     Pier pier;
@@ -33,10 +33,13 @@ class MemberLoads {
   void begin_again();
   void watch(double t, double h);  // of the step that has come to t, its impulses in place
 
-  const std::vector<Member>& members() const { return members_; }
+  const std::vector<Member>& members() const override { return members_; }
   const Place& place(std::size_t member) const { return places_[member]; }
-  /// At the present state.
-  const std::vector<MemberState>& states() const;
+  const std::vector<MemberState>& states() const override;
+  const LoadPeaks& peaks() const override { return track_.peaks(); }
+  Vec3 base_force() const override { return present_reaction().head<3>(); }
+  Vec3 base_moment() const override { return present_reaction().tail<3>(); }
+  Vec6 permanent_reaction() const override { return track_.permanent(); }
   /// Force and moment on the supports by the forces as they stand, contact impulses over `step` among them,
   /// 0: without; then for each foot the moment on it about its centroid.
   std::vector<double> foot_reactions(double step) const;
@@ -46,6 +49,7 @@ class MemberLoads {
   std::size_t memory_of_packs() const;  // [bytes]
 
  private:
+  Vec6 present_reaction() const;
   void watch_stress(double t);  // of elastic concrete
   std::vector<MemberState> find_states(bool widths) const;
   MemberState state(std::size_t member, AlignedVector& force, bool widths) const;

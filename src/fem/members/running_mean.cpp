@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.hpp"
-
 namespace talus::fem {
 
 void RunningMean::begin(std::span<const double> values) {
@@ -65,31 +63,24 @@ void RunningMean::save(std::vector<double>& state) const {
   state.insert(state.end(), mean_.begin(), mean_.end());
 }
 
-std::size_t RunningMean::restore(std::span<const double> state) {
-  std::size_t at = 0;
-  const auto next = [&] {
-    if (at >= state.size()) throw NumericalFailure("a saved state ends within its means over a window");
-    return state[at++];
-  };
+void RunningMean::restore(StateReader& state) {
   clear();
-  const double bins = next(), channels = next();
-  const auto most = static_cast<double>(state.size());
-  if (!(bins >= 0 && bins <= most && channels >= 0 && channels <= most))
-    throw NumericalFailure("a saved state has counts that it cannot hold");
-  if (bins == 0) return at;
+  const std::size_t bins = state.count(), channels = state.count();
+  if (bins == 0) return;
   const auto take = [&] {
     Bin bin;
-    bin.duration = next();
-    for (std::size_t k = 0; k < static_cast<std::size_t>(channels); ++k) bin.integral.push_back(next());
+    bin.duration = state.next();
+    const double* const integral = state.take(channels);
+    bin.integral.assign(integral, integral + channels);
     return bin;
   };
   for (std::size_t k = 0; k < most_bins(); ++k) {
     Bin bin = take();
-    if (k < static_cast<std::size_t>(bins)) bins_.push_back(std::move(bin));
+    if (k < bins) bins_.push_back(std::move(bin));
   }
   open_ = take();
-  for (std::size_t k = 0; k < static_cast<std::size_t>(channels); ++k) mean_.push_back(next());
-  return at;
+  const double* const mean = state.take(channels);
+  mean_.assign(mean, mean + channels);
 }
 
 }  // namespace talus::fem

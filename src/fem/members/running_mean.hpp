@@ -15,6 +15,8 @@
 #include <span>
 #include <vector>
 
+#include "fem/state_reader.hpp"
+
 namespace talus::fem {
 
 class RunningMean {
@@ -30,8 +32,7 @@ class RunningMean {
   void clear();
   /// As many numbers at any time, once it has begun.
   void save(std::vector<double>& state) const;
-  /// Numbers read.
-  std::size_t restore(std::span<const double> state);
+  void restore(StateReader& state);
 
  private:
   struct Bin {

@@ -84,8 +84,8 @@ void Stresses::warn_of_cracks() const {
   constexpr double worth_saying = 1e-3;
   std::vector<char> barred(body_.mesh.hexes.size(), 0);
   if (body_.bars)
-    for (std::size_t k = 0; k < body_.bars->segments(); ++k)
-      if (const int host = body_.bars->host(k); host >= 0) barred[static_cast<std::size_t>(host)] = 1;
+    for (const rebar::Segment& segment : body_.bars->embedded().segments())
+      if (segment.cell >= 0) barred[static_cast<std::size_t>(segment.cell)] = 1;
   Beyond tension, compression;
   double whole = 0;
   for (int cell = 0; cell < static_cast<int>(body_.mesh.hexes.size()); ++cell) {

@@ -15,7 +15,8 @@ std::vector<SkinQuad> ContactSurface::whole_skin() const {
   if (!body_.partition) return quads;
   std::vector<double> mine;
   for (const SkinQuad& q : quads) {
-    if (!body_.partition->owns_face(q.node)) continue;
+    if (!body_.own_node(*std::min_element(q.node.begin(), q.node.end())))
+      continue;  // both cells of an own face are computed here
     mine.insert(mine.end(), {6.0 * body_.partition->whole_cell(q.cell) + q.face});
     for (const int n : q.node) mine.push_back(body_.partition->whole_node(n));
   }

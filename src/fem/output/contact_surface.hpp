@@ -7,7 +7,7 @@
 
 namespace talus::fem {
 
-class ContactSurface {
+class ContactSurface : public StructureSkin {
  public:
   ContactSurface(const StructureBody& body, const NodalFields& fields) : body_(body), fields_(fields) {}
 
@@ -15,14 +15,15 @@ class ContactSurface {
   void rebuild();
   void probe(std::vector<ProbePoint> points) { probes_ = std::move(points); }
   const std::vector<SkinQuad>& faces() const { return face_; }
-  const TriangleSurface& surface() const;
-  double node_mass(int node) const;
-  Vec3 node_position(int node) const;
-  Vec3 node_built(int node) const;
-  Vec3 node_velocity(int node) const;
-  Vec3 predicted_velocity(int node) const;
-  std::array<bool, 3> node_held(int node) const;
-  std::vector<Vec3> probe_displacements() const;
+  const TriangleSurface& surface() const override;
+  double young() const override { return body_.spec.young; }
+  double node_mass(int node) const override;
+  Vec3 node_position(int node) const override;
+  Vec3 node_built(int node) const override;
+  Vec3 node_velocity(int node) const override;
+  Vec3 predicted_velocity(int node) const override;
+  std::array<bool, 3> node_held(int node) const override;
+  std::vector<Vec3> probe_displacements() const override;
   /// Finds the nodes that others ask for; again once masses are known.
   void watch();
   std::size_t memory_consumption() const;  // [bytes]

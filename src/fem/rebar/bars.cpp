@@ -102,38 +102,27 @@ Bars::Bars(const StructureSpec& spec, const HexMesh& mesh, const Supports& suppo
   const std::vector<rebar::Segment> segments = rebar::embed(all, host, key);
   rebar::check_surfaces(all, segments, host, key);
   bars_ = rebar::EmbeddedBars(all, segments, mesh.nodes, mesh.hexes);
-  segments_in_all_ = segments.size();
-  for (std::size_t k = 0; k < segments.size(); ++k) {
-    if (k == 0 || segments[k].bar != segments[k - 1].bar) first_.push_back(static_cast<int>(k));
-    steel_volume_ += segments[k].area * bars_.segments()[k].length;
-  }
-  if (spec.bond == "mc2010") f_cm_ = spec.f_cm;
+  division_.hold(segments);
+  if (spec.bond == "mc2010") law_.f_cm = spec.f_cm;
   if (spec.damage != "none" && spec.f_cm > 0) {
-    material::ConcreteInput input;
-    input.f_cm = spec.f_cm, input.f_t = spec.tensile_strength, input.fracture_energy = spec.fracture_energy;
-    const material::Concrete concrete = material::mc2010(input);
-    dowel_strength_ = concrete.f_cm, dowel_opening_ = concrete.fracture_energy / concrete.f_t;
+    const material::Concrete concrete = concrete_of(spec);
+    law_.dowel_strength = concrete.f_cm, law_.dowel_opening = concrete.fracture_energy / concrete.f_t;
   }
   place(mesh, nullptr);
 }
 
 /// Tables and virgin states of the segments here, in cells and nodes of `mesh`.
 void Bars::place(const HexMesh& mesh, std::shared_ptr<const rebar::Surroundings> around) {
-  std::vector<char> hosting(mesh.nodes.size(), 0);
-  for (std::size_t k = 0; k < segments(); ++k)
-    if (host(k) >= 0)
-      for (const int n : bars_.host_nodes(k)) hosting[static_cast<std::size_t>(n)] = 1;
-  node_ = {};
-  for (std::size_t n = 0; n < hosting.size(); ++n)
-    if (hosting[n]) node_.push_back(static_cast<int>(n));
-  old_ = bars_.initial_states(), next_ = bars_.initial_states();  // in memory of their own length
-  old_strain_ = std::vector<double>(segments(), 0.0), next_strain_ = std::vector<double>(segments(), 0.0);
-  changed_.clear();
-  if (f_cm_ > 0) slip_ = std::make_unique<rebar::SlipField>(bars_, f_cm_);
-  if (dowel_strength_ > 0)
-    dowels_ = std::make_unique<rebar::DowelField>(bars_, mesh.nodes, mesh.hexes, dowel_strength_,
-                                                  dowel_opening_, std::move(around));
-  carrying_stale_ = ties_stale_ = true;
+  const std::size_t count = bars_.segments().size();
+  states_ = {};
+  states_.old = bars_.initial_states(),
+  states_.next = bars_.initial_states();  // in memory of their own length
+  states_.old_strain = std::vector<double>(count, 0.0), states_.next_strain = std::vector<double>(count, 0.0);
+  if (law_.f_cm > 0) slip_ = std::make_unique<rebar::SlipField>(bars_, law_.f_cm);
+  if (law_.dowel_strength > 0)
+    dowels_ = std::make_unique<rebar::DowelField>(bars_, mesh.nodes, mesh.hexes, law_.dowel_strength,
+                                                  law_.dowel_opening, std::move(around));
+  carrying_stale_ = true;
 }
 
 void Bars::find_carrying(const std::vector<char>& live) {
@@ -143,36 +132,38 @@ void Bars::find_carrying(const std::vector<char>& live) {
     const int cell = bars_.segments()[k].cell;
     if (cell < 0 || live[static_cast<std::size_t>(cell)]) carrying_.push_back(static_cast<int>(k));
   }
-  changed_.clear();
-  next_ = old_;
-  next_strain_ = old_strain_;
+  states_.back_to_accepted();
 }
 
 void Bars::add_forces(const double* u, double h, const std::vector<char>& live, double* f) {
   if (carrying_stale_) find_carrying(live);
-  for (const int k : changed_) next_[static_cast<std::size_t>(k)] = old_[static_cast<std::size_t>(k)];
-  changed_.clear();
+  for (const int k : states_.changed)
+    states_.next[static_cast<std::size_t>(k)] = states_.old[static_cast<std::size_t>(k)];
+  states_.changed.clear();
+  Partition* const partition = division_.partition();
+  rebar::DowelField::Sums of_bond, of_dowels;
   if (slip_) {
     bars_.host_strains(u, host_);
     share_strains(live);
-    bond_ = slip_->solve(host_, h, old_, old_strain_,
-                         [this](int first) { return own(static_cast<std::size_t>(first)); });
+    const rebar::SlipField::Sums bond =
+        slip_->solve(host_, h, states_.old, states_.old_strain,
+                     [this](int first) { return division_.own(host(static_cast<std::size_t>(first))); });
+    of_bond = {bond.energy, bond.dissipation};
   }
-  sums_ = bars_.forces(u, h, old_, old_strain_, next_, next_strain_, changed_, f, &carrying_,
-                       slip_ ? slip_->strain() : std::span<const double>{},
-                       partition_ ? partition_->own_cells().data() : nullptr, host_);
+  const char* const counted = partition ? partition->own_cells().data() : nullptr;
+  const rebar::EmbeddedBars::Sums sums =
+      bars_.forces(u, h, states_.old, states_.old_strain, states_.next, states_.next_strain, states_.changed,
+                   f, &carrying_, slip_ ? slip_->strain() : std::span<const double>{}, counted, host_);
   if (dowels_) {
-    const auto stress = [this](std::size_t k) { return steel_stress(k, next_[k], next_strain_[k]); };
-    dowel_sums_ =
-        dowels_->forces(u, stress, live.data(), partition_ ? partition_->own_cells().data() : nullptr, f);
+    const auto stress = [this](std::size_t k) {
+      return bars_.stress(k, states_.next[k], states_.next_strain[k]);
+    };
+    of_dowels = dowels_->forces(u, stress, live.data(), counted, f);
   }
-  evaluated_ = true;
-}
-
-double Bars::steel_stress(std::size_t k, const material::Steel::State& state, double strain) const {
-  if (state.broken > 0) return INFINITY;
-  material::Steel::State unused;
-  return bars_.law(bars_.segments()[k].bar)(strain, 0, state, unused).stress;
+  sums_ = {sums.energy + of_bond.energy + of_dowels.energy,
+           sums.dissipation + of_bond.dissipation + of_dowels.dissipation,
+           static_cast<double>(sums.breaking)};
+  states_.evaluated = true;
 }
 
 void Bars::see_cracks(const DamageField& damage, const double* u, const std::vector<char>& live) {
@@ -181,7 +172,7 @@ void Bars::see_cracks(const DamageField& damage, const double* u, const std::vec
   for (const int k : carrying_) {
     const int cell = bars_.segments()[static_cast<std::size_t>(k)].cell;
     if (cell >= 0 && damage.has(cell) &&
-        dowels_->possible(static_cast<std::size_t>(k), damage.largest_strain(cell)))
+        dowels_->possible(static_cast<std::size_t>(k), damage.result(cell).largest_strain))
       dowels_->open(static_cast<std::size_t>(k), u);
   }
 }
@@ -192,7 +183,7 @@ std::shared_ptr<const rebar::Surroundings> Bars::surroundings(const Partition& p
   double thickest = 0;
   for (const rebar::Bar& bar : bars_.bars()) thickest = std::max(thickest, bar.diameter);
   Box3 box;
-  for (std::size_t k = 0; k < segments(); ++k)
+  for (std::size_t k = 0; k < bars_.segments().size(); ++k)
     if (const int cell = partition.cell_here(host(k)); cell >= 0 && partition.local_cells()[cell])
       for (const int n : bars_.host_nodes(k)) box.extend(whole.nodes[static_cast<std::size_t>(n)]);
   auto around = std::make_shared<rebar::Surroundings>();
@@ -203,7 +194,7 @@ std::shared_ptr<const rebar::Surroundings> Bars::surroundings(const Partition& p
   };
   const Box3 of_bars = within(rebar::DowelField::bar_reach),
              of_concrete = within(rebar::DowelField::concrete_reach);
-  for (std::size_t k = 0; k < segments(); ++k) {
+  for (std::size_t k = 0; k < bars_.segments().size(); ++k) {
     const Vec3 start = bars_.start(k), end = start + bars_.along(k);
     if (of_bars.intersects(Box3(start.cwiseMin(end), start.cwiseMax(end))))
       around->bars.push_back({start, bars_.along(k)});
@@ -233,8 +224,8 @@ void Bars::divide(Partition& partition, const HexMesh& mesh,
     const int here = partition.cell_here(cell);
     return here >= 0 && partition.local_cells()[here] ? here : -1;
   };
-  std::vector<char> kept(segments(), 0);
-  for (std::size_t k = 0; k < segments(); ++k) kept[k] = local(host(k)) >= 0;
+  std::vector<char> kept(bars_.segments().size(), 0);
+  for (std::size_t k = 0; k < bars_.segments().size(); ++k) kept[k] = local(host(k)) >= 0;
   const auto& all = bars_.segments();
   for (std::size_t first = 0, last = 0; slip_ && first < all.size(); first = last) {
     while (last < all.size() && all[last].bar == all[first].bar) ++last;
@@ -242,139 +233,73 @@ void Bars::divide(Partition& partition, const HexMesh& mesh,
                end = kept.begin() + static_cast<std::ptrdiff_t>(last);
     if (std::find(begin, end, 1) != end) std::fill(begin, end, 1);
   }
+  std::vector<int> numbers;
   for (std::size_t k = 0; k < kept.size(); ++k)
-    if (kept[k]) number_.push_back(static_cast<int>(k));
-  number_.shrink_to_fit();
-  bars_ = bars_.part(number_, local, [&](int n) { return partition.node_here(n); });
-  partition_ = &partition;
+    if (kept[k]) numbers.push_back(static_cast<int>(k));
+  bars_ = bars_.part(numbers, local, [&](int n) { return partition.node_here(n); });
+  division_.divide(std::move(numbers), partition);
   place(mesh, std::move(around));
   std::vector<double> asked;
-  for (std::size_t k = 0; k < segments(); ++k)
-    if (host(k) < 0) asked.push_back(number_[k]);
+  for (std::size_t k = 0; k < bars_.segments().size(); ++k)
+    if (host(k) < 0) asked.push_back(division_.number(k));
   if (slip_) asked = partition.collect(asked);
   heard_.assign(asked.begin(), asked.end());
   std::sort(heard_.begin(), heard_.end());
   heard_.erase(std::unique(heard_.begin(), heard_.end()), heard_.end());
-  restore(state, false);
+  StateReader whole(state);
+  restore(whole, false);
 }
 
 /// Strains of the concrete along segments of other ranks, from their owners; NaN where it is gone.
 void Bars::share_strains(const std::vector<char>& live) {
-  for (std::size_t k = 0; k < segments(); ++k)
+  for (std::size_t k = 0; k < bars_.segments().size(); ++k)
     if (host(k) >= 0 && !live[static_cast<std::size_t>(host(k))]) host_[k] = NAN;
   if (heard_.empty()) return;
   std::vector<double> values(heard_.size(), 0.0);
   const auto each = [&](auto&& use) {
-    for (std::size_t i = 0, k = 0; i < heard_.size(); ++i) {
-      while (k < number_.size() && number_[k] < heard_[i]) ++k;
-      if (k < number_.size() && number_[k] == heard_[i]) use(k, values[i]);
-    }
+    for (std::size_t i = 0; i < heard_.size(); ++i)
+      if (const int k = division_.segment(heard_[i]); k >= 0) use(static_cast<std::size_t>(k), values[i]);
   };
   each([&](std::size_t k, double& value) {
-    if (own(k)) value = host_[k];
+    if (division_.own(host(k))) value = host_[k];
   });
-  partition_->sum(values);
+  division_.partition()->sum(values);
   each([&](std::size_t k, double value) {
     if (host(k) < 0) host_[k] = value;
   });
 }
 
-void Bars::find_broken() {
-  std::vector<double> mine;
-  for (std::size_t k = 0; k < segments(); ++k)
-    if (own(k) && old_[k].broken > 0) mine.push_back(number(k));
-  if (partition_ != nullptr) mine = partition_->collect(mine);
-  broken_.assign(mine.begin(), mine.end());
-  std::sort(broken_.begin(), broken_.end());
-  ties_stale_ = true;
-}
-
 std::size_t Bars::memory_consumption() const {
   const auto of = [](const auto& list) { return list.capacity() * sizeof(list[0]); };
-  return bars_.memory_consumption() + of(node_) + of(old_) + of(next_) + of(old_strain_) + of(next_strain_) +
-         of(number_) + of(heard_) + of(carrying_) + of(host_) + of(ties_) + of(tied_);
+  return bars_.memory_consumption() + of(states_.old) + of(states_.next) + of(states_.old_strain) +
+         of(states_.next_strain) + of(heard_) + of(carrying_) + of(host_) + division_.memory_consumption() +
+         ties_.memory_consumption();
 }
 
 void Bars::mark_nodes(std::vector<char>& touched) const {
-  for (int n : node_) touched[n] = 1;
+  for (std::size_t k = 0; k < bars_.segments().size(); ++k)
+    if (host(k) >= 0)
+      for (const int n : bars_.host_nodes(k)) touched[static_cast<std::size_t>(n)] = 1;
 }
 
 void Bars::accept() {
-  if (!evaluated_) return;  // nothing new; what was next is older now
-  evaluated_ = false;
-  for (const int k : changed_) old_[static_cast<std::size_t>(k)] = next_[static_cast<std::size_t>(k)];
-  changed_.clear();
-  old_strain_.swap(next_strain_);
-  if (sums_.breaking > 0 && partition_ == nullptr) find_broken();
+  if (!states_.evaluated) return;  // nothing new; what was next is older now
+  states_.evaluated = false;
+  for (const int k : states_.changed)
+    states_.old[static_cast<std::size_t>(k)] = states_.next[static_cast<std::size_t>(k)];
+  states_.changed.clear();
+  states_.old_strain.swap(states_.next_strain);
+  if (sums_.breaking > 0 && division_.partition() == nullptr) find_broken();
   if (slip_) slip_->accept();
   if (dowels_) dowels_->accept();
 }
 
-void Bars::add_mass(double density, std::vector<double>& mass) const { bars_.add_mass(density, mass); }
-
-std::vector<Spring> Bars::springs(const std::vector<Mat3>* frames) const {
-  std::vector<Spring> list;
-  for (std::size_t k = 0; k < bars_.segments().size(); ++k) {
-    const rebar::Segment& s = bars_.segments()[k];
-    if (s.cell < 0) continue;
-    Spring spring;
-    Vec3 along = bars_.along(k);
-    for (int i = 0; i < 8; ++i) {
-      spring.node.push_back(bars_.host_nodes(k)[i]);
-      spring.weight.push_back(s.end[i] - s.start[i]);
-    }
-    if (frames != nullptr) along = (*frames)[static_cast<std::size_t>(s.cell)] * along;
-    along.normalize();
-    spring.stiffness = bars_.stiffness(k) * along * along.transpose();
-    list.push_back(std::move(spring));
-  }
-  return list;
-}
-
-void Bars::ties(const std::function<void(int, int, int)>& visit) const {
-  if (ties_stale_) {
-    ties_stale_ = false;
-    ties_.clear();
-    tied_.clear();
-    const auto holds = [this](int k) { return !std::binary_search(broken_.begin(), broken_.end(), k); };
-    // The pair k is of segments k and k + 1 of the whole.
-    for (std::size_t k = 0; k < segments(); ++k) {
-      const int n = number(k);
-      const bool seen = k > 0 && number(k - 1) == n - 1, next = k + 1 < segments() && number(k + 1) == n + 1;
-      if (!seen && !starts(n) && holds(n - 1) && holds(n)) ties_.push_back({n - 1, -1, host(k)});
-      if (n + 1 < static_cast<int>(segments_in_all_) && !starts(n + 1) && holds(n) && holds(n + 1))
-        ties_.push_back({n, host(k), next ? host(k + 1) : -1});
-    }
-  }
-  for (const auto& [number, a, b] : ties_) visit(number, a, b);
-}
-
-const std::vector<char>& Bars::tied(std::size_t cells) const {
-  if (!ties_stale_ && tied_.size() == cells) return tied_;
-  std::vector<char> held(cells, 0);
-  ties([&](int, int a, int b) {
-    for (const int cell : {a, b})
-      if (cell >= 0) held[static_cast<std::size_t>(cell)] = 1;
-  });
-  tied_.swap(held);
-  return tied_;
-}
-
-std::vector<int> Bars::segments_in(const std::vector<int>& cells) const {
-  std::vector<int> sorted = cells, list;
-  std::sort(sorted.begin(), sorted.end());
-  for (std::size_t k = 0; k < bars_.segments().size(); ++k)
-    if (std::binary_search(sorted.begin(), sorted.end(), bars_.segments()[k].cell))
-      list.push_back(static_cast<int>(k));
-  return list;
-}
-
 double Bars::stored_in(const std::vector<int>& cells) const {
-  const auto& states = evaluated_ ? next_ : old_;
-  const auto& strains = evaluated_ ? next_strain_ : old_strain_;
+  const auto& states = states_.evaluated ? states_.next : states_.old;
+  const auto& strains = states_.evaluated ? states_.next_strain : states_.old_strain;
   double sum = 0;
-  for (const int k : segments_in(cells)) {
-    if (!own(static_cast<std::size_t>(k))) continue;
+  for (const int k : bars_.segments_in(cells)) {
+    if (!division_.own(host(static_cast<std::size_t>(k)))) continue;
     if (dowels_) sum += dowels_->stored(static_cast<std::size_t>(k));
     const rebar::Segment& s = bars_.segments()[static_cast<std::size_t>(k)];
     material::Steel::State after;
@@ -390,10 +315,11 @@ void Bars::add_forces_of(const std::vector<int>& segments, const double* u, cons
                          double* f) const {
   for (int k : segments) {
     if (!live[bars_.segments()[k].cell]) continue;
-    const rebar::EmbeddedBars::Pull pull = bars_.pull(k, u, old_[k], slip_strain(k));
+    const rebar::EmbeddedBars::Pull pull = bars_.pull(k, u, states_.old[k], slip_ ? slip_->strain()[k] : 0.0);
     bars_.add_pull(k, pull.force, f);
     if (dowels_)
-      dowels_->add_forces_of(static_cast<std::size_t>(k), u, old_[k].broken > 0 ? INFINITY : pull.stress, f);
+      dowels_->add_forces_of(static_cast<std::size_t>(k), u,
+                             states_.old[k].broken > 0 ? INFINITY : pull.stress, f);
   }
 }
 
@@ -406,23 +332,14 @@ Bars::Counts Bars::count(const std::vector<int>& segments) const {
   for (const int segment : segments) {
     const auto k = static_cast<std::size_t>(segment);
     const double bar = 2.0 * bars_.segments()[k].bar;
-    if (!own(k)) continue;
-    if (old_[k].accumulated > 0) found.push_back(bar);
-    if (old_[k].broken > 0) found.push_back(bar + 1);
+    if (!division_.own(host(k))) continue;
+    if (states_.old[k].accumulated > 0) found.push_back(bar);
+    if (states_.old[k].broken > 0) found.push_back(bar + 1);
   }
   once();
-  if (partition_ != nullptr) found = partition_->collect(found), once();
+  if (Partition* const all = division_.partition()) found = all->collect(found), once();
   const auto broken = std::count_if(found.begin(), found.end(), [](double x) { return std::fmod(x, 2) > 0; });
   return {static_cast<int>(found.size()) - static_cast<int>(broken), static_cast<int>(broken)};
-}
-
-void Bars::shape(const Structure::TakePart& take) const {
-  for (std::size_t k = 0; k < segments_in_all_;) {
-    Structure::Snapshot part;
-    for (const std::size_t end = std::min(k + rows_at_once, segments_in_all_); k < end; ++k)
-      part.bars.push_back({2 * static_cast<int>(k), 2 * static_cast<int>(k) + 1});
-    take(part);
-  }
 }
 
 void Bars::values(const double* u, const Structure::TakePart& take) const {
@@ -431,9 +348,9 @@ void Bars::values(const double* u, const Structure::TakePart& take) const {
     const auto k = static_cast<std::size_t>(segment);
     const auto [a, b] = bars_.ends(k, u);
     for (const Vec3* end : {&a, &b}) to = std::copy_n(end->data(), 3, to);
-    *to++ = old_strain_[k];
-    *to++ = bars_.pull(k, u, old_[k], slip_strain(k)).stress;
-    *to = old_[k].broken > 0 ? 2.0 : old_[k].accumulated > 0 ? 1.0 : 0.0;
+    *to++ = states_.old_strain[k];
+    *to++ = bars_.pull(k, u, states_.old[k], slip_ ? slip_->strain()[k] : 0.0).stress;
+    *to = states_.old[k].broken > 0 ? 2.0 : states_.old[k].accumulated > 0 ? 1.0 : 0.0;
   };
   const auto take_rows = [&](std::span<const double> rows) {
     Structure::Snapshot part;
@@ -446,75 +363,94 @@ void Bars::values(const double* u, const Structure::TakePart& take) const {
     }
     take(part);
   };
-  if (partition_ != nullptr)
-    return partition_->each(
-        number_, segments_in_all_, [this](int k) { return own(static_cast<std::size_t>(k)); }, width, write,
-        take_rows);
-  rows_of(segments(), width, write, take_rows);
+  std::vector<int> numbers;
+  for (std::size_t k = 0; k < bars_.segments().size(); ++k) numbers.push_back(division_.number(k));
+  if (Partition* const all = division_.partition())
+    all->each(
+        numbers, division_.in_all(),
+        [this](int k) { return division_.own(host(static_cast<std::size_t>(k))); }, width, write, take_rows);
+  else
+    rows_of(numbers.size(), width, write, take_rows);
 }
 
 /// Accepted states of the segments, then how many numbers dowels have, and these.
 void Bars::save(std::vector<double>& state, bool here) const {
-  const bool gathers = partition_ != nullptr && !here;
+  const bool gathers = division_.partition() != nullptr && !here;
   const auto width = state_width() + (gathers ? 1 : 0);
   std::vector<double> records;
-  for (std::size_t k = 0; k < segments(); ++k) {
-    if (gathers && !own(k)) continue;
-    if (gathers) records.push_back(number(k));
-    const auto& s = old_[k];
+  for (std::size_t k = 0; k < bars_.segments().size(); ++k) {
+    if (gathers && !division_.own(host(k))) continue;
+    if (gathers) records.push_back(division_.number(k));
+    const auto& s = states_.old[k];
     records.insert(records.end(),
-                   {s.plastic, s.accumulated, s.back_stress, s.yield, s.broken, old_strain_[k]});
+                   {s.plastic, s.accumulated, s.back_stress, s.yield, s.broken, states_.old_strain[k]});
     if (slip_) slip_->write(k, records);
   }
-  if (gathers) records = partition_->records(static_cast<int>(width), records, Partition::For::first);
+  if (gathers)
+    records = division_.partition()->records(static_cast<int>(width), records, Partition::For::first);
   for (std::size_t at = gathers ? 1 : 0; at < records.size(); at += width)
     state.insert(state.end(), &records[at], &records[at] + state_width());
   if (!dowels_) return;
   records.clear();
-  dowels_->save(records, [&](std::size_t k) { return !gathers || own(k); });
+  dowels_->save(records, [&](std::size_t k) { return !gathers || division_.own(host(k)); });
   if (gathers) {
     for (std::size_t at = 0; at < records.size(); at += rebar::DowelField::record_width)
-      records[at] = number(static_cast<std::size_t>(records[at]));
-    records = partition_->records(rebar::DowelField::record_width, records, Partition::For::first);
+      records[at] = division_.number(static_cast<std::size_t>(records[at]));
+    records = division_.partition()->records(rebar::DowelField::record_width, records, Partition::For::first);
   }
   state.push_back(static_cast<double>(records.size()));
   state.insert(state.end(), records.begin(), records.end());
 }
 
-std::size_t Bars::restore(std::span<const double> state, bool here) {
-  const bool whole = partition_ != nullptr && !here;
+void Bars::restore(StateReader& state, bool here) {
+  const bool whole = division_.partition() != nullptr && !here;
   const std::size_t width = state_width();
-  std::size_t at = width * (whole ? segments_in_all_ : segments());
-  if (state.size() < at) throw NumericalFailure("the saved bars belong to another structure");
-  for (std::size_t k = 0; k < segments(); ++k) {
-    const double* from = &state[width * (whole ? static_cast<std::size_t>(number(k)) : k)];
-    auto& s = old_[k];
-    for (double* value : {&s.plastic, &s.accumulated, &s.back_stress, &s.yield, &s.broken, &old_strain_[k]})
+  const double* const states = state.take(width * (whole ? division_.in_all() : bars_.segments().size()));
+  for (std::size_t k = 0; k < bars_.segments().size(); ++k) {
+    const double* from = states + width * (whole ? static_cast<std::size_t>(division_.number(k)) : k);
+    auto& s = states_.old[k];
+    for (double* value :
+         {&s.plastic, &s.accumulated, &s.back_stress, &s.yield, &s.broken, &states_.old_strain[k]})
       *value = *from++;
     if (slip_) slip_->read(k, from);
   }
-  next_ = old_;
-  changed_.clear();
-  next_strain_ = old_strain_;
+  states_.back_to_accepted();
   find_broken();
-  if (!dowels_) return at;
+  if (!dowels_) return;
   constexpr std::size_t record = rebar::DowelField::record_width;
-  const std::size_t numbers = at < state.size() ? static_cast<std::size_t>(state[at++]) : 0;
-  if (at + numbers > state.size()) throw NumericalFailure("the saved dowels belong to another structure");
+  const std::size_t numbers = state.count();
   std::vector<double> mine;
-  for (std::size_t end = at + numbers; at < end; at += record) {
-    double k = state[at];
+  for (std::size_t i = 0; i < numbers; i += record) {
+    const double* const from = state.take(record);
+    double k = from[0];
     if (whole) {
-      const auto found = std::lower_bound(number_.begin(), number_.end(), static_cast<int>(k));
-      if (found == number_.end() || *found != static_cast<int>(k)) continue;
-      k = static_cast<double>(found - number_.begin());
+      k = division_.segment(static_cast<int>(k));
+      if (k < 0) continue;
       if (host(static_cast<std::size_t>(k)) < 0) continue;
     }
     mine.push_back(k);
-    mine.insert(mine.end(), &state[at + 1], &state[at] + record);
+    mine.insert(mine.end(), from + 1, from + record);
   }
   dowels_->restore(mine);
-  return at;
+}
+
+std::vector<Spring> springs_of(const rebar::EmbeddedBars& bars, const std::vector<Mat3>* frames) {
+  std::vector<Spring> list;
+  for (std::size_t k = 0; k < bars.segments().size(); ++k) {
+    const rebar::Segment& s = bars.segments()[k];
+    if (s.cell < 0) continue;
+    Spring spring;
+    Vec3 along = bars.along(k);
+    for (int i = 0; i < 8; ++i) {
+      spring.node.push_back(bars.host_nodes(k)[i]);
+      spring.weight.push_back(s.end[i] - s.start[i]);
+    }
+    if (frames != nullptr) along = (*frames)[static_cast<std::size_t>(s.cell)] * along;
+    along.normalize();
+    spring.stiffness = bars.stiffness(k) * along * along.transpose();
+    list.push_back(std::move(spring));
+  }
+  return list;
 }
 
 }  // namespace talus::fem

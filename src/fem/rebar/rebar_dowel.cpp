@@ -14,29 +14,19 @@ namespace {
 constexpr double linear_share = 0.01;  // of s_1 that the chord k spans: a tenth of V_max
 constexpr double torn_after = 2.5e-3;  // slip from the splitting of the cover until it holds nothing [m]
 
-/// Gradients of the shape functions [1/m] and the Jacobian at a reference point.
-struct Gradients {
-  std::array<Vec3, 8> of;
-  Mat3 jacobian;
-};
-Gradients gradients(std::span<const Vec3> nodes, const std::array<int, 8>& hex, const Vec3& xi) {
-  Gradients g;
-  g.jacobian = Mat3::Zero();
-  for (std::size_t i = 0; i < 8; ++i) {
-    const double a = 1 + cell_corner[i][0] * xi.x(), b = 1 + cell_corner[i][1] * xi.y(),
-                 c = 1 + cell_corner[i][2] * xi.z();
-    g.of[i] = 0.125 * Vec3(cell_corner[i][0] * b * c, cell_corner[i][1] * a * c, cell_corner[i][2] * a * b);
-    g.jacobian += nodes[static_cast<std::size_t>(hex[i])] * g.of[i].transpose();
-  }
-  const Mat3 to_space = g.jacobian.inverse().transpose();
-  for (Vec3& of : g.of) of = to_space * of;
+/// Gradients of the shape functions at a reference point [1/m].
+std::array<Vec3, 8> gradients(const fem::TrilinearMap& cell, const Vec3& xi) {
+  std::array<Vec3, 8> g = fem::shape_gradients(xi);
+  const Mat3 to_space = cell.jacobian(xi).inverse().transpose();
+  for (Vec3& of : g) of = to_space * of;
   return g;
 }
 
 Vec3 reference_point(const Segment& s) {
   Vec3 xi = Vec3::Zero();
   for (std::size_t i = 0; i < 8; ++i)
-    xi += 0.5 * (s.start[i] + s.end[i]) * Vec3(cell_corner[i][0], cell_corner[i][1], cell_corner[i][2]);
+    xi += 0.5 * (s.start[i] + s.end[i]) *
+          Vec3(fem::corner_sign[i][0], fem::corner_sign[i][1], fem::corner_sign[i][2]);
   return xi;
 }
 
@@ -137,14 +127,14 @@ bool DowelField::possible(std::size_t segment, double largest_strain) {
 void DowelField::open(std::size_t segment, const double* u) {
   const Segment& s = bars_->segments()[segment];
   const auto& hex = hexes_[static_cast<std::size_t>(s.cell)];
-  const Gradients g = gradients(nodes_, hex, reference_point(s));
+  const fem::TrilinearMap cell(nodes_, hex);
+  const std::array<Vec3, 8> g = gradients(cell, reference_point(s));
   Mat3 motion = Mat3::Identity();
-  for (std::size_t i = 0; i < 8; ++i) motion += at_node(u, hex[i]) * g.of[i].transpose();
+  for (std::size_t i = 0; i < 8; ++i) motion += at_node(u, hex[i]) * g[i].transpose();
   const Mat3 strain = 0.5 * (motion.transpose() * motion - Mat3::Identity());
   const Eigen::SelfAdjointEigenSolver<Mat3> principal(strain);
   const Vec3 normal = principal.eigenvectors().col(2);
-  const material::CellFrame frame =
-      material::CellFrame::of(2 * gradients(nodes_, hex, Vec3::Zero()).jacobian);
+  const material::CellFrame frame = material::CellFrame::of(2 * cell.jacobian(Vec3::Zero()));
   if (!(principal.eigenvalues()[2] * frame.extent({normal.x(), normal.y(), normal.z()}) >= opening_)) return;
   if (row_of(frame, normal) != row_of(frame, bars_->along(segment).normalized())) return;
   Crossing c = crossing(segment);
@@ -160,7 +150,8 @@ DowelField::Crossing DowelField::crossing(std::size_t segment) const {
   const Bar& bar = bars_->bars()[static_cast<std::size_t>(s.bar)];
   const auto& hex = hexes_[static_cast<std::size_t>(s.cell)];
   const Vec3 along = bars_->along(segment).normalized();
-  const Mat3 edges = 2 * gradients(nodes_, hex, Vec3::Zero()).jacobian;
+  const fem::TrilinearMap cell(nodes_, hex);
+  const Mat3 edges = 2 * cell.jacobian(Vec3::Zero());
   const material::CellFrame frame = material::CellFrame::of(edges);
   // The first transverse direction is that of an edge of the cell: members' faces lie along them.
   Vec3 across = Vec3::Zero();
@@ -171,7 +162,7 @@ DowelField::Crossing DowelField::crossing(std::size_t segment) const {
   double lengths = 0;
   row_of(frame, along, &lengths);
   const Vec3 p = across.normalized(), q = along.cross(p);
-  const Gradients g = gradients(nodes_, hex, reference_point(s));
+  const std::array<Vec3, 8> g = gradients(cell, reference_point(s));
   Vec3 middle = Vec3::Zero();
   for (std::size_t i = 0; i < 8; ++i)
     middle += 0.5 * (s.start[i] + s.end[i]) * nodes_[static_cast<std::size_t>(hex[i])];
@@ -183,7 +174,7 @@ DowelField::Crossing DowelField::crossing(std::size_t segment) const {
              {},      {p, q}, 1 / (lengths * s.length),
              {},      {}};
   for (std::size_t j = 0; j < 2; ++j)
-    for (std::size_t i = 0; i < 8; ++i) c.along[j][i] = c.across[j].dot(g.of[i]);
+    for (std::size_t i = 0; i < 8; ++i) c.along[j][i] = c.across[j].dot(g[i]);
   return c;
 }
 

@@ -69,9 +69,8 @@ class Dowel {
   explicit Dowel(const Parameters& p);
   Result operator()(const std::array<double, 2>& slip, double steel_stress, const State& old,
                     State& next) const;
-  double bar_strength(double steel_stress) const;                 ///< V_max [N]
-  std::array<double, 2> splitting() const { return splitting_; }  ///< at its largest [N]
-  double stiffness() const { return stiffness_; }                 ///< k [N/m]
+  double bar_strength(double steel_stress) const;  ///< V_max [N]
+  double stiffness() const { return stiffness_; }  ///< k [N/m]
 
  private:
   double yield_, unstressed_, full_slip_, stiffness_;

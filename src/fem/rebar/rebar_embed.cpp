@@ -17,18 +17,6 @@ namespace {
 /// to the last bit.
 double length(double x, double y, double z) { return std::sqrt(std::fma(x, x, std::fma(y, y, z * z))); }
 
-Mat3 gradient(const std::array<Vec3, 8>& x, const Vec3& xi) {
-  Mat3 j = Mat3::Zero();
-  for (int i = 0; i < 8; ++i) {
-    const double a = 1 + cell_corner[i][0] * xi.x(), b = 1 + cell_corner[i][1] * xi.y(),
-                 c = 1 + cell_corner[i][2] * xi.z();
-    j.col(0) += 0.125 * cell_corner[i][0] * b * c * x[i];
-    j.col(1) += 0.125 * cell_corner[i][1] * a * c * x[i];
-    j.col(2) += 0.125 * cell_corner[i][2] * a * b * x[i];
-  }
-  return j;
-}
-
 /// Uniform grid over the cells' boxes. Cell lists are sorted, so the first match does not depend on hashing.
 class GridSearch {
  public:
@@ -72,13 +60,14 @@ class GridSearch {
       // the tolerance.
       const Vec3 corner_at = x[0];
       for (Vec3& node : x) node -= corner_at;
+      const fem::TrilinearMap map(nodes_, hexes_[c]);
       Vec3 xi = Vec3::Zero();
       bool solved = false;
       for (int it = 0; it < 30; ++it) {
-        const auto n = hex_shape(xi);
+        const auto n = fem::shape_values(xi);
         Vec3 r = p - corner_at;
         for (int i = 0; i < 8; ++i) r -= n[i] * x[i];
-        const Vec3 step = gradient(x, xi).partialPivLu().solve(r);
+        const Vec3 step = map.jacobian(xi).partialPivLu().solve(r);
         if (!step.allFinite()) break;
         xi += step;
         if (xi.cwiseAbs().maxCoeff() > 10) break;
@@ -178,14 +167,6 @@ std::optional<Vec3> surface_outside(const Vec3& centre, const Vec3& direction, d
 
 }  // namespace
 
-std::array<double, 8> hex_shape(const Vec3& xi) {
-  std::array<double, 8> n;
-  for (int i = 0; i < 8; ++i)
-    n[i] = 0.125 * (1 + cell_corner[i][0] * xi.x()) * (1 + cell_corner[i][1] * xi.y()) *
-           (1 + cell_corner[i][2] * xi.z());
-  return n;
-}
-
 HostSearch host_search(std::span<const Vec3> nodes, std::span<const std::array<int, 8>> hexes,
                        double tolerance) {
   return [grid = std::make_shared<const GridSearch>(nodes, hexes, tolerance)](const Vec3& p) {
@@ -226,8 +207,8 @@ std::vector<Segment> embed(const std::vector<Bar>& bars, const HostSearch& host,
           Segment s;
           s.bar = static_cast<int>(index);
           s.cell = samples[i].host->cell;
-          s.start = hex_shape(samples[i].host->xi);
-          s.end = hex_shape(samples[j].host->xi);
+          s.start = fem::shape_values(samples[i].host->xi);
+          s.end = fem::shape_values(samples[j].host->xi);
           s.length = (to - from) * length;
           s.area = bar.area();
           s.arc = arc + from * length;
@@ -424,6 +405,21 @@ void EmbeddedBars::add_mass(double density, std::span<double> mass) const {
     const double m = density * s.area * s.length;
     for (int i = 0; i < 8; ++i) mass[nodes_[k][i]] += 0.5 * m * (s.start[i] + s.end[i]);
   }
+}
+
+double EmbeddedBars::stress(std::size_t k, const material::Steel::State& state, double strain) const {
+  if (state.broken > 0) return INFINITY;
+  material::Steel::State unused;
+  return laws_[segments_[k].bar](strain, 0, state, unused).stress;
+}
+
+std::vector<int> EmbeddedBars::segments_in(std::vector<int> cells) const {
+  std::sort(cells.begin(), cells.end());
+  std::vector<int> list;
+  for (std::size_t k = 0; k < segments_.size(); ++k)
+    if (std::binary_search(cells.begin(), cells.end(), segments_[k].cell))
+      list.push_back(static_cast<int>(k));
+  return list;
 }
 
 double EmbeddedBars::stiffness(std::size_t segment) const {

@@ -25,6 +25,7 @@
 #include <vector>
 
 #include "core/types.hpp"
+#include "fem/discretisation/trilinear.hpp"
 #include "fem/rebar/rebar_geometry.hpp"
 
 namespace talus::rebar {
@@ -36,13 +37,6 @@ struct HostPoint {
 /// Maps a point (world, reference configuration) to its cell, or nothing if it is outside. On shared faces
 /// any of the cells.
 using HostSearch = std::function<std::optional<HostPoint>(const Vec3&)>;
-
-/// Corners of the reference cell, VTK order.
-inline constexpr int cell_corner[8][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1},
-                                          {-1, -1, 1},  {1, -1, 1},  {1, 1, 1},  {-1, 1, 1}};
-
-/// Trilinear shape functions of a hexahedron, VTK order, xi in [-1, 1]^3.
-std::array<double, 8> hex_shape(const Vec3& xi);
 
 /// Search over a mesh given as arrays; they must outlive the function. `tolerance`: how far outside, relative
 /// to the cell, still counts as inside.
@@ -103,6 +97,8 @@ class EmbeddedBars {
   };
   Pull pull(std::size_t segment, const double* u, const material::Steel::State& state,
             double slip_strain) const;
+  /// Stress at a strain, the state left as it is; infinite once it is broken [Pa].
+  double stress(std::size_t segment, const material::Steel::State& state, double strain) const;
   const material::Steel& law(int bar) const { return laws_[static_cast<std::size_t>(bar)]; }
   /// Its two ends now.
   std::pair<Vec3, Vec3> ends(std::size_t segment, const double* u) const;
@@ -119,6 +115,8 @@ class EmbeddedBars {
 
   const std::vector<Bar>& bars() const { return bars_; }
   const std::vector<Segment>& segments() const { return segments_; }
+  /// Segments hosted by the given cells, ascending.
+  std::vector<int> segments_in(std::vector<int> cells) const;
   const std::array<int, 8>& host_nodes(std::size_t segment) const { return nodes_[segment]; }
   std::vector<material::Steel::State> initial_states() const {
     return std::vector<material::Steel::State>(segments_.size());

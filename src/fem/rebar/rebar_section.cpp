@@ -65,24 +65,6 @@ ShearResistance shear_resistance(const ShearInput& in, const Strengths& s) {
   return r;
 }
 
-PunchingResistance punching_resistance(const PunchingInput& in, const Strengths& s) {
-  Requirements needs;
-  require_strengths(needs, s);
-  needs.require(in.effective_depth > 0, "punching.effective_depth", in.effective_depth, "must be positive",
-                "mean of both directions");
-  needs.require(in.load_diameter > 0, "punching.load_diameter", in.load_diameter, "must be positive",
-                "diameter of the touched area");
-  needs.require(in.ratio >= 0, "punching.ratio", in.ratio, "must not be negative", "0.005");
-  needs.done();
-  const double d = in.effective_depth, f_ck = s.f_ck / 1e6;
-  PunchingResistance r;
-  r.perimeter = std::max(0.0, concrete_shear(d, in.ratio, s) + 0.1 * in.compression) * pi *
-                (in.load_diameter + 4 * d) * d;
-  r.edge = 0.4 * 0.6 * (1 - f_ck / 250) * s.f_cd() * pi * in.load_diameter * d;
-  r.governing = std::min(r.perimeter, r.edge);
-  return r;
-}
-
 Section::Section(Member::Section kind, double width, double depth, double wall, std::vector<SectionBar> bars,
                  const Strengths& s)
     : bars_(std::move(bars)), strengths_(s) {

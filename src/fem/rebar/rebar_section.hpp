@@ -6,8 +6,6 @@
 ///            >= (0.035 k^1.5 f_ck^0.5 + 0.15 s_cp) b_w d;  k = 1 + sqrt(0.2 m/d) <= 2, rho_l <= 0.02
 ///   V_Rd,s = A_sw/s z f_ywd cot t,   V_Rd,max = a_cw b_w z nu_1 f_cd / (cot t + tan t)                 6.2.3
 ///            1 <= cot t <= 2.5, s_cp <= 0.2 f_cd, nu_1 = 0.6 (1 - f_ck/250 MPa), z = 0.9 d; f_ck in MPa
-/// Punching
-///   V_Rd   = v_Rd,c u_1 d <= 0.4 nu f_cd u_0 d,  u_1 at the distance 2 d                                 6.4
 /// Axial force and bending: plane sections, parabola-rectangle concrete (2, 3.5 per mille),
 ///   bilinear steel without hardening                                                             6.1, 3.1.7
 ///
@@ -45,16 +43,6 @@ struct ShearResistance {
   double governing = 0;  ///< V_Rd [N]
 };
 ShearResistance shear_resistance(const ShearInput& in, const Strengths& s);
-
-struct PunchingInput {
-  double effective_depth = 0, ratio = 0;  ///< d [m], rho
-  double load_diameter = 0;               ///< [m]
-  double compression = 0;                 ///< mean normal stress in the slab, compression positive [Pa]
-};
-struct PunchingResistance {
-  double perimeter = 0, edge = 0, governing = 0;  ///< at 2 d, at the loaded area, the smaller [N]
-};
-PunchingResistance punching_resistance(const PunchingInput& in, const Strengths& s);
 
 struct SectionBar {
   double x = 0, y = 0, area = 0, yield = 500e6, young = 200e9;

@@ -263,7 +263,7 @@ TEST(InitialState, BlocksMayStandWhereTheStructureHasLeft) {
   sim::FinalState state = first.simulation->final_state();
   state.blocks.clear();
   double left = 1;  // by which its upper part has left
-  for (const Vec3& x : first.simulation->structures()[0]->surface().vertices)
+  for (const Vec3& x : first.simulation->structures()[0]->skin().surface().vertices)
     if (x.x() < -0.4 && x.z() > 2.9) left = std::min(left, x.x() + 0.5);
   ASSERT_GT(left, 1e-4);
   ASSERT_LT(left, 0.05);

@@ -31,7 +31,7 @@ SceneText over_ground(const std::string& ground, double duration) {
 double lowest(const Outcome& o) {
   double z = std::numeric_limits<double>::infinity();
   for (const auto& structure : o.simulation->structures())
-    for (const Vec3& x : structure->surface().vertices) z = std::min(z, x.z());
+    for (const Vec3& x : structure->skin().surface().vertices) z = std::min(z, x.z());
   return z;
 }
 

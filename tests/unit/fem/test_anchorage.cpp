@@ -120,9 +120,9 @@ TEST(Anchorage, TheBaseSectionYieldsWhereItsSteelSays) {
   FemStructure structure(s, Vec3::Zero(), silent);
   const double h = structure.critical_step();
   double most = 0, t = 0;
-  for (long step = 0; t < 0.2 && structure.probe_displacements()[0].x() < 0.02; ++step, t += h) {
+  for (long step = 0; t < 0.2 && structure.skin().probe_displacements()[0].x() < 0.02; ++step, t += h) {
     structure.predict(t, h), structure.correct(t, h, {});
-    if (step % 50 == 0) most = std::max(most, std::abs(structure.base_moment().y()));
+    if (step % 50 == 0) most = std::max(most, std::abs(structure.loads().base_moment().y()));
   }
   EXPECT_GT(most / expected, 0.93);
   EXPECT_LT(most / expected, 1.15);
@@ -133,8 +133,8 @@ TEST(Anchorage, TheBaseSectionYieldsWhereItsSteelSays) {
 TEST(Capacity, LateralForceIsTheMomentOfTheFootOverTheHeight) {
   StructureSpec s = column();
   s.rebar_rules.push_back({"stirrups", "pier", 0, 0.010, 0.02, 0.1, 500e6, 0.05, 0});
-  const FemStructure structure(s, Vec3::Zero(), silent);
-  const SectionResistance rule = structure.section_resistances().at(0);
+  FemStructure structure(s, Vec3::Zero(), silent);
+  const SectionResistance rule = structure.capacity().section_resistances().at(0);
   const double hand = section_moment(0.01), steel = bar_count * M_PI / 4 * bar_diameter * bar_diameter;
   for (const int axis : {0, 1}) {
     EXPECT_NEAR(rule.mean.moment[static_cast<std::size_t>(axis)] / hand, 1, 0.05);
@@ -144,7 +144,7 @@ TEST(Capacity, LateralForceIsTheMomentOfTheFootOverTheHeight) {
   EXPECT_NEAR(rule.design.compression / (side * side * 30e6 / 1.2 + steel * 400e6), 1,
               0.05);  // bars at 2 per mille
   EXPECT_NEAR(rule.design.tension / (steel * 500e6), 1, 1e-6);
-  const std::vector<PushDown> over = structure.push_over();
+  const std::vector<PushDown> over = structure.capacity().push_over();
   ASSERT_EQ(over.size(), 2u);
   EXPECT_EQ(over[1].axis, 1);
   for (const PushDown& p : over) {

@@ -52,11 +52,11 @@ TEST(CondensedStart, WhatIsPressedInBalanceIsNotKicked) {
   const double h = s.critical_step();
   const double t = press(s, top, Vec3(0, 0, -2e5), h, static_cast<int>(1.2 / h));
   double fastest = 0, before = 0;
-  for (const int n : top) before = std::max(before, s.node_velocity(n).norm());
+  for (const int n : top) before = std::max(before, s.skin().node_velocity(n).norm());
   ASSERT_LT(before, 1e-9);
-  ASSERT_GT(s.condensed_step(t, 1e-3), 0);
-  s.predict_condensed(t, 20 * h);
-  for (const int n : top) fastest = std::max(fastest, s.node_velocity(n).norm());
+  ASSERT_GT(s.condensed().longest_step(t, 1e-3), 0);
+  s.condensed().predict(t, 20 * h);
+  for (const int n : top) fastest = std::max(fastest, s.skin().node_velocity(n).norm());
   EXPECT_LT(fastest, 1e-9);
 }
 
@@ -68,15 +68,15 @@ TEST(CondensedStart, HeldNodeStaysWhereItIs) {
   const double h = s.critical_step(), H = 100 * h;
   double t = press(s, std::vector<int>{node}, Vec3(0, 0, -1e6), h, 1);
   t = press(s, {}, Vec3::Zero(), h, 20, t);
-  ASSERT_GT(s.condensed_step(t, 1e-3), 0);
-  s.predict_condensed(t, H);
-  const Vec3 place = s.node_position(node);
+  ASSERT_GT(s.condensed().longest_step(t, 1e-3), 0);
+  s.condensed().predict(t, H);
+  const Vec3 place = s.skin().node_position(node);
   const std::vector<int> held{node};
-  const Vec3 p = -s.compliance(held).ldlt().solve(s.predicted_velocity(node));
+  const Vec3 p = -s.condensed().compliance(held).ldlt().solve(s.skin().predicted_velocity(node));
   const std::vector<NodeImpulse> impulses{{node, p}};
-  ASSERT_TRUE(s.correct_condensed(t, H, impulses));
-  EXPECT_LT(s.node_velocity(node).norm(), 1e-12);
-  EXPECT_LT((s.node_position(node) - place).norm(), 1e-14);
+  ASSERT_TRUE(s.condensed().correct(t, H, impulses));
+  EXPECT_LT(s.skin().node_velocity(node).norm(), 1e-12);
+  EXPECT_LT((s.skin().node_position(node) - place).norm(), 1e-14);
 }
 
 /// Of a pier that a blow of one step has left ringing at rates that the condensed step does not resolve the
@@ -92,13 +92,14 @@ TEST(CondensedStart, WhatIsNotResolvedDecaysFirst) {
     t = press(s, {}, Vec3::Zero(), h, 1, t);
     largest = std::max(largest, s.energy().kinetic);
   }
-  ASSERT_GT(s.condensed_step(t, accuracy), 0);
-  EXPECT_FALSE(s.may_begin(t, H, accuracy));
-  EXPECT_EQ(s.condensed_step(t, accuracy), 0);  // not before it can have decayed
+  ASSERT_GT(s.condensed().longest_step(t, accuracy), 0);
+  EXPECT_FALSE(s.condensed().may_begin(t, H, accuracy));
+  EXPECT_EQ(s.condensed().longest_step(t, accuracy), 0);  // not before it can have decayed
   int tries = 1;
   const double refused = t;
-  while (t < 10 && !(s.condensed_step(t, accuracy) > 0 && s.may_begin(t, H, accuracy))) {
-    tries += s.condensed_step(t, accuracy) > 0;
+  while (t < 10 &&
+         !(s.condensed().longest_step(t, accuracy) > 0 && s.condensed().may_begin(t, H, accuracy))) {
+    tries += s.condensed().longest_step(t, accuracy) > 0;
     t = press(s, {}, Vec3::Zero(), h, 50, t);
   }
   const double decay = 2 * 0.02 * s.frequencies(1).front();
@@ -106,19 +107,19 @@ TEST(CondensedStart, WhatIsNotResolvedDecaysFirst) {
   EXPECT_LT(t, refused + 6 / decay);
   EXPECT_LT(tries, 30);
   const double before = s.energy().algorithmic;
-  s.predict_condensed(t, H);
-  ASSERT_TRUE(s.correct_condensed(t, H, {}));
+  s.condensed().predict(t, H);
+  ASSERT_TRUE(s.condensed().correct(t, H, {}));
   EXPECT_LT(s.energy().algorithmic - before, 2 * 10 * accuracy * largest);
 
   FemStructure sways(damped_pier(0.02), Vec3::Zero(), silent);
   t = press(sways, top, Vec3(1e4, 0, 0), h, static_cast<int>(0.5 * M_PI / sways.frequencies(1).front() / h));
   t = press(sways, {}, Vec3::Zero(), h, 20, t);
   const StructureEnergy held = sways.energy();
-  const double step = sways.condensed_step(t, accuracy);
+  const double step = sways.condensed().longest_step(t, accuracy);
   ASSERT_GT(step, 0);
-  EXPECT_TRUE(sways.may_begin(t, step, accuracy));
-  sways.predict_condensed(t, step);
-  ASSERT_TRUE(sways.correct_condensed(t, step, {}));
+  EXPECT_TRUE(sways.condensed().may_begin(t, step, accuracy));
+  sways.condensed().predict(t, step);
+  ASSERT_TRUE(sways.condensed().correct(t, step, {}));
   EXPECT_LT(sways.energy().algorithmic - held.algorithmic,
             0.03 * (held.kinetic + held.elastic));  // 0.012 of the first mode, (omega h)^2 by backward Euler,
                                                     // and most of the second one
@@ -134,20 +135,21 @@ TEST(CondensedStart, ManyStartsShareWhatTheyMayTake) {
   double t = 0, largest = 0, taken = 0;
   constexpr int blows = 6;
   for (int blow = 0; blow < blows; ++blow) {
-    s.struck(t);
+    s.condensed().struck(t);
     t = press(s, struck, Vec3(0, 0, -1e6), h, 1, t);
     for (int i = 0; i < 40; ++i) {
       t = press(s, {}, Vec3::Zero(), h, 1, t);
       largest = std::max(largest, s.energy().kinetic);
     }
     const double end = t + 10;
-    while (t < end && !(s.condensed_step(t, accuracy) > 0 && s.may_begin(t, H, accuracy)))
+    while (t < end &&
+           !(s.condensed().longest_step(t, accuracy) > 0 && s.condensed().may_begin(t, H, accuracy)))
       t = press(s, {}, Vec3::Zero(), h, 50, t);
     ASSERT_LT(t, end) << blow;  // it does begin
     const double before = s.energy().algorithmic;
-    s.predict_condensed(t, H);
+    s.condensed().predict(t, H);
     taken += s.energy().algorithmic - before;
-    ASSERT_TRUE(s.correct_condensed(t, H, {}));
+    ASSERT_TRUE(s.condensed().correct(t, H, {}));
     t += H;
   }
   RecordProperty("taken", std::to_string(taken / (10 * accuracy * largest)));
@@ -202,7 +204,7 @@ RingDown ring_down_of_cracked_beam(const std::string& integrator) {
   double t = press(s, struck, Vec3(0, 120e3, -400e3) / static_cast<double>(struck.size()), h,
                    static_cast<int>(0.005 / h));
   t = press(s, {}, Vec3::Zero(), h, static_cast<int>(0.05 / h), t);
-  EXPECT_GT(s.damaged_volume(), 0.5);
+  EXPECT_GT(s.damage().volume, 0.5);
   return ring_alone(s, t, 125, 2e-3);
 }
 
@@ -247,7 +249,7 @@ RingDown ring_down_of_cracked_cantilever(const std::string& integrator) {
   double t =
       press(s, top, Vec3(1000e3, 0, 0) / static_cast<double>(top.size()), h, static_cast<int>(0.004 / h));
   t = press(s, {}, Vec3::Zero(), h, static_cast<int>(0.3 / h), t);
-  EXPECT_GT(s.damaged_volume(), 0.05);
+  EXPECT_GT(s.damage().volume, 0.05);
   return ring_alone(s, t, 75, 4e-3);
 }
 
@@ -289,16 +291,16 @@ TEST(CondensedStart, ClosedCracksAreNotStifferThanK) {
   const Vec3 load(0, 0, -1e6);
   double t = press(s, top, each * Vec3(0, 0, 5e6), h, static_cast<int>(0.002 / h));
   t = press(s, top, each * load, h, static_cast<int>(1.5 / h), t);
-  ASSERT_GT(s.damaged_volume(), 10);
+  ASSERT_GT(s.damage().volume, 10);
   const double H = 200 * h;
   std::vector<NodeImpulse> impulses;
   for (const int n : top) impulses.push_back({n, H * each * load});
   double kinetic = 0;
   for (int i = 0; i < 50; ++i, t += H) {
     const double taken = s.energy().algorithmic;
-    ASSERT_GT(s.condensed_step(t, 1e-2), 0) << i;
-    s.predict_condensed(t, H);
-    ASSERT_TRUE(s.correct_condensed(t, H, impulses)) << i;
+    ASSERT_GT(s.condensed().longest_step(t, 1e-2), 0) << i;
+    s.condensed().predict(t, H);
+    ASSERT_TRUE(s.condensed().correct(t, H, impulses)) << i;
     EXPECT_GT(s.energy().algorithmic, taken) << i;
     if (i > 0) {
       EXPECT_LT(s.energy().kinetic, std::max(kinetic, 1e-5 * s.energy().elastic))

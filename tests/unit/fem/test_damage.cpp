@@ -36,7 +36,7 @@ TEST(Damage, ElasticStructureKeepsNoHistory) {
   for (int i = 0; i < 10; ++i) bar.predict(i * 1e-5, 1e-5), bar.correct(i * 1e-5, 1e-5, {});
   bar.save(after);
   EXPECT_EQ(before.size(), after.size());
-  EXPECT_EQ(bar.damage_max(), 0);
+  EXPECT_EQ(bar.damage().largest, 0);
 }
 
 /// The bar as an Abaqus deck, its middle cell with a section nine tenths as wide and high: that is where it
@@ -79,15 +79,15 @@ TEST(Damage, PullsApartWithTheFractureEnergyOfOneCrack) {
     std::vector<int> end;
     double mass = 0;
     for (int n = 0; n < static_cast<int>(bar.mesh().nodes.size()); ++n)
-      if (bar.mesh().nodes[n].x() > 0.499) end.push_back(n), mass += bar.node_mass(n);
+      if (bar.mesh().nodes[n].x() > 0.499) end.push_back(n), mass += bar.skin().node_mass(n);
     const double h = bar.critical_step(), speed = 0.02;
     double t = 0;
     while (t * speed < 0.9e-3) {
       bar.predict(t, h);
       std::vector<NodeImpulse> pull;
       for (int n : end)
-        pull.push_back({n, bar.node_mass(n) *
-                               (Vec3(std::min(1.0, t / 2e-3) * speed, 0, 0) - bar.predicted_velocity(n))});
+        pull.push_back({n, bar.skin().node_mass(n) * (Vec3(std::min(1.0, t / 2e-3) * speed, 0, 0) -
+                                                      bar.skin().predicted_velocity(n))});
       bar.correct(t, h, pull);
       t += h;
     }
@@ -98,7 +98,7 @@ TEST(Damage, PullsApartWithTheFractureEnergyOfOneCrack) {
                             e.step_dependence - e.contact_work;
     EXPECT_NEAR(residual, 0, 1e-9 * e.contact_work) << cells << " cells";
     EXPECT_LT(std::abs(e.algorithmic), 0.02 * e.contact_work) << cells << " cells";
-    EXPECT_GT(bar.damage_max(), 0.999);
+    EXPECT_GT(bar.damage().largest, 0.999);
   }
 }
 
@@ -123,8 +123,8 @@ TEST(Damage, RowsThatLeanTakeTheSameFractureEnergy) {
         bar.predict(t, h);
         std::vector<NodeImpulse> pull;
         for (int n : end)
-          pull.push_back({n, bar.node_mass(n) *
-                                 (Vec3(std::min(1.0, t / 2e-3) * speed, 0, 0) - bar.predicted_velocity(n))});
+          pull.push_back({n, bar.skin().node_mass(n) * (Vec3(std::min(1.0, t / 2e-3) * speed, 0, 0) -
+                                                        bar.skin().predicted_velocity(n))});
         bar.correct(t, h, pull);
       }
       const StructureEnergy e = bar.energy();
@@ -142,7 +142,7 @@ TEST(Damage, DetachedPartTakesExactlyItsMassAndMomenta) {
   const int nodes = static_cast<int>(bar.mesh().nodes.size());
   double mass = 0;
   for (int n = 0; n < nodes; ++n)
-    if (std::isfinite(bar.node_mass(n))) mass += bar.node_mass(n);
+    if (std::isfinite(bar.skin().node_mass(n))) mass += bar.skin().node_mass(n);
   const double h = bar.critical_step();
   double t = 0;
   std::vector<Fragment> fragments;
@@ -152,23 +152,23 @@ TEST(Damage, DetachedPartTakesExactlyItsMassAndMomenta) {
     bar.predict(t, h);
     std::vector<NodeImpulse> pull;
     for (int n = 0; n < nodes; ++n)
-      if (bar.mesh().nodes[n].x() > 0.25 && bar.node_mass(n) > 0)
-        pull.push_back({n, bar.node_mass(n) * (Vec3(5.0, 1.0, 0) - bar.predicted_velocity(n))});
+      if (bar.mesh().nodes[n].x() > 0.25 && bar.skin().node_mass(n) > 0)
+        pull.push_back({n, bar.skin().node_mass(n) * (Vec3(5.0, 1.0, 0) - bar.skin().predicted_velocity(n))});
     bar.correct(t, h, pull);
     t += h;
     before = bar.energy();
     dust_free = 0;
     for (int n = 0; n < nodes; ++n)
-      if (std::isfinite(bar.node_mass(n))) dust_free += bar.node_mass(n);
+      if (std::isfinite(bar.skin().node_mass(n))) dust_free += bar.skin().node_mass(n);
     fragments = bar.take_fragments();
   }
-  ASSERT_FALSE(fragments.empty()) << bar.elements() << " cells, damage " << bar.damage_max() << " at " << t
-                                  << " s";
+  ASSERT_FALSE(fragments.empty()) << bar.elements() << " cells, damage " << bar.damage().largest << " at "
+                                  << t << " s";
   const StructureEnergy after = bar.energy();
   Vec3 momentum = after.linear_momentum, spin = after.angular_momentum;
   double rest = 0, kinetic = after.kinetic;
   for (int n = 0; n < nodes; ++n)
-    if (std::isfinite(bar.node_mass(n))) rest += bar.node_mass(n);
+    if (std::isfinite(bar.skin().node_mass(n))) rest += bar.skin().node_mass(n);
   for (const Fragment& f : fragments) {
     momentum += f.linear_momentum;
     spin += f.angular_momentum + f.centroid.cross(f.linear_momentum);
@@ -198,8 +198,8 @@ TEST(Damage, ABarTiesTheTornPartUntilItBreaks) {
       bar.predict(i * h, h);
       std::vector<NodeImpulse> pull;
       for (int n = 0; n < static_cast<int>(bar.mesh().nodes.size()); ++n)
-        if (bar.mesh().nodes[n].x() > 0.25 && bar.node_mass(n) > 0)
-          pull.push_back({n, bar.node_mass(n) * (Vec3(5.0, 0, 0) - bar.predicted_velocity(n))});
+        if (bar.mesh().nodes[n].x() > 0.25 && bar.skin().node_mass(n) > 0)
+          pull.push_back({n, bar.skin().node_mass(n) * (Vec3(5.0, 0, 0) - bar.skin().predicted_velocity(n))});
       bar.correct(i * h, h, pull);
       if (bar.take_fragments().empty()) continue;
       const auto state = bar.snapshot().bar_state;
@@ -234,8 +234,8 @@ TEST(Damage, BarsOfWhatComesOffTakeTheirEnergyAlong) {
     bar.predict(t, h);
     std::vector<NodeImpulse> pull;
     for (int n = 0; n < static_cast<int>(bar.mesh().nodes.size()); ++n)
-      if (bar.mesh().nodes[n].x() > 0.25 && bar.node_mass(n) > 0)
-        pull.push_back({n, bar.node_mass(n) * (Vec3(5.0, 0, 0) - bar.predicted_velocity(n))});
+      if (bar.mesh().nodes[n].x() > 0.25 && bar.skin().node_mass(n) > 0)
+        pull.push_back({n, bar.skin().node_mass(n) * (Vec3(5.0, 0, 0) - bar.skin().predicted_velocity(n))});
     bar.correct(t, h, pull);
     for (const Fragment& f : bar.take_fragments()) elastic += f.elastic;
   }
@@ -261,8 +261,8 @@ TEST(Damage, WhatIsPassedOverOnceItIsGoneChangesNoBit) {
     b.predict(i * h, h);
     std::vector<NodeImpulse> pull;
     for (int n = 0; pulled && n < static_cast<int>(b.mesh().nodes.size()); ++n)
-      if (b.mesh().nodes[n].x() > 0.25 && b.node_mass(n) > 0)
-        pull.push_back({n, b.node_mass(n) * (Vec3(5.0, 1.0, 0) - b.predicted_velocity(n))});
+      if (b.mesh().nodes[n].x() > 0.25 && b.skin().node_mass(n) > 0)
+        pull.push_back({n, b.skin().node_mass(n) * (Vec3(5.0, 1.0, 0) - b.skin().predicted_velocity(n))});
     b.correct(i * h, h, pull);
   };
   int i = 0;
@@ -282,7 +282,7 @@ TEST(Damage, WhatIsPassedOverOnceItIsGoneChangesNoBit) {
   bar.save(one);
   other.save(two);
   EXPECT_EQ(one, two);
-  EXPECT_EQ(bar.base_force(), other.base_force());
+  EXPECT_EQ(bar.loads().base_force(), other.loads().base_force());
   // Back to before anything was lost: all of it moves again.
   FemStructure whole(s, gravity, silent);
   state.clear();
@@ -313,8 +313,8 @@ TEST(Damage, APartThatNothingHoldsAnyMoreIsToldWhereItStays) {
     bar.predict(t, h);
     std::vector<NodeImpulse> pull;
     for (int n = 0; n < nodes; ++n)
-      if (bar.mesh().nodes[n].x() > 0.25 && bar.node_mass(n) > 0)
-        pull.push_back({n, bar.node_mass(n) * (Vec3(5.0, 1.0, 0) - bar.predicted_velocity(n))});
+      if (bar.mesh().nodes[n].x() > 0.25 && bar.skin().node_mass(n) > 0)
+        pull.push_back({n, bar.skin().node_mass(n) * (Vec3(5.0, 1.0, 0) - bar.skin().predicted_velocity(n))});
     bar.correct(t, h, pull);
     t += h;
     lost = bar.unsupported();
@@ -349,7 +349,7 @@ TEST(Viaduct, StandsUnderItsWeightAndLosesASpanThatLeavesItsSeat) {
   const auto nodes = bridge.snapshot().nodes;
   double volume = 0;
   for (double v : cell_volumes(bridge.mesh())) volume += v;
-  EXPECT_NEAR(bridge.base_force().z(), -2450 * volume * 9.81, 1e-6 * 2450 * volume * 9.81);
+  EXPECT_NEAR(bridge.loads().base_force().z(), -2450 * volume * 9.81, 1e-6 * 2450 * volume * 9.81);
   EXPECT_TRUE(bridge.quiet());
   EXPECT_TRUE(bridge.take_fragments().empty());
   const double h = bridge.critical_step();
@@ -361,7 +361,8 @@ TEST(Viaduct, StandsUnderItsWeightAndLosesASpanThatLeavesItsSeat) {
     deck = 0;
     for (int n = 0; n < static_cast<int>(nodes.size()); ++n)
       if (nodes[n].x() > 0.01 && nodes[n].x() < 11.99 && nodes[n].z() > 7.05)
-        push.push_back({n, Vec3(20 * bridge.node_mass(n) * h, 0, 0)}), deck += bridge.node_mass(n);
+        push.push_back({n, Vec3(20 * bridge.skin().node_mass(n) * h, 0, 0)}),
+            deck += bridge.skin().node_mass(n);
     bridge.correct(t, h, push);
     t += h;
     if (i % 20 == 0) fallen = bridge.take_fragments();
@@ -406,12 +407,12 @@ TEST(Viaduct, LosesASpanThatIsPushedOffItsCapBeamsSideways) {
   std::vector<int> span;
   for (int n = 0; n < static_cast<int>(nodes.size()); ++n)
     if (nodes[n].x() > 0.01 && nodes[n].x() < 11.99 && nodes[n].z() > 7.05)
-      span.push_back(n), deck += bridge.node_mass(n);
+      span.push_back(n), deck += bridge.skin().node_mass(n);
   std::vector<Fragment> fallen;
   for (int i = 0; t < 1.5 && fallen.empty(); ++i) {
     bridge.predict(t, h);
     std::vector<NodeImpulse> push;
-    for (const int n : span) push.push_back({n, Vec3(0, 20 * bridge.node_mass(n) * h, 0)});
+    for (const int n : span) push.push_back({n, Vec3(0, 20 * bridge.skin().node_mass(n) * h, 0)});
     bridge.correct(t, h, push);
     t += h;
     if (i % 20 == 0) fallen = bridge.take_fragments();
@@ -433,7 +434,7 @@ TEST(Viaduct, ComesApartAtItsBearingsWhenAllItsPiersAreLost) {
   const auto nodes = bridge.snapshot().nodes;
   double deck = 0;  // of one span: the second begins at x = 12
   for (int n = 0; n < static_cast<int>(nodes.size()); ++n)
-    if (nodes[n].z() > 7.05 && nodes[n].x() < 12) deck += bridge.node_mass(n);
+    if (nodes[n].z() > 7.05 && nodes[n].x() < 12) deck += bridge.skin().node_mass(n);
   const double h = bridge.critical_step();
   double t = 0;
   std::vector<Fragment> fallen;
@@ -442,7 +443,7 @@ TEST(Viaduct, ComesApartAtItsBearingsWhenAllItsPiersAreLost) {
     std::vector<NodeImpulse> lift;
     if (fallen.empty())
       for (int n = 0; n < static_cast<int>(nodes.size()); ++n)
-        if (nodes[n].z() > 3.5) lift.push_back({n, Vec3(0, 0, 150 * bridge.node_mass(n) * h)});
+        if (nodes[n].z() > 3.5) lift.push_back({n, Vec3(0, 0, 150 * bridge.skin().node_mass(n) * h)});
     bridge.correct(t, h, lift);
     t += h;
     for (Fragment& f : bridge.take_fragments()) fallen.push_back(std::move(f));

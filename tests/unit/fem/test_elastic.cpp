@@ -20,7 +20,7 @@ double tip_deflection(int across, int along) {
   s.gravity_preload = true;
   // Lateral gravity g gives q = rho A g per length, tip = q L^4/(8 E I) + q L^2/(2 kappa G A).
   FemStructure structure(s, Vec3(1, 0, 0), silent);
-  return structure.probe_displacements()[0].x();
+  return structure.skin().probe_displacements()[0].x();
 }
 }  // namespace
 
@@ -58,9 +58,9 @@ TEST(Cantilever, TipLoadAndFrequencies) {
   loaded.integrator = "modal";
   FemStructure pushed(loaded, Vec3::Zero(), silent);
   pushed.advance_alone(0, 2.0);
-  EXPECT_NEAR(pushed.probe_displacements()[0].x(), 4.115e-3, 0.03 * 4.115e-3);
-  EXPECT_NEAR(pushed.base_force().x(), 100e3, 2e3);
-  EXPECT_NEAR(pushed.base_moment().y(), 100e3 * 12, 2e4);
+  EXPECT_NEAR(pushed.skin().probe_displacements()[0].x(), 4.115e-3, 0.03 * 4.115e-3);
+  EXPECT_NEAR(pushed.loads().base_force().x(), 100e3, 2e3);
+  EXPECT_NEAR(pushed.loads().base_moment().y(), 100e3 * 12, 2e4);
 }
 
 TEST(Preload, BaseCarriesTheWeight) {
@@ -68,7 +68,7 @@ TEST(Preload, BaseCarriesTheWeight) {
   s.gravity_preload = true;
   FemStructure structure(s, Vec3(0, 0, -9.81), silent);
   const double weight = 2450 * 1.5 * 1.5 * 12 * 9.81;
-  EXPECT_NEAR(structure.base_force().z(), -weight, 1e-9 * weight);
+  EXPECT_NEAR(structure.loads().base_force().z(), -weight, 1e-9 * weight);
   EXPECT_TRUE(structure.quiet());
   structure.advance_alone(0, 1e-3);
   EXPECT_LT(structure.energy().kinetic, 1e-15 * structure.energy().elastic);
@@ -91,8 +91,8 @@ TEST(Preload, ThickBarsInFineCellsFindBalance) {
   const double weight = 9.81 * (2450 * (section - steel) + 7850 * steel),
                stiffness =
                    33.55e9 * section + 200e9 * steel;  // per metre; the law lays bars into whole cells
-  EXPECT_NEAR(structure.base_force().z(), -weight, 0.08 * weight);  // bars end a cover below the top
-  EXPECT_NEAR(structure.probe_displacements()[0].z(), -weight / (2 * stiffness),
+  EXPECT_NEAR(structure.loads().base_force().z(), -weight, 0.08 * weight);  // bars end a cover below the top
+  EXPECT_NEAR(structure.skin().probe_displacements()[0].z(), -weight / (2 * stiffness),
               0.05 * weight / (2 * stiffness));
   structure.advance_alone(0, 1e-3);
   EXPECT_LT(structure.energy().kinetic, 1e-15 * structure.energy().elastic);
@@ -121,7 +121,7 @@ TEST(Explicit, WaveInARodTravelsAtC) {
   // u(middle, t) = speed (t - 5 m / c) once the front has passed.
   const double t = 8.0 / c;
   rod.advance_alone(0, t);
-  EXPECT_NEAR(rod.probe_displacements()[0].x(), speed * (t - 5.0 / c), 0.01 * speed * 3.0 / c);
+  EXPECT_NEAR(rod.skin().probe_displacements()[0].x(), speed * (t - 5.0 / c), 0.01 * speed * 3.0 / c);
   const StructureEnergy e = rod.energy();
   EXPECT_NEAR(e.kinetic + e.elastic, e.external_work, 1e-12 * e.external_work);
 }
@@ -143,7 +143,7 @@ TEST(Explicit, FreeBodyKeepsMomentumAndEnergy) {
   cube.predict(0, h);
   int corner = -1;
   for (int n = 0; n < 64; ++n)
-    if ((cube.node_position(n) - Vec3(-0.5, -0.5, -0.5)).norm() < 1e-9) corner = n;
+    if ((cube.skin().node_position(n) - Vec3(-0.5, -0.5, -0.5)).norm() < 1e-9) corner = n;
   ASSERT_GE(corner, 0);
   const NodeImpulse blow{corner, Vec3(100, 300, -50)};
   cube.correct(0, h, std::span(&blow, 1));
@@ -177,7 +177,7 @@ TEST(Integrators, Agree) {
     s.loads.push_back(load);
     FemStructure structure(s, Vec3::Zero(), silent);
     for (int i = 0; i < 60; ++i) structure.advance_alone(i * 1e-3, 1e-3);
-    tips.push_back(structure.probe_displacements()[0].x());
+    tips.push_back(structure.skin().probe_displacements()[0].x());
     const StructureEnergy e = structure.energy();
     EXPECT_NEAR(e.kinetic + e.elastic + e.damping_work + e.algorithmic + e.step_dependence, e.external_work,
                 1e-9 * e.external_work)
@@ -221,7 +221,7 @@ TEST(Bending, OfOneLayerIsABeams) {
     s.probes[0].at = Vec3(0, 0, 8);
     s.gravity_preload = true;
     s.poisson = 0.2;
-    return FemStructure(s, Vec3(1, 0, 0), silent).probe_displacements()[0].x();
+    return FemStructure(s, Vec3(1, 0, 0), silent).skin().probe_displacements()[0].x();
   };
   const double area = 0.25, inertia = 0.0625 / 12, load = 2450 * area, shear = 33.55e9 / 2.4 * area * 5 / 6;
   const double beam = load * std::pow(8, 4) / (8 * 33.55e9 * inertia) + load * 64 / (2 * shear);
@@ -259,7 +259,7 @@ TEST(Bending, OfCellsThatLeanIsABeams) {
     s.supports.push_back({"", "BOT", {}, {true, true, true}});
     s.probes.push_back({"tip", Vec3(0, 0, 10)});
     s.gravity_preload = true;
-    const double tip = FemStructure(s, Vec3(1, 0, 0), silent).probe_displacements()[0].x();
+    const double tip = FemStructure(s, Vec3(1, 0, 0), silent).skin().probe_displacements()[0].x();
     const double beam = 2500 * 1e4 / (8 * 30e9 / 12) + 2500 * 100 / (2 * 12.5e9 * 5 / 6);
     EXPECT_NEAR(tip / beam, lean < 1 ? 0.99 : 0.97, 0.03) << lean;
   }
@@ -291,7 +291,7 @@ TEST(Input, MissingSupportGroupAndEmptyLoadAreNamed) {
 TEST(Surface, FollowsNodesAndClosesTheBody) {
   StructureSpec s = cantilever(2, 8);
   FemStructure structure(s, Vec3::Zero(), silent);
-  const TriangleSurface& surface = structure.surface();
+  const TriangleSurface& surface = structure.skin().surface();
   ASSERT_EQ(surface.triangles.size(), 4u * (2 * 4 + 4 * 16));
   double volume = 0;
   Vec3 area = Vec3::Zero();

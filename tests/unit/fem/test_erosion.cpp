@@ -45,9 +45,9 @@ void move(FemStructure& body, double from, double speed, double duration) {
     body.predict(i * h, h);
     std::vector<NodeImpulse> push;
     for (int n = 0; n < static_cast<int>(body.mesh().nodes.size()); ++n)
-      if (std::isfinite(body.node_mass(n)) && body.node_mass(n) > 0) {
+      if (std::isfinite(body.skin().node_mass(n)) && body.skin().node_mass(n) > 0) {
         const Vec3 wanted(0, 0, body.mesh().nodes[n].z() > from ? speed : 0.0);
-        push.push_back({n, body.node_mass(n) * (wanted - body.predicted_velocity(n))});
+        push.push_back({n, body.skin().node_mass(n) * (wanted - body.skin().predicted_velocity(n))});
       }
     body.correct(i * h, h, push);
   }
@@ -58,12 +58,12 @@ void move(FemStructure& body, double from, double speed, double duration) {
 TEST(Erosion, ACrackOfACentimetreClosesAndBearsAgain) {
   FemStructure body(bar("concrete", 1), Vec3::Zero(), silent);
   move(body, 0.5 * edge, 1, 15e-3);  // 15 mm open
-  EXPECT_GT(body.damage_max(), 0.99);
+  EXPECT_GT(body.damage().largest, 0.99);
   move(body, 0.5 * edge, -1, 15e-3);
   move(body, 0.5 * edge, -0.1, 0.5e-3);  // and 0.05 mm beyond: a strain of 5e-4 of the sound cell
-  EXPECT_EQ(body.spalled_volume(), 0);
+  EXPECT_EQ(body.damage().spalled, 0);
   const double strain = 5e-4, sound = material::mc2010({.f_cm = 38e6}, "cell").young * strain;
-  const double pressure = -body.base_force().z() / (edge * edge);
+  const double pressure = -body.loads().base_force().z() / (edge * edge);
   EXPECT_GT(pressure, 0.85 * sound);  // the Model Code's curve lies so much below the tangent there
   EXPECT_LT(pressure, 1.02 * sound);
 }
@@ -123,13 +123,13 @@ TEST(Erosion, WhatAnOpenRowPartsComesOffAndTheRowGoesWithIt) {
   const double upper = 0.35;  // the row from 0.3 to 0.4 m tears
   move(body, upper, 0.1, 40e-3);
   EXPECT_TRUE(body.take_fragments().empty());  // 4 mm
-  EXPECT_EQ(body.spalled_volume(), 0);
+  EXPECT_EQ(body.damage().spalled, 0);
   move(body, upper, 0.1, 40e-3);
   const std::vector<Fragment> pieces = body.take_fragments();
   ASSERT_EQ(pieces.size(), 1u);
   // Of the row half of the mass lies at nodes that the piece holds.
   EXPECT_NEAR(pieces[0].mass, 4.5 * edge * edge * edge * s.density, 1e-9);
-  EXPECT_NEAR(body.spalled_volume(), 5 * edge * edge * edge, 1e-12);
+  EXPECT_NEAR(body.damage().spalled, 5 * edge * edge * edge, 1e-12);
 }
 
 TEST(Erosion, ARowThatOpensInABodyHeldOnBothSidesStays) {
@@ -138,5 +138,5 @@ TEST(Erosion, ARowThatOpensInABodyHeldOnBothSidesStays) {
   FemStructure body(s, Vec3::Zero(), silent);
   move(body, 0.35, 0.1, 80e-3);
   EXPECT_TRUE(body.take_fragments().empty());
-  EXPECT_EQ(body.spalled_volume(), 0);
+  EXPECT_EQ(body.damage().spalled, 0);
 }

@@ -51,13 +51,14 @@ Torn drive(const char* law, double rate, double last_strain, bool rate_effect, d
     std::vector<NodeImpulse> push;
     for (int n = 0; n < 8; ++n) {
       const double height = body.mesh().nodes[n].z();
-      if (std::isfinite(body.node_mass(n)))
-        push.push_back({n, body.node_mass(n) * (Vec3(0, 0, rate * height) - body.predicted_velocity(n))});
+      if (std::isfinite(body.skin().node_mass(n)))
+        push.push_back(
+            {n, body.skin().node_mass(n) * (Vec3(0, 0, rate * height) - body.skin().predicted_velocity(n))});
     }
     body.correct(t, h, push);
   }
   const StructureEnergy e = body.energy();
-  return {e.damage_work, e.algorithmic, body.spalled_volume(), told};
+  return {e.damage_work, e.algorithmic, body.damage().spalled, told};
 }
 
 }  // namespace

@@ -43,10 +43,10 @@ TEST(GridIn, ReadsVtkWithItsBoundaries) {
   EXPECT_NEAR(volume, 6, 1e-12);
   int held = 0;
   for (int n = 0; n < static_cast<int>(pier.mesh().nodes.size()); ++n) {
-    const Vec3 x = pier.node_position(n);
+    const Vec3 x = pier.skin().node_position(n);
     EXPECT_GE(x.x(), 10 - 1e-12);
     const bool foot = std::abs(x.z() - 5) < 1e-12;
-    EXPECT_EQ(pier.node_held(n)[2], foot);
+    EXPECT_EQ(pier.skin().node_held(n)[2], foot);
     held += foot ? 1 : 0;
   }
   EXPECT_EQ(held, 9);

@@ -125,20 +125,20 @@ TEST(CholeskyAgain, ThreadsDoNotDisturbEachOther) {
 /// Which other nodes are asked for, in which order, and what was asked before changes no digit.
 TEST(HalfColumns, ComplianceIsTheSameWhateverElseIsAsked) {
   const auto begun = [](FemStructure& s) {
-    s.predict_condensed(0, 20 * s.critical_step());
-    return s.compliance(std::vector<int>{40, 70});
+    s.condensed().predict(0, 20 * s.critical_step());
+    return s.condensed().compliance(std::vector<int>{40, 70});
   };
   StructureSpec spec = cantilever(2, 8);
   FemStructure one(spec, Vec3::Zero(), silent), other(spec, Vec3::Zero(), silent);
   const MatX first = begun(one);
-  other.predict_condensed(0, 20 * other.critical_step());
-  const MatX more = other.compliance(std::vector<int>{70, 55, 40});
+  other.condensed().predict(0, 20 * other.critical_step());
+  const MatX more = other.condensed().compliance(std::vector<int>{70, 55, 40});
   EXPECT_EQ((first.block<3, 3>(0, 0) - more.block<3, 3>(6, 6)).cwiseAbs().maxCoeff(), 0);
   EXPECT_EQ((first.block<3, 3>(0, 3) - more.block<3, 3>(6, 0)).cwiseAbs().maxCoeff(), 0);
   EXPECT_EQ((more - more.transpose()).cwiseAbs().maxCoeff(), 0);
   // An impulse moves what the compliance says.
   std::vector<NodeImpulse> push{{70, Vec3(3, -1, 2)}};
-  ASSERT_TRUE(one.correct_condensed(0, 20 * one.critical_step(), push));
-  EXPECT_LT((one.node_velocity(40) - first.block<3, 3>(0, 3) * push[0].impulse).norm(),
-            1e-12 * one.node_velocity(70).norm());
+  ASSERT_TRUE(one.condensed().correct(0, 20 * one.critical_step(), push));
+  EXPECT_LT((one.skin().node_velocity(40) - first.block<3, 3>(0, 3) * push[0].impulse).norm(),
+            1e-12 * one.skin().node_velocity(70).norm());
 }

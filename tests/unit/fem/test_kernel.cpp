@@ -98,7 +98,7 @@ TEST(Kernel, MassesAreRowSumsOfDealiis) {
   const std::vector<double> expected = reference_masses(cells, s.density);
   double sum = 0, volume = 0;
   for (std::size_t n = 0; n < expected.size(); ++n) {
-    ASSERT_NEAR(structure.node_mass(static_cast<int>(n)), expected[n], 1e-12 * expected[n]);
+    ASSERT_NEAR(structure.skin().node_mass(static_cast<int>(n)), expected[n], 1e-12 * expected[n]);
     sum += expected[n];
   }
   for (const double v : cell_volumes(cells.mesh())) volume += v;

@@ -49,7 +49,7 @@ TEST(PatchLoads, OneThatIsConstantMovesWhatStandsUnderItsWeight) {
     double most = 0;
     for (int k = 0; k < 20; ++k) {  // half a period is 0.081 s
       pier.advance_alone(0.01 * k, 0.01);
-      most = std::max(most, pier.probe_displacements()[0].x());
+      most = std::max(most, pier.skin().probe_displacements()[0].x());
     }
     const double bending = 33.55e9 * std::pow(1.5, 4) / 12,
                  at_rest = 1.5e5 * 11.5 * 11.5 * (3 * 12 - 11.5) /
@@ -69,7 +69,7 @@ TEST(PatchLoads, ImpulsesPressAsTractionsDo) {
   FemStructure pier(s, Vec3::Zero(), silent);
   const double h = 0.8 * pier.critical_step(), force = 1e6;
   std::vector<NodeImpulse> impulses;
-  const TriangleSurface& skin = pier.surface();
+  const TriangleSurface& skin = pier.skin().surface();
   for (std::size_t v = 0; v < skin.nodes.size(); ++v)
     if (skin.nodes[v].count == 1 && skin.vertices[v].z() > 1.99)
       impulses.push_back({skin.nodes[v].node[0], Vec3(0, 0, -0.25 * force * h)});
@@ -78,7 +78,7 @@ TEST(PatchLoads, ImpulsesPressAsTractionsDo) {
     pier.predict(i * h, h);
     pier.correct(i * h, h, impulses);
   }
-  EXPECT_NEAR(pier.base_force().z(), -force, 1e-6 * force);
+  EXPECT_NEAR(pier.loads().base_force().z(), -force, 1e-6 * force);
   EXPECT_NEAR(pier.energy().damping_work, pier.energy().contact_work - pier.energy().elastic,
               1e-3 * pier.energy().elastic);
 }
@@ -95,7 +95,7 @@ TEST(InitialVelocity, MovesWhatStandsUnderItsWeight) {
     EXPECT_FALSE(pier.quiet());
     for (int k = 0; k < 10; ++k) {
       pier.advance_alone(0.01 * k, 0.01);
-      most[weight] = std::max(most[weight], pier.probe_displacements()[0].x());
+      most[weight] = std::max(most[weight], pier.skin().probe_displacements()[0].x());
     }
   }
   EXPECT_GT(most[0], 0.03);

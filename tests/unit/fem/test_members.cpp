@@ -20,12 +20,12 @@ TEST(Members, SectionForcesOfACantileverUnderItsWeightAcrossAndAlong) {
   s.gravity_preload = true;
   const double g = 9.81, across = 2.0, w = 2450 * 1.5 * 1.5, h = 0.5;
   FemStructure pier(s, Vec3(across, 0, -g), silent);
-  ASSERT_EQ(pier.members().size(), 1u);
-  const Member& m = pier.members()[0];
+  ASSERT_EQ(pier.loads().members().size(), 1u);
+  const Member& m = pier.loads().members()[0];
   ASSERT_EQ(m.stations.size(), 9u);
   EXPECT_DOUBLE_EQ(m.length, 12);
   EXPECT_NEAR(m.volume, 27, 1e-9);
-  const MemberState state = pier.member_states()[0];
+  const MemberState state = pier.loads().states()[0];
   for (int k = 0; k < 9; ++k) {
     const double at = std::min(m.stations[k], 12 - h), above = 12 - at - h / 2;
     EXPECT_NEAR(state.axial[k], w * g * above, 1e-6 * w * g * 12) << k;
@@ -173,7 +173,7 @@ TEST(PushDown, OfASoundColumnIsItsConcreteAndSteel) {
                       [&told](const std::string& line) { told.push_back(line); });
   std::vector<double> before, after;
   column.save(before);
-  const PushDown p = column.push_down().at(0);
+  const PushDown p = column.capacity().push_down().at(0);
   column.save(after);
   EXPECT_EQ(before, after);  // the structure itself is left alone
   const double steel = 4 * M_PI / 4 * 0.025 * 0.025, stress = std::min(500e6, 0.0023 * 200e9);
@@ -182,7 +182,7 @@ TEST(PushDown, OfASoundColumnIsItsConcreteAndSteel) {
   EXPECT_NEAR(p.at / 1.6, 2.3e-3, 0.4e-3);
   EXPECT_LT(p.curve.back()[1], 0.95 * p.capacity);  // it has passed its peak
   // What nothing has harmed is not pressed again.
-  EXPECT_EQ(column.push_down().at(0).curve, p.curve);
+  EXPECT_EQ(column.capacity().push_down().at(0).curve, p.curve);
   EXPECT_NE(told.back().find("unharmed"), std::string::npos) << told.back();
 }
 
@@ -195,19 +195,19 @@ TEST(PushDown, OfACrushedColumnIsLower) {
   load.history = {{0, 0}, {0.5e-3, 1}, {2e-3, 1}, {2.5e-3, 0}};
   s.loads.push_back(load);
   FemStructure column(s, Vec3(0, 0, -9.81), silent);
-  const double sound = column.push_down().at(0).capacity;
+  const double sound = column.capacity().push_down().at(0).capacity;
   const double h = column.critical_step();
   double t = 0;
   for (; t < 6e-3; t += h) column.predict(t, h), column.correct(t, h, {});
-  ASSERT_GT(column.damage_max(), 0.9);
-  const double now = column.push_down().at(0).capacity;
+  ASSERT_GT(column.damage().largest, 0.9);
+  const double now = column.capacity().push_down().at(0).capacity;
 
   EXPECT_LT(now, 0.95 * sound);
   EXPECT_GT(now, 0.05 * sound);
 }
 
 TEST(PushDown, NeedsADamageLawAndAMember) {
-  EXPECT_THROW(FemStructure(cantilever(1, 4), Vec3::Zero(), silent).push_down(), InputError);
+  EXPECT_THROW(FemStructure(cantilever(1, 4), Vec3::Zero(), silent).capacity().push_down(), InputError);
 }
 
 namespace {
@@ -265,11 +265,11 @@ TEST(ViaductShapes, VolumeWeightAndRestOfEverySectionAndDeck) {
     FemStructure bridge(c.spec, Vec3(0, 0, -9.81), silent);
     EXPECT_NEAR(mesh_volume(bridge), c.volume, 1e-6 * c.volume) << c.name;
     const double weight = 2450 * 9.81 * c.volume;
-    EXPECT_NEAR(bridge.base_force().z(), -weight, 1e-6 * weight) << c.name;
+    EXPECT_NEAR(bridge.loads().base_force().z(), -weight, 1e-6 * weight) << c.name;
     EXPECT_TRUE(bridge.quiet()) << c.name;
     EXPECT_TRUE(bridge.take_fragments().empty()) << c.name;
     double carried = 0;
-    for (const Member& m : bridge.members()) carried += m.span ? 0 : m.axial_preload;
+    for (const Member& m : bridge.loads().members()) carried += m.span ? 0 : m.axial_preload;
     EXPECT_NEAR(carried, weight, 0.02 * weight) << c.name;  // less half the lowest layer of each pier
   }
 }
@@ -281,15 +281,15 @@ TEST(ViaductShapes, SpansAreMembers) {
   s.young = 0, s.f_cm = 38e6, s.cell_size = 0.5;
   s.rebar_rules.push_back({"longitudinal", "deck", 4, 0.032, 0.05, 0, 500e6, 0.05, 0});
   FemStructure bridge(s, Vec3(0, 0, -9.81), silent);
-  ASSERT_EQ(bridge.members().size(), 5u);
-  const Member& span = bridge.members()[3];
+  ASSERT_EQ(bridge.loads().members().size(), 5u);
+  const Member& span = bridge.loads().members()[3];
   EXPECT_EQ(span.name, "S1");
   EXPECT_TRUE(span.span);
   EXPECT_NEAR(span.length, 11.95, 1e-9);
   const double area = 8 * 0.3 + 4 * 0.5 * 1.2, load = 2450 * 9.81 * area,
                rest = std::min(0.4 * (2.4 - 0.05), 0.6);
   EXPECT_NEAR(span.volume, area * 11.95, 1e-6 * span.volume);
-  const MemberState state = bridge.member_states()[3];
+  const MemberState state = bridge.loads().states()[3];
   EXPECT_NEAR(std::abs(state.moment[4][0]), load * (11.95 * 11.95 / 8 - rest / 2 * 11.95 / 2),
               0.05 * load * 11.95 * 11.95 / 8);
   EXPECT_NEAR(std::abs(state.shear[2][1]), load * 11.95 / 4,
@@ -299,7 +299,7 @@ TEST(ViaductShapes, SpansAreMembers) {
   // EN 1992-1-1 6.2.2 without ties: d = 1.5 - 0.05 - 0.016 m, b_w the four webs, 16 bars below.
   const double d = 1.5 - 0.066, k = 1 + std::sqrt(0.2 / d), ratio = 16 * M_PI / 4 * 0.032 * 0.032 / (2.0 * d);
   EXPECT_NEAR(span.shear_design[1], 0.18 / 1.2 * k * std::cbrt(100 * ratio * 30) * 1e6 * 2.0 * d, 0.02e6);
-  EXPECT_EQ(bridge.members()[0].span, false);
+  EXPECT_EQ(bridge.loads().members()[0].span, false);
 }
 
 /// A force on one pier of three: the base moment is that pier's, about its own foot.
@@ -314,10 +314,10 @@ TEST(ViaductShapes, BaseMomentIsOfOnePierAboutItsFoot) {
   s.loads.push_back(load);
   FemStructure bridge(s, Vec3(0, 0, -9.81), silent);
   bridge.advance_alone(0, 0.6);
-  const LoadPeaks p = bridge.load_peaks();
+  const LoadPeaks p = bridge.loads().peaks();
   EXPECT_EQ(p.moment_member, 1);
   EXPECT_NEAR((p.moment_at - Vec3(12, 0, 0)).norm(), 0, 1e-9);
-  const double force = bridge.base_force().y();  // all of it
+  const double force = bridge.loads().base_force().y();  // all of it
   EXPECT_GT(p.moment.value, 1.0 * std::abs(force));
   EXPECT_LT(p.moment.value, 4.5 * std::abs(force));  // the arm is 3 m, not the 12 m to the end of the bridge
 }
@@ -338,7 +338,7 @@ TEST(Members, ElasticConcreteSaysWhatItBears) {
     s.loads.push_back(load);
     FemStructure pier(s, Vec3::Zero(), silent);
     pier.advance_alone(0, 0.6);
-    const StressPeak p = pier.load_peaks().tension;
+    const StressPeak p = pier.loads().peaks().tension;
     EXPECT_NEAR(p.strength, f_t, 1e-3 * f_t);
     if (factor < 1) {
       EXPECT_LT(p.value, p.strength);
@@ -356,9 +356,9 @@ TEST(ViaductShapes, PiersReachTheGround) {
   std::erase_if(s.parameters, [](const auto& p) { return p.first == "pier_height"; });
   s.ground = [](double x, double) { return 0.1 * x; };
   FemStructure bridge(s, Vec3(0, 0, -9.81), silent);
-  ASSERT_EQ(bridge.members().size(), 5u);  // three piers, two spans
+  ASSERT_EQ(bridge.loads().members().size(), 5u);  // three piers, two spans
   const double top = 12 - 1.5 - 0.1 - 1.0;
-  for (int i = 0; i < 3; ++i) EXPECT_NEAR(bridge.members()[i].length, top - 0.1 * 12 * i, 1e-9);
+  for (int i = 0; i < 3; ++i) EXPECT_NEAR(bridge.loads().members()[i].length, top - 0.1 * 12 * i, 1e-9);
   s.ground = [](double, double) { return std::nan(""); };
   EXPECT_THROW(FemStructure(s, Vec3(0, 0, -9.81), silent), InputError);
 }

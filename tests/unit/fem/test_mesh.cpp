@@ -91,9 +91,9 @@ TEST(MeshFile, GmshBarsHangFromTheirGroup) {
       if (hexahedra) { EXPECT_EQ(bar.mesh().hexes.size(), 4u * 4 * 8) << file; }
       for (int n : bar.mesh().node_groups.at("left")) EXPECT_NEAR(bar.mesh().nodes[n].x(), 0, 1e-12) << file;
       EXPECT_GE(bar.mesh().node_groups.at("right").size(), 9u) << file;
-      EXPECT_NEAR(bar.base_force().x(), 2500 * 2 * 10, 1e-6) << file;
+      EXPECT_NEAR(bar.loads().base_force().x(), 2500 * 2 * 10, 1e-6) << file;
       // Pulled by its own weight: u = rho g L^2 / (2 E) at the free end. The nodes of linear bars are exact.
-      EXPECT_NEAR(bar.probe_displacements()[0].x(), 2500 * 10 * 4 / (2 * 30e9),
+      EXPECT_NEAR(bar.skin().probe_displacements()[0].x(), 2500 * 10 * 4 / (2 * 30e9),
                   (hexahedra ? 1e-9 : 0.01) * 2500 * 10 * 4 / (2 * 30e9))
           << file;
     }

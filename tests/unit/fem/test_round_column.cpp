@@ -21,7 +21,7 @@ TEST(RoundColumn, WeighsWhatTheCircleDoes) {
     s.supports.resize(1);
     s.supports[0].face = "-z";
     const FemStructure column(s, Vec3(0, 0, -9.81), [](const std::string&) {});
-    EXPECT_NEAR(column.base_force().z() / (-2450 * 9.81 * M_PI * 0.75 * 0.75 * 6), 1, 1e-6) << cell;
+    EXPECT_NEAR(column.loads().base_force().z() / (-2450 * 9.81 * M_PI * 0.75 * 0.75 * 6), 1, 1e-6) << cell;
   }
 }
 

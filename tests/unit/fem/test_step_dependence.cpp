@@ -24,7 +24,7 @@ struct Struck {
       : slab(spec(integrator), Vec3::Zero(), silent), h(0.05 * slab.critical_step()) {
     int top = 0;
     for (int n = 0; n < static_cast<int>(slab.mesh().nodes.size()); ++n)
-      if ((slab.node_position(n) - Vec3(0, 0, 0.25)).norm() < 1e-9) top = n;
+      if ((slab.skin().node_position(n) - Vec3(0, 0, 0.25)).norm() < 1e-9) top = n;
     const NodeImpulse blow{top, Vec3(3, 1, -10)};
     slab.predict(0, h);
     slab.correct(0, h, std::span(&blow, 1));

@@ -39,14 +39,6 @@ TEST(Shear, ByHand) {
   EXPECT_THROW(shear_resistance(in, c30), InputError);
 }
 
-TEST(Punching, ByHand) {
-  const auto r = punching_resistance({0.45, 0.005, 0.4, 0}, c30);
-  EXPECT_NEAR(r.perimeter, 0.12 * (1 + std::sqrt(200.0 / 450)) * std::cbrt(15.0) * 1e6 * pi * 2.2 * 0.45, 1);
-  EXPECT_NEAR(r.edge, 0.24 * 0.88 * 20e6 * pi * 0.4 * 0.45, 1);
-  EXPECT_DOUBLE_EQ(r.governing, std::min(r.perimeter, r.edge));
-  EXPECT_THROW(punching_resistance({0, 0.005, 0.4, 0}, c30), InputError);
-}
-
 TEST(Section, PureForcesAndRectangularBeam) {
   // b 0.3, h 0.55, 4 bars 25 mm at the bottom (-y), d = 0.5: x = A f_yd / (0.809524 b f_cd), z = d - 0.415966
   // x, steel yields

@@ -1,30 +1,73 @@
-// The permanent load, which comes slowly: the structure is in balance with it before the run begins.
+#include "fem/integrators/permanent_load.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/memory.hpp"
-#include "fem/linear/static_balance.hpp"
-#include "fem/structure_fem.hpp"
 
 namespace talus::fem {
 
+namespace {
+
+constexpr double balanced_enough = 1e-8;  // forces left over those that act, where it comes no nearer
+
+struct StaticBalance {
+  bool found = false;
+  int passes = 0;
+};
+
+/// Newton's method with the stiffness K of the undamaged structure,
+///
+///   u += omega K^-1 (f - f_int(u)),     omega by Aitken's rule on the corrections [irons1969]
+///
+/// K is no softer than the tangent, so that the iteration converges where the balance is stable. `left(r)`:
+/// writes f - f_int(u) [N] and returns its norm over that of f; `solve(r, d)`: d = K^-1 r; `move(d)`: u += d
+/// [m]. Vectors of `n` free degrees of freedom.
+template <class Left, class Solve, class Move>
+StaticBalance find_balance(int n, Left&& left, Solve&& solve, Move&& move) {
+  constexpr double exact = 1e-12;                  // forces left over those that act
+  constexpr int most_passes = 400, patience = 30;  // the latter: passes that do not halve what is left
+  VecX force(n), way(n), last(n);
+  double omega = 1, least = std::numeric_limits<double>::infinity();
+  int fruitless = 0;
+  for (int pass = 0; pass < most_passes; ++pass) {
+    const double residual = left(force);
+    fruitless = residual < 0.5 * least ? 0 : fruitless + 1;
+    if (fruitless == 0) least = residual;
+    if (residual <= exact || (fruitless > patience && residual <= balanced_enough)) return {true, pass};
+    if (fruitless > patience && least > balanced_enough) return {false, pass};
+    solve(force, way);
+    if (pass > 0) {
+      const VecX change = way - last;
+      if (const double size = change.squaredNorm(); size > 0)
+        omega = std::clamp(-omega * last.dot(change) / size, 0.5, 20.0);
+    }
+    last = way;
+    move(omega * way);
+  }
+  return {false, most_passes};
+}
+
+}  // namespace
+
 /// Numbers of a nodal field at the free degrees of freedom.
-VecX FemStructure::at_free(const AlignedVector& field) const {
+VecX PermanentLoad::at_free(const AlignedVector& field) const {
   VecX values(body_.dofs.size);
   gather(body_.dofs, field, values);
   return values;
 }
 
-void FemStructure::move_by(const VecX& way) {
+void PermanentLoad::move_by(const VecX& way) {
   for (std::size_t i = 0; i < body_.mesh.nodes.size(); ++i)
     for (int c = 0; c < 3; ++c)
       if (const int d = body_.dofs.number[i][c]; d >= 0) fields_.u[4 * i + c] += way[d];
 }
 
 /// Sums of squares over the free degrees of freedom of all ranks.
-double FemStructure::square_of(const VecX& values) const {
+double PermanentLoad::square_of(const VecX& values) const {
   double square = 0;
   for (std::size_t i = 0; i < body_.mesh.nodes.size(); ++i)
     if (body_.own_node(static_cast<int>(i)))
@@ -34,7 +77,7 @@ double FemStructure::square_of(const VecX& values) const {
   return square;
 }
 
-void FemStructure::preload() {
+void PermanentLoad::apply() {
   give_back_memory();
   forces_.load(0);
   for (const PatchLoad& load : body_.loads) {  // gravity alone: what varies in time is dynamics
@@ -53,17 +96,17 @@ void FemStructure::preload() {
     left -= of_bars;
     pressed = square_of(of_bars);
   }
-  const bool balanced = find_elastic_rest(left, pressed);
+  const bool balanced = find_elastic(left, pressed);
   if (body_.damage) {
     loads_.stresses().warn_of_cracks();
     forces_.evaluate(0);
-    if (cracked_cells() > 0 && !find_cracked_rest(balanced, pressed)) warn_of_no_rest();
+    if (cracked_cells() > 0 && !find_cracked(balanced, pressed)) warn();
   }
 }
 
 /// Small strain: one solution. Total Lagrangian: the same factor, until the forces balance; false: they do
 /// not. `left`: forces out of balance. `pressed` [N^2].
-bool FemStructure::find_elastic_rest(VecX left, double pressed) {
+bool PermanentLoad::find_elastic(VecX left, double pressed) {
   const bool factored = !body_.divided() && body_.dofs.size <= largest_factored_system,
              once = !body_.finite && !body_.bars;
   VecX way = VecX::Zero(body_.dofs.size);
@@ -72,9 +115,9 @@ bool FemStructure::find_elastic_rest(VecX left, double pressed) {
   constexpr int most_passes = 40;
   for (int pass = 0; pass < most_passes; ++pass) {
     if (!factored) {
-      progress(pass == 0 ? "permanent load"
-                         : fmt::format("permanent load, pass {} of at most {}, {:.1e} of it left", pass + 1,
-                                       most_passes, std::sqrt(residual / scale)));
+      body_.progress(pass == 0 ? "permanent load"
+                               : fmt::format("permanent load, pass {} of at most {}, {:.1e} of it left",
+                                             pass + 1, most_passes, std::sqrt(residual / scale)));
       iterations += body_.elastic->multigrid().solve(
           left.data(), way.data(),
           once ? 1e-12 : 1e-4);  // no closer than a pass that is not linear comes to its balance
@@ -116,14 +159,14 @@ bool FemStructure::find_elastic_rest(VecX left, double pressed) {
   return balanced;
 }
 
-long FemStructure::cracked_cells() const {
+long PermanentLoad::cracked_cells() const {
   return body_.count_of(std::count_if(body_.damage->cells().begin(), body_.damage->cells().end(),
                                       [this](int cell) { return body_.own_cell(cell); }));
 }
 
 /// Laws are evaluated from virgin concrete to u each time: what a pass overshoots leaves no crack. False, and
 /// the elastic state, if there is none.
-bool FemStructure::find_cracked_rest(bool balanced, double pressed) {
+bool PermanentLoad::find_cracked(bool balanced, double pressed) {
   const AlignedVector elastic(fields_.u);
   const auto left = [&](VecX& force) {
     double size = pressed;
@@ -177,7 +220,7 @@ bool FemStructure::find_cracked_rest(bool balanced, double pressed) {
   return false;
 }
 
-void FemStructure::warn_of_no_rest() const {
+void PermanentLoad::warn() const {
   int worst = -1;
   double most = -1;
   for (const int cell : body_.damage->cells())
@@ -193,6 +236,27 @@ void FemStructure::warn_of_no_rest() const {
       "much that is. A deck needs bars or prestress that carry it ([[structure.rebar]] part = \"deck\"), "
       "what is pressed too much less prestress or a larger section",
       cracked_cells(), place));
+}
+
+void PermanentLoad::keep() {
+  u = fields_.u;
+  const StructureEnergy e = energy_.total();
+  energy = e.elastic + e.gravity_potential;
+  forces_.evaluate(fields_.time);
+  loads_.find_feet(body_.mesh);
+  reaction_ = loads_.foot_reactions(0);
+  for (const MemberState& m : loads_.states()) drift_.push_back(m.drift);
+}
+
+void PermanentLoad::shift_peaks(const PermanentLoad& coarser) {
+  std::vector<std::array<double, 2>> drift;
+  for (std::size_t k = 0; k < drift_.size(); ++k)
+    drift.push_back({drift_[k][0] - coarser.drift_[k][0], drift_[k][1] - coarser.drift_[k][1]});
+  loads_.find_feet(body_.mesh);  // the track is told of this mesh's
+  std::vector<double> reaction;
+  for (std::size_t i = 0; i < std::min(reaction_.size(), coarser.reaction_.size()); ++i)
+    reaction.push_back(reaction_[i] - coarser.reaction_[i]);
+  loads_.track().shift(reaction, drift);
 }
 
 }  // namespace talus::fem

@@ -1,10 +1,10 @@
-// A structure on several ranks: what each holds and computes, and what it must hear from the others before it
-// tells of the whole.
+// A structure on several ranks: what each holds and computes.
 #include <algorithm>
 
+#include "contact/structures/refinable.hpp"
 #include "core/error.hpp"
 #include "fem/discretisation/lattice.hpp"
-#include "fem/structure_fem.hpp"
+#include "fem/structure_setup.hpp"
 
 namespace talus::fem {
 
@@ -19,7 +19,7 @@ bool worth_dividing(const HexMesh& mesh) {
 }  // namespace
 
 /// Whether each rank can hold its own part alone: nothing is factored, and nothing reaches over the parts.
-bool FemStructure::divides_memory(const HexMesh& whole) const {
+bool StructureSetup::divides_memory(const HexMesh& whole) const {
   if (!worth_dividing(whole) || !body_.struck_zones.empty() || impact_refinement(body_.spec).cell_size > 0 ||
       (refines_locally(body_.spec) && !body_.spec.refinements.empty()))
     return false;
@@ -33,14 +33,14 @@ bool FemStructure::divides_memory(const HexMesh& whole) const {
   return explicit_alone && (no_statics || free > largest_factored_system);
 }
 
-void FemStructure::make_partition(const HexMesh& whole, bool everywhere) {
+void StructureSetup::make_partition(const HexMesh& whole, bool everywhere) {
   body_.partition =
       std::make_unique<Partition>(whole, body_.bearings ? body_.bearings->cells() : std::vector<int>{},
                                   std::vector<double>(whole.nodes.size(), 1.0), everywhere, *ranks());
 }
 
 /// Keeps of the whole mesh, of which supports, probes, members and feet are known, this rank's part.
-void FemStructure::take_part(HexMesh&& whole) {
+void StructureSetup::take_part(HexMesh&& whole) {
   make_partition(whole, false);
   const Partition& part = *body_.partition;
   Supports all = std::move(body_.supports);
@@ -67,7 +67,7 @@ void FemStructure::take_part(HexMesh&& whole) {
 }
 
 /// Divides the work of a structure that every rank holds whole.
-void FemStructure::divide() {
+void StructureSetup::divide() {
   if (body_.divided()) return skin_.watch();  // its masses are known now
   if (!body_.mesh.hanging.empty() || !worth_dividing(body_.mesh)) return;
   make_partition(body_.mesh, true);
@@ -83,25 +83,6 @@ void FemStructure::divide() {
   body_.touched = ranges_of(touched);
   if (body_.damage) body_.damage->restrict_to(*body_.partition);
   skin_.watch();
-}
-
-std::vector<std::pair<std::string, std::size_t>> FemStructure::memory_consumption() const {
-  const auto of = [](const auto& list) { return list.capacity() * sizeof(list[0]); };
-  std::size_t fields = of(body_.mass) + of(body_.built_mass) + of(body_.cells_at_node) + of(body_.live) +
-                       of(body_.cell_mass) + loads_.stresses().memory_consumption() +
-                       of(body_.supports.held) + of(body_.dofs.number);
-  for (const AlignedVector* field :
-       {&fields_.u, &fields_.v, &fields_.f_int, &fields_.f_visc, &fields_.f_ext, &fields_.v_hat,
-        &body_.inverse_mass, &fields_.contact_impulse, &leapfrog_.jump()})
-    fields += of(*field);
-  return {{"mesh", of(body_.mesh.nodes) + of(body_.mesh.local) + of(body_.mesh.hexes) +
-                       of(body_.mesh.across) + of(body_.mesh.component) + of(body_.mesh.number)},
-          {"fields", fields},
-          {"elements", body_.elements->memory_consumption() + loads_.memory_of_packs()},
-          {"damage", body_.damage ? body_.damage->memory_consumption() : 0},
-          {"bars", body_.bars ? body_.bars->memory_consumption() : 0},
-          {"skin", skin_.memory_consumption()},
-          {"partition", body_.partition ? body_.partition->memory_consumption() : 0}};
 }
 
 }  // namespace talus::fem
