@@ -10,7 +10,7 @@ namespace talus::sim {
 inline geometry::CutSpec cut_spec(const scene::RockMass& mass, const geometry::Terrain* terrain) {
   geometry::CutSpec spec;
   if (mass.from_terrain && terrain != nullptr) {
-    spec.mesh = terrain->taken_out;
+    spec.mass = terrain->taken_out;
   } else {
     spec.region = mass.region;
     spec.box = mass.box;
