@@ -144,10 +144,11 @@ class Remains {
       const auto& face = complex_.faces()[f];
       const bool first = face.cell[0] == rest_, second = face.cell[1] == rest_;
       if (first != second) {
-        if (face.mark >= 0 && (first ? face.cell[1] : face.cell[0]) < 0)
-          stays_[face.mark].push_back(static_cast<int>(f));
-        else
+        const bool outside = (first ? face.cell[1] : face.cell[0]) < 0;
+        if (!outside)
           hollow_.push_back(static_cast<int>(f));
+        else if (face.mark >= 0)
+          stays_[face.mark].push_back(static_cast<int>(f));
       } else if (!first && face.mark >= 0) {
         taken_.insert(face.mark);
       }

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "contact/geometry/plumb.hpp"
+#include "geometry/mass_properties.hpp"
 #include "geometry/terrain_walls.hpp"
 
 namespace talus::sim {
@@ -145,16 +146,19 @@ void Builder::check_buried_mass() {
   std::size_t deepest = 0;
   double most = 0;
   for (std::size_t i = single_blocks_; i < model_.blocks.size(); ++i) {
-    const contact::Plumb plumb = contact::plumb_at(*env_.terrain, state_.blocks.c[i]);
+    // Of a block that is not convex the centroid may lie beside it, in the ground that it embraces.
+    const Vec3 at = state_.blocks.c[i] + dda::pose(state_.blocks, static_cast<int>(i)).F *
+                                             geometry::place_within(*model_.blocks[i].shape);
+    const contact::Plumb plumb = contact::plumb_at(*env_.terrain, at);
     if (!plumb.solid) continue;
-    const double depth = plumb.above - state_.blocks.c[i].z();
+    const double depth = plumb.above - at.z();
     if (buried++ == 0 || depth > most) most = depth, deepest = i;
   }
   if (buried == 0) return;
   const bool cut = world_->scene.rock_mass && world_->scene.rock_mass->blocks.empty();
   problem(
       "rock_mass", "",
-      fmt::format("{} of its blocks lie in the ground, {} the deepest, with its centroid {:.6g} m below "
+      fmt::format("{} of its blocks lie in the ground, {} the deepest, with its middle {:.6g} m below "
                   "the terrain",
                   buried, model_.blocks[deepest].name, most),
       cut ? "from_terrain = true cuts the region out of the terrain; else end it at the ground"

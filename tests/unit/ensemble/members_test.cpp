@@ -135,7 +135,7 @@ TEST(Members, EnergyAtALineOfASlidingBlock) {
   EXPECT_EQ(summary.lines[0].crossings, 24);
   EXPECT_EQ(summary.done, 24);
   io::Hdf5File file = io::Hdf5File::open(place.path() / "out" / "ensemble.h5");
-  EXPECT_EQ(file.read<double>("/members/varied/interface.rock/ground.friction").values.size(), 24u);
+  EXPECT_EQ(file.read<double>("/members/varied/interface.rock|ground.friction").values.size(), 24u);
   EXPECT_EQ(file.dims("/lines/road/velocity"), (io::Dims{24, 3}));
   EXPECT_EQ(file.dims("/members/end_position"), (io::Dims{24, 1, 3}));
 }
