@@ -425,6 +425,10 @@ CutResult cut(const CutSpec& spec) {
                                .rule = fmt::format("more than {} blocks", spec.most_blocks),
                                .remedy = "enlarge the spacing or shrink the region"});
   };
+  const auto report = [&](const std::string& what) {
+    if (spec.report)
+      spec.report(fmt::format("progress: rock mass: {} parts; {}", complex.cells().size(), what));
+  };
   const auto warn_if_useless = [&](const std::string& name, std::size_t cells_before,
                                    const std::string& remedy) {
     if (complex.cells().size() == cells_before)
@@ -438,6 +442,7 @@ CutResult cut(const CutSpec& spec) {
     const std::size_t cells_before = complex.cells().size();
     const CutJointSet& set = spec.joint_sets[k];
     result.joint_names.push_back(set.name);
+    report("cutting by joint set " + set.name);
     const int open = new_mark({.joint = k});
     const bool bonds = set.bond_tension > 0 || set.bond_shear > 0;
     const int bridge =
@@ -458,6 +463,7 @@ CutResult cut(const CutSpec& spec) {
     const CutJoint& joint = spec.joints[j];
     const std::size_t cells_before = complex.cells().size();
     result.joint_names.push_back(joint.name);
+    report("cutting by joint " + joint.name);
     const Vec3 n = joint_normal(joint.dip_direction, joint.dip);
     const JointPlane plane{n, n.dot(joint.through), sets + j};
     result.planes.push_back({plane.normal, plane.offset, plane.joint});
@@ -477,6 +483,7 @@ CutResult cut(const CutSpec& spec) {
     warn_if_useless("joint." + joint.name, cells_before,
                     "check through, and radius or polygon, against the region");
   }
+  report("making blocks");
   make_blocks(complex, marks, spec.least_volume, result);
   return result;
 }

@@ -22,6 +22,7 @@
 ///
 /// The same spec gives the same blocks, bit for bit, on any machine and number of threads.
 #pragma once
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -68,6 +69,7 @@ struct CutSpec {
   std::vector<CutJoint> joints;
   double least_volume = 0;            // smaller blocks join the neighbour they share most area with [m^3]
   std::size_t most_blocks = 1000000;  // stop with an error beyond
+  std::function<void(const std::string&)> report{};  // gets "progress: ..." before each set and joint
 };
 
 /// One block, in body axes about its centroid. `body.face_joint_set`: -1 on the surface of the region, k <

@@ -17,7 +17,7 @@ void Builder::add_terrain() {
     return;
   }
   try {
-    if (auto loaded = load_ground(world_->scene))
+    if (auto loaded = load_ground(world_->scene, world_->report))
       terrain_ = std::make_shared<const geometry::Terrain>(std::move(*loaded));
   } catch (const InputError& e) {
     add_problems(e.problems());

@@ -91,7 +91,8 @@ void roughen_beside(TriangleSurface& ground, const std::vector<char>& hollow, co
 }
 
 /// The terrain without the rock mass.
-geometry::Terrain load_without(const scene::RockMass& mass, const scene::Site& site) {
+geometry::Terrain load_without(const scene::RockMass& mass, const scene::Site& site,
+                               const std::function<void(const std::string&)>& report) {
   std::optional<TriangleSurface> slip;
   std::string slip_crs;
   std::optional<geometry::Mesh> region;
@@ -111,6 +112,9 @@ geometry::Terrain load_without(const scene::RockMass& mass, const scene::Site& s
   geometry::expect_same_crs(terrain.crs, slip_crs, mass.slip_surface, "rock_mass.slip_surface");
   if (terrain.beside) slip = std::move(terrain.beside);
   terrain.beside.reset();
+  if (report)
+    report(fmt::format("progress: rock mass: taking it out of a terrain of {} triangles",
+                       terrain.surface.triangles.size()));
   geometry::TakenOut out = geometry::take_out(terrain.surface, slip ? &*slip : nullptr,
                                               region ? &*region : nullptr, mass.bed_material, mass.least_volume);
   roughen_beside(out.ground, out.hollow, site);
@@ -122,9 +126,10 @@ geometry::Terrain load_without(const scene::RockMass& mass, const scene::Site& s
 
 }  // namespace
 
-std::optional<geometry::Terrain> load_ground(const scene::Scene& scene) {
+std::optional<geometry::Terrain> load_ground(const scene::Scene& scene,
+                                             const std::function<void(const std::string&)>& report) {
   if (!scene.site || !scene.site->given()) return std::nullopt;
-  if (scene.rock_mass && scene.rock_mass->from_terrain) return load_without(*scene.rock_mass, *scene.site);
+  if (scene.rock_mass && scene.rock_mass->from_terrain) return load_without(*scene.rock_mass, *scene.site, report);
   return load_site(*scene.site, nullptr, true);
 }
 

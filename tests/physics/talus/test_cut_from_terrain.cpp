@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "sim/simulation.hpp"
 #include "verify/measures.hpp"
 #include "verify/scene_text.hpp"
 
@@ -111,6 +112,15 @@ TEST_F(CutFromTerrain, AMassInTheGroundIsOneFault) {
     EXPECT_EQ(e.problems()[0].key, "rock_mass");
     EXPECT_NE(e.problems()[0].remedy.find("from_terrain"), std::string::npos);
   }
+}
+
+TEST_F(CutFromTerrain, ThePlanSaysThatTheyLieInTheirHollow) {
+  const sim::Simulation simulation(scene::read_scene_text(scene(0.5, 1, joints), "scene.toml"));
+  std::string start;
+  for (const std::string& line : simulation.plan())
+    if (line.find("Start:") != std::string::npos) start = line;
+  EXPECT_NE(start.find("blocks of the rock mass in their hollow"), std::string::npos) << start;
+  EXPECT_EQ(start.find("m above the ground"), std::string::npos) << start;
 }
 
 TEST_F(CutFromTerrain, BlocksThatFrictionHoldsStayInTheirPlaces) {
