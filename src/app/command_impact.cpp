@@ -157,9 +157,10 @@ int command_impact(const Options& options) {
           .file = scene.file,
           .key = "rock_mass",
           .value = {},
-          .rule = fmt::format("is cut out of the terrain that {} stands on; talus impact takes the terrain as it "
-                              "is, without the hollow",
-                              scene.structures[0].name),
+          .rule =
+              fmt::format("is cut out of the terrain that {} stands on; talus impact takes the terrain as it "
+                          "is, without the hollow",
+                          scene.structures[0].name),
           .remedy = "leave rock_mass out, or give the terrain with its hollow as site.terrain"});
     require_law_with_ground(scene, impact);
     scene.notes.push_back(

@@ -250,8 +250,8 @@ class Page {
     for (const Json& s : summary_.value("structures", Json::array())) {
       const Json& p = s["probability"];
       if (!p["value"].is_number()) continue;
-      text += card("hit " + io::xml_text(s.value("name", "")) + "<br><small>" + number(p["low"], 100) + " to " +
-                       number(p["high"], 100) + " %</small>",
+      text += card("hit " + io::xml_text(s.value("name", "")) + "<br><small>" + number(p["low"], 100) +
+                       " to " + number(p["high"], 100) + " %</small>",
                    number(p["value"], 100) + " %");
     }
     return text + "</div>";

@@ -1,6 +1,6 @@
-/// Complex of cells that fill a region, cut by planes (private to the block cutting). Here cells are convex, and
-/// decisions are taken within a snapping distance; in an ExactComplex (exact_complex.hpp) they need not be
-/// convex, and every decision is exact.
+/// Complex of cells that fill a region, cut by planes (private to the block cutting). Here cells are convex,
+/// and decisions are taken within a snapping distance; in an ExactComplex (exact_complex.hpp) they need not
+/// be convex, and every decision is exact.
 ///
 ///   side of vertex v against plane (n, d):   s = n . x_v - d;
 ///   + if s > e,  - if s < -e,  on the plane otherwise

@@ -9,10 +9,10 @@
 /// kappa   Fisher's concentration of the normals about the mean       1
 ///
 /// A region is a box or any closed mesh, convex or not, or a mass that is taken out of the ground. The joints
-/// divide it into cells; cells that no joint separates are glued, so that blocks may be concave. All decisions
-/// are taken once for vertices shared by all blocks, those of a region that is not convex exactly (see
-/// cell_complex.hpp, exact_complex.hpp): volumes add up to the region's to round-off, and what two blocks share
-/// is the same polygon for both. What touches itself in an edge alone is two blocks.
+/// divide it into cells; cells that no joint separates are glued, so that blocks may be concave. All
+/// decisions are taken once for vertices shared by all blocks, those of a region that is not convex exactly
+/// (see cell_complex.hpp, exact_complex.hpp): volumes add up to the region's to round-off, and what two
+/// blocks share is the same polygon for both. What touches itself in an edge alone is two blocks.
 ///
 /// Persistence p < 1 of a set is the chance that a block lying across a joint is cut by it, as in 3DEC's
 /// joint sets [itasca3dec]. A single joint may be bounded: a disc (a regular 32-gon of the same area) or a
@@ -62,8 +62,9 @@ struct CutJoint {
 };
 
 struct CutSpec {
-  std::string region;        // closed mesh file; empty: box
-  std::shared_ptr<const CellComplex> mass;  // taken out of the ground (take_out.hpp), in place of file and box
+  std::string region;  // closed mesh file; empty: box
+  std::shared_ptr<const CellComplex>
+      mass;  // taken out of the ground (take_out.hpp), in place of file and box
   std::optional<Box3> box;
   std::vector<CutJointSet> joint_sets;
   std::vector<CutJoint> joints;

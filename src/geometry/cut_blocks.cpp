@@ -269,8 +269,7 @@ class BlockBuilder {
       outer.insert(outer.end(), holes.begin(), holes.end());
       const auto part = triangulate_polygon(x_, outer, normal);
       if (part.empty()) return false;
-      for (const auto& t : part)
-        triangles.push_back(t), joint.push_back(best_joint), patch.push_back(p);
+      for (const auto& t : part) triangles.push_back(t), joint.push_back(best_joint), patch.push_back(p);
     }
     return true;
   }
@@ -288,7 +287,8 @@ class BlockBuilder {
         for (std::size_t k = 1; k + 1 < s.loop.size(); ++k)
           part.push_back({s.loop[0], s.loop[k], s.loop[k + 1]});
       for (const auto& t : part)
-        triangles.push_back(t), joint.push_back(s.joint), patch.push_back(static_cast<int>(&s - sides_.data()));
+        triangles.push_back(t), joint.push_back(s.joint),
+            patch.push_back(static_cast<int>(&s - sides_.data()));
     }
   }
 
@@ -325,7 +325,8 @@ class BlockBuilder {
     const int p = patch[t];
     for (std::size_t i = t; i < triangles.size(); ++i)
       for (int k = 0; k < 3 && patch[i] == p; ++k) {
-        const auto [a, b, c] = std::array{triangles[i][k], triangles[i][(k + 1) % 3], triangles[i][(k + 2) % 3]};
+        const auto [a, b, c] =
+            std::array{triangles[i][k], triangles[i][(k + 1) % 3], triangles[i][(k + 2) % 3]};
         if (std::minmax(a, b) != std::minmax(edge.first, edge.second)) continue;
         triangles[i] = {a, middle, c};
         triangles.push_back({middle, b, c});

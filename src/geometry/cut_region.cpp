@@ -117,8 +117,9 @@ void add_convex_parts(CellComplex& complex, const Polyhedron& region) {
     planes.push_back(complex.add_plane(-Vec3::Unit(k), -box.min()[k]));
     planes.push_back(complex.add_plane(Vec3::Unit(k), box.max()[k]));
   }
-  const int cell = complex.add_cell({{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}},
-                   planes, mark_surface);
+  const int cell =
+      complex.add_cell({{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}},
+                       planes, mark_surface);
 
   for (const int outside : divide_by(complex, {cell}, region).outside) complex.remove_cell(outside);
   for (auto& f : complex.faces())
@@ -130,8 +131,8 @@ Parts divide_by(CellComplex& complex, const std::vector<int>& cells, const Polyh
   std::vector<Fragment> all;
   for (std::size_t t = 0; t < body.triangles.size(); ++t) {
     const auto& c = body.triangles[t];
-    all.push_back({{body.vertices[c[0]], body.vertices[c[1]], body.vertices[c[2]]},
-                   plane_of[body.triangle_face[t]]});
+    all.push_back(
+        {{body.vertices[c[0]], body.vertices[c[1]], body.vertices[c[2]]}, plane_of[body.triangle_face[t]]});
   }
   Parts parts;
   std::vector<std::pair<int, std::vector<Fragment>>> work;

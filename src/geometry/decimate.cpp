@@ -1,7 +1,8 @@
 // Vertex removal with a bound that holds everywhere, not just at the nodes: taking a vertex away changes the
 // surface only within its star, by a piecewise linear function whose extremes lie at the vertex and where an
 // old spoke crosses a new edge. What the triangles of the star had lost before is added, so the sum bounds
-// the distance to the given surface. A second surface on the same triangles is kept within the bound likewise.
+// the distance to the given surface. A second surface on the same triangles is kept within the bound
+// likewise.
 #include <algorithm>
 #include <cmath>
 #include <limits>

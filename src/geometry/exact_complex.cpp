@@ -166,7 +166,8 @@ int ExactComplex::crossing(int a, int b, const CutPlane& p) {
 }
 
 int ExactComplex::apex(int face, int a, int b) const {
-  // The farthest from the edge, of the rounded points, is beside it unless the face is thinner than these say.
+  // The farthest from the edge, of the rounded points, is beside it unless the face is thinner than these
+  // say.
   const auto& loop = faces()[static_cast<std::size_t>(face)].loop;
   const auto& x = vertices();
   const Vec3 along = x[static_cast<std::size_t>(b)] - x[static_cast<std::size_t>(a)];
@@ -186,8 +187,8 @@ bool ExactComplex::bounds_plus(int cell, int face, const CutPlane& p) const {
   const int a = f.loop[0], b = f.loop[1], c = apex(face, a, b);
   const View view(p.normal);
   // The rock lies behind a face.
-  const bool along = CGAL::orientation(view.of(point(a)), view.of(point(b)), view.of(point(c))) ==
-                     CGAL::LEFT_TURN;
+  const bool along =
+      CGAL::orientation(view.of(point(a)), view.of(point(b)), view.of(point(c))) == CGAL::LEFT_TURN;
   return along != (f.cell[0] == cell);
 }
 

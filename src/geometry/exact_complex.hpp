@@ -24,7 +24,8 @@ using ExactPoint = ExactKernel::Point_3;
 /// Nearest number but for the last digit; evaluates it.
 double rounded(const ExactNumber& x);
 
-/// Edges of a planar figure, each as often as it runs from the first vertex to the second, less the other way.
+/// Edges of a planar figure, each as often as it runs from the first vertex to the second, less the other
+/// way.
 using EdgeCounts = std::map<std::pair<int, int>, int>;
 void count_edge(EdgeCounts& counts, int from, int to);
 

@@ -94,9 +94,10 @@ Vec3 place_within(const Polyhedron& block) {
   const auto twice_area = [&](const std::array<int, 3>& t) {
     return Vec3((x[t[1]] - x[t[0]]).cross(x[t[2]] - x[t[0]]));
   };
-  const auto largest = std::max_element(
-      block.triangles.begin(), block.triangles.end(),
-      [&](const auto& a, const auto& b) { return twice_area(a).squaredNorm() < twice_area(b).squaredNorm(); });
+  const auto largest =
+      std::max_element(block.triangles.begin(), block.triangles.end(), [&](const auto& a, const auto& b) {
+        return twice_area(a).squaredNorm() < twice_area(b).squaredNorm();
+      });
   const Vec3 from = (x[(*largest)[0]] + x[(*largest)[1]] + x[(*largest)[2]]) / 3,
              inward = -twice_area(*largest).normalized();
   double way = std::numeric_limits<double>::infinity();

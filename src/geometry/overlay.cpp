@@ -33,8 +33,8 @@ struct Place {
   Point2 at;
   ExactNumber upper, lower;  // heights [m]
   bool has_lower = false;
-  int sign = 0;                // of the depth
-  int top = -1, bottom = -1;   // vertices of the complex
+  int sign = 0;                          // of the depth
+  int top = -1, bottom = -1;             // vertices of the complex
   std::vector<Edge> on_upper, on_lower;  // edges of the surfaces that it lies on, but at their ends
 };
 
@@ -46,7 +46,8 @@ class PlaneNumbers {
     for (const int t : triangles)
       for (int k = 0; k < 3; ++k) {
         const auto& v = s.triangles[static_cast<std::size_t>(t)];
-        at_edge[edge_of(v[static_cast<std::size_t>(k)], v[static_cast<std::size_t>((k + 1) % 3)])].push_back(t);
+        at_edge[edge_of(v[static_cast<std::size_t>(k)], v[static_cast<std::size_t>((k + 1) % 3)])].push_back(
+            t);
       }
     const auto corner = [&](int t, int k) -> const Vec3& {
       const auto& v = s.triangles[static_cast<std::size_t>(t)];
@@ -193,7 +194,8 @@ class Overlay {
                    c = places_[static_cast<std::size_t>(of_lower.first)].at,
                    d = places_[static_cast<std::size_t>(of_lower.second)].at;
       const auto u = b - a, w = d - c;
-      const ExactNumber t = ((c.x() - a.x()) * w.y() - (c.y() - a.y()) * w.x()) / (u.x() * w.y() - u.y() * w.x());
+      const ExactNumber t =
+          ((c.x() - a.x()) * w.y() - (c.y() - a.y()) * w.x()) / (u.x() * w.y() - u.y() * w.x());
       places_.emplace_back();
       places_.back().at = a + t * u;
       note(places_.back().on_upper, of_upper);
@@ -207,7 +209,8 @@ class Overlay {
     const Edge e = edge_of(a, b);
     const auto [it, is_new] = zeros_.try_emplace(e, static_cast<int>(places_.size()));
     if (is_new) {
-      const Place &p = places_[static_cast<std::size_t>(e.first)], &q = places_[static_cast<std::size_t>(e.second)];
+      const Place &p = places_[static_cast<std::size_t>(e.first)],
+                  &q = places_[static_cast<std::size_t>(e.second)];
       const ExactNumber dp = p.upper - p.lower, dq = q.upper - q.lower, t = dp / (dp - dq);
       Place z;
       z.at = p.at + t * (q.at - p.at);
@@ -232,7 +235,8 @@ class Overlay {
     };
     std::vector<Edge> out, tried;
     const auto attempt = [&](const Edge& e) {
-      if (lies_on(a, e) && lies_on(b, e) && std::find(out.begin(), out.end(), e) == out.end()) out.push_back(e);
+      if (lies_on(a, e) && lies_on(b, e) && std::find(out.begin(), out.end(), e) == out.end())
+        out.push_back(e);
     };
     const auto& edges = of_upper ? upper_edges_ : lower_edges_;
     if (edges.contains(edge_of(a, b))) attempt(edge_of(a, b));
@@ -346,7 +350,8 @@ class Overlay {
     }
   }
 
-  /// Divides a part of the overlay where the depth vanishes, and keeps what is body, and the ground beside it.
+  /// Divides a part of the overlay where the depth vanishes, and keeps what is body, and the ground beside
+  /// it.
   void divide(int g, int s, const std::vector<int>& part) {
     if (part.empty()) return;
     bool body = false;
@@ -357,7 +362,8 @@ class Overlay {
     std::vector<int> above, below;
     for (std::size_t k = 0; k < part.size(); ++k) {
       const int p = part[k], q = part[(k + 1) % part.size()];
-      const int sp = places_[static_cast<std::size_t>(p)].sign, sq = places_[static_cast<std::size_t>(q)].sign;
+      const int sp = places_[static_cast<std::size_t>(p)].sign,
+                sq = places_[static_cast<std::size_t>(q)].sign;
       if (sp >= 0) above.push_back(p);
       if (sp <= 0) below.push_back(p);
       if (body && sp * sq < 0) {
@@ -501,7 +507,8 @@ class Overlay {
     for (const auto& [edge, n] : border) {
       if (n == 0) continue;
       const auto [u, v] = n > 0 ? edge : std::pair(edge.second, edge.first);
-      if (places_[static_cast<std::size_t>(u)].sign == 0 && places_[static_cast<std::size_t>(v)].sign == 0) continue;
+      if (places_[static_cast<std::size_t>(u)].sign == 0 && places_[static_cast<std::size_t>(v)].sign == 0)
+        continue;
       std::vector<int> loop{bottom(u), bottom(v), top(v), top(u)};
       if (loop[2] == loop[1]) loop.erase(loop.begin() + 2);
       if (loop.back() == loop.front()) loop.pop_back();
@@ -538,7 +545,7 @@ class Overlay {
   std::map<Edge, int> zeros_;
   std::vector<Part> parts_;
   std::map<int, std::vector<std::size_t>> parts_of_;
-  std::set<int> touched_;                               // triangles of the ground that the body is part of
+  std::set<int> touched_;                                // triangles of the ground that the body is part of
   std::map<int, std::vector<std::vector<int>>> beside_;  // other parts of the overlay in a triangle
   std::map<Edge, std::vector<int>> on_edge_;
   bool edges_noted_ = false;

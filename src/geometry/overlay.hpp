@@ -4,8 +4,9 @@
 ///
 /// Both surfaces are functions of the place in plan. Their triangulations are laid over each other in plan;
 /// each part of a triangle of the one within a triangle of the other is divided where d = 0, so that the body
-/// ends there in an edge, and where the surfaces coincide there is none. Where the lower surface ends, the body
-/// ends in a vertical wall. All of it is decided and computed exactly, from the coordinates as they are given.
+/// ends there in an edge, and where the surfaces coincide there is none. Where the lower surface ends, the
+/// body ends in a vertical wall. All of it is decided and computed exactly, from the coordinates as they are
+/// given.
 #pragma once
 #include <vector>
 

@@ -78,7 +78,8 @@ std::vector<int> pieces_to_leave(const ExactComplex& complex, const std::vector<
   }
   std::map<int, double> pieces;
   for (std::size_t k = 0; k < cells.size(); ++k)
-    if (const int root = sets.root(static_cast<int>(k)); volume[static_cast<std::size_t>(root)] >= least_volume)
+    if (const int root = sets.root(static_cast<int>(k));
+        volume[static_cast<std::size_t>(root)] >= least_volume)
       pieces[root] = volume[static_cast<std::size_t>(root)];
   if (pieces.size() > 1 && least_volume == 0) {
     double all = 0, most = 0;
@@ -87,10 +88,11 @@ std::vector<int> pieces_to_leave(const ExactComplex& complex, const std::vector<
         {.severity = Problem::Severity::warning,
          .key = "rock_mass",
          .value = fmt::format("{} pieces", pieces.size()),
-         .rule = fmt::format("the mass is not in one piece: the largest piece has {:.4g} of {:.4g} m^3",
-                             most, all),
-         .remedy = "leave small ones in the ground by rock_mass.least_volume; give slip surface and terrain on "
-                   "one grid"});
+         .rule = fmt::format("the mass is not in one piece: the largest piece has {:.4g} of {:.4g} m^3", most,
+                             all),
+         .remedy =
+             "leave small ones in the ground by rock_mass.least_volume; give slip surface and terrain on "
+             "one grid"});
   }
   if (!small.empty())
     warnings.push_back(
@@ -243,15 +245,14 @@ class Remains {
   std::map<int, std::vector<int>> stays_;  // of a triangle of the ground: its faces that stay
   std::set<int> taken_;                    // triangles of which a part goes
   std::vector<int> hollow_;
-  std::set<int> needed_;                      // vertices that others than whole triangles have
+  std::set<int> needed_;                         // vertices that others than whole triangles have
   std::map<std::array<double, 3>, int> number_;  // by place
 };
 
 /// The mass alone, as the cutter takes it.
 std::shared_ptr<const CellComplex> mass_of(ExactComplex complex, int rest) {
   complex.remove_cell(rest);
-  for (auto& f : complex.faces())
-    f.mark = f.cell[1] >= 0 ? cutting::mark_division : cutting::mark_surface;
+  for (auto& f : complex.faces()) f.mark = f.cell[1] >= 0 ? cutting::mark_division : cutting::mark_surface;
   return std::make_shared<const ExactComplex>(std::move(complex));
 }
 

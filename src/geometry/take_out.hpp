@@ -3,8 +3,8 @@
 ///   mass = body and ground,   ground' = ground without body
 ///
 /// Both are bounded by the same triangles where they touch, corner for corner, and so are the blocks that are
-/// cut from the mass: points are exact up to there (exact_complex.hpp). Where slip surface and ground coincide
-/// there is no mass; where the mass only touches itself in an edge it is two pieces.
+/// cut from the mass: points are exact up to there (exact_complex.hpp). Where slip surface and ground
+/// coincide there is no mass; where the mass only touches itself in an edge it is two pieces.
 #pragma once
 #include <memory>
 #include <vector>

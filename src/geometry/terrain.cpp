@@ -270,8 +270,8 @@ void refuse_lines_at_overhangs(const std::vector<Vec3>& vertices,
 
 using Triangles = std::vector<std::array<int, 3>>;
 
-/// A second surface whose vertices are put upon these in plan where they lie there but for round-off, as nodes
-/// of one grid in two files do.
+/// A second surface whose vertices are put upon these in plan where they lie there but for round-off, as
+/// nodes of one grid in two files do.
 TriangleSurface aligned(TriangleSurface s, const std::vector<Vec3>& vertices) {
   constexpr double round_off = 1e-10;  // of the size
   Box3 box;

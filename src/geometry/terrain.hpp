@@ -63,10 +63,10 @@ struct Terrain {
   TriangleSurface surface;
   std::string crs;  // of the file, if it names one
   GridHoles grid;
-  double decimation_reached = 0;   // bound of the decimated surface's vertical error [m]
-  std::size_t triangles_read = 0;  // before decimation
-  std::vector<Problem> warnings;   // holes, dropped triangles
-  std::optional<TriangleSurface> beside;  // the second surface, decimated with this one
+  double decimation_reached = 0;                 // bound of the decimated surface's vertical error [m]
+  std::size_t triangles_read = 0;                // before decimation
+  std::vector<Problem> warnings;                 // holes, dropped triangles
+  std::optional<TriangleSurface> beside;         // the second surface, decimated with this one
   std::shared_ptr<const CellComplex> taken_out;  // the rock mass whose place the surface leaves out
 
   /// True if (x, y) lies within the grid's limits but no triangle covers it.
@@ -140,9 +140,9 @@ double highest_within(const TriangleSurface& surface, const Eigen::AlignedBox2d&
 /// Removes vertices while the surface stays within `error` [m] of the given one, measured vertically,
 /// everywhere. Border vertices stay, and those that `fixed` marks (empty: none), with the edges between them.
 /// `error_reached` is a bound of the largest difference of the result, at most `error`. Vertices of
-/// overhanging and upright faces stay, since a vertical error means nothing there. `beside`: heights of a second
-/// surface on the same triangles, NaN where it has none [m]; it stays within `error` too, and its border as it
-/// is.
+/// overhanging and upright faces stay, since a vertical error means nothing there. `beside`: heights of a
+/// second surface on the same triangles, NaN where it has none [m]; it stays within `error` too, and its
+/// border as it is.
 void decimate(std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& triangles, double error,
               double& error_reached, const std::vector<char>& fixed = {},
               const std::vector<double>& beside = {});

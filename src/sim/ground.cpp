@@ -115,8 +115,9 @@ geometry::Terrain load_without(const scene::RockMass& mass, const scene::Site& s
   if (report)
     report(fmt::format("progress: rock mass: taking it out of a terrain of {} triangles",
                        terrain.surface.triangles.size()));
-  geometry::TakenOut out = geometry::take_out(terrain.surface, slip ? &*slip : nullptr,
-                                              region ? &*region : nullptr, mass.bed_material, mass.least_volume);
+  geometry::TakenOut out =
+      geometry::take_out(terrain.surface, slip ? &*slip : nullptr, region ? &*region : nullptr,
+                         mass.bed_material, mass.least_volume);
   roughen_beside(out.ground, out.hollow, site);
   terrain.warnings.insert(terrain.warnings.end(), out.warnings.begin(), out.warnings.end());
   terrain.surface = std::move(out.ground);
@@ -129,7 +130,8 @@ geometry::Terrain load_without(const scene::RockMass& mass, const scene::Site& s
 std::optional<geometry::Terrain> load_ground(const scene::Scene& scene,
                                              const std::function<void(const std::string&)>& report) {
   if (!scene.site || !scene.site->given()) return std::nullopt;
-  if (scene.rock_mass && scene.rock_mass->from_terrain) return load_without(*scene.rock_mass, *scene.site, report);
+  if (scene.rock_mass && scene.rock_mass->from_terrain)
+    return load_without(*scene.rock_mass, *scene.site, report);
   return load_site(*scene.site, nullptr, true);
 }
 

@@ -211,9 +211,9 @@ std::string start_line(const World& w) {
     }
     if (std::isfinite(height)) start.add(height);
   }
-  const std::string hollow =
-      in_hollow > 0 ? fmt::format("{} block{} of the rock mass in their hollow", in_hollow, in_hollow > 1 ? "s" : "")
-                    : std::string();
+  const std::string hollow = in_hollow > 0 ? fmt::format("{} block{} of the rock mass in their hollow",
+                                                         in_hollow, in_hollow > 1 ? "s" : "")
+                                           : std::string();
   if (!(start.least <= start.most)) return hollow.empty() ? "" : "Start: " + hollow + "." + dip_line(w);
   return fmt::format("Start: {} m above the ground, vertically below the lowest corner{}.{}",
                      start.text(3, 1e-6), hollow.empty() ? "" : "; " + hollow, dip_line(w));

@@ -270,8 +270,9 @@ class Builder {
     loops_.push_back(std::move(loop));
   }
 
-  /// A simple disc of triangles of the seed's group that no face has yet. It stays one by a triangle at one of
-  /// its sides whose third corner is new to it, and by one at two of its sides; one at three would close it.
+  /// A simple disc of triangles of the seed's group that no face has yet. It stays one by a triangle at one
+  /// of its sides whose third corner is new to it, and by one at two of its sides; one at three would close
+  /// it.
   void grow_disc(int seed) {
     auto& region = p_.triangle_face;
     const int face = static_cast<int>(loops_.size());

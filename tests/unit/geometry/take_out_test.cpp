@@ -66,9 +66,10 @@ double distance(const CutResult& cut, const Vec3& place) {
       const Vec3 x = place - block.centroid, &a = block.body.vertices[t[0]], &b = block.body.vertices[t[1]],
                  &c = block.body.vertices[t[2]];
       const Vec3 n = (b - a).cross(c - a);
-      const double beyond = std::max({0.0, n.dot((b - a).cross(a - x)), n.dot((c - b).cross(b - x)),
-                                      n.dot((a - c).cross(c - x))});
-      nearest = std::min(nearest, std::abs(n.normalized().dot(x - a)) + beyond / std::pow(n.squaredNorm(), 0.75));
+      const double beyond = std::max(
+          {0.0, n.dot((b - a).cross(a - x)), n.dot((c - b).cross(b - x)), n.dot((a - c).cross(c - x))});
+      nearest =
+          std::min(nearest, std::abs(n.normalized().dot(x - a)) + beyond / std::pow(n.squaredNorm(), 0.75));
     }
   return nearest;
 }
@@ -148,9 +149,9 @@ TEST(TakeOut, ANaturalSlopeIsCutByAnyJoints) {
     std::mt19937 rng(seed);
     std::uniform_real_distribution<double> u(0, 1);
     // The last set stands on the lines of the grid.
-    const CutResult cut = blocks_of(out, {joint_set(360 * u(rng), 90 * u(rng), 1 + 2 * u(rng)),
-                                          joint_set(360 * u(rng), 60 + 30 * u(rng), 1 + 2 * u(rng)),
-                                          joint_set(90, 90, 1)});
+    const CutResult cut =
+        blocks_of(out, {joint_set(360 * u(rng), 90 * u(rng), 1 + 2 * u(rng)),
+                        joint_set(360 * u(rng), 60 + 30 * u(rng), 1 + 2 * u(rng)), joint_set(90, 90, 1)});
     EXPECT_GT(cut.blocks.size(), 10u);
     EXPECT_NEAR(volume_of(cut), volume_below(ground) - volume_below(slip), 1e-11 * volume_below(ground));
     for (const CutBlock& b : cut.blocks) EXPECT_GT(b.volume, 0);
@@ -165,7 +166,8 @@ TEST(TakeOut, SurfacesOnDifferentGridsLeaveNoGap) {
       x = Vec3(0.7 * x.x() + 0.1 * x.y() + 0.3, 0.7 * x.y() - 0.1 * x.x() + 1.2, 0.6 * x.z() + 0.2);
     const TakenOut out = take_out(ground, &slip, nullptr, 3);
     const CutResult cut = blocks_of(out, {joint_set(80, 70, 2)});
-    EXPECT_NEAR(volume_of(cut), volume_below(ground) - volume_below(out.ground), 1e-11 * volume_below(ground));
+    EXPECT_NEAR(volume_of(cut), volume_below(ground) - volume_below(out.ground),
+                1e-11 * volume_below(ground));
   }
 }
 

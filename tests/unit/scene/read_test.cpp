@@ -83,8 +83,8 @@ TEST(ReadScene, JointsWithoutANameHaveOneByTheirPlace) {
 
 TEST(ReadScene, WhatTheProgramWroteItselfIsNotWarnedOf) {
   const Place place;
-  const Scene s = read_scene_text(changed(hollow, "roughness = { amplitude = 0.1, length = 1 }\n", ""),
-                                  place.scene());
+  const Scene s =
+      read_scene_text(changed(hollow, "roughness = { amplitude = 0.1, length = 1 }\n", ""), place.scene());
   EXPECT_EQ(text_of(s.warnings), "");
   place.put("scene.resolved.json", s.resolved_json);
   EXPECT_EQ(text_of(read_scene((place.path() / "scene.resolved.json").string()).warnings), "");
@@ -117,12 +117,13 @@ TEST(ReadScene, ARockMassIsCutOutOfATerrainAlone) {
 
 TEST(ReadScene, AnImpactNeedsNoLawOfWhatItLeavesOut) {
   const Place place;
-  std::string text = changed(
-      full, "[output]",
-      "[impact]\nmaterial = \"rock\"\nshape = \"sphere\"\ndiameter = 1\nvelocity = [10, 0, 0]\npoint = [0, 0, 5]\n"
-      "[output]");
-  text += "\n[[material]]\nname = \"ice\"\ndensity = 900\n[[block]]\nname = \"I\"\nmaterial = \"ice\"\nshape = "
-          "\"box\"\nsize = [1, 1, 1]\nposition = [0, 0, 300]\n";
+  std::string text = changed(full, "[output]",
+                             "[impact]\nmaterial = \"rock\"\nshape = \"sphere\"\ndiameter = 1\nvelocity = "
+                             "[10, 0, 0]\npoint = [0, 0, 5]\n"
+                             "[output]");
+  text +=
+      "\n[[material]]\nname = \"ice\"\ndensity = 900\n[[block]]\nname = \"I\"\nmaterial = \"ice\"\nshape = "
+      "\"box\"\nsize = [1, 1, 1]\nposition = [0, 0, 300]\n";
   const auto reads = [&](Purpose purpose) {
     place.put("scene.toml", text);
     try {
