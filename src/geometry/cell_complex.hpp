@@ -86,8 +86,6 @@ class CellComplex {
   double volume(int cell) const;
   /// Of all its faces [m^2].
   double surface(int cell) const;
-  /// True of a cell thinner than the snapping distance, which is round-off.
-  bool is_sliver(int cell) const { return volume(cell) <= 0.5 * snap_ * surface(cell); }
   double area(int face) const;
   Vec3 centroid(int face) const;
   Vec3 area_vector(int face) const;  // along the normal out of cell[0]

@@ -485,6 +485,28 @@ CutResult cut(const CutSpec& spec) {
   }
   report("making blocks");
   make_blocks(complex, marks, spec.least_volume, result);
+  if (spec.least_volume == 0) {
+    constexpr double tiny = 1e-4;  // of the mean volume: 1/20 of the mean size
+    const double mean =
+        result.region_volume / static_cast<double>(std::max<std::size_t>(1, result.blocks.size()));
+    double least = mean;
+    std::size_t count = 0;
+    for (const CutBlock& b : result.blocks) {
+      least = std::min(least, b.volume);
+      count += b.volume < tiny * mean ? 1 : 0;
+    }
+    if (count > 0)
+      result.warnings.push_back(
+          {.severity = Problem::Severity::warning,
+           .key = "rock_mass.least_volume",
+           .value = "0 m^3",
+           .rule =
+               fmt::format("{} of {} blocks have less than {:g} of the mean volume, {:.3g} m^3 the least: "
+                           "contacts of slivers among blocks take long",
+                           count, result.blocks.size(), tiny, least),
+           .remedy = fmt::format("let them join a neighbour, for example least_volume = \"{:.1g} m^3\"",
+                                 0.01 * mean)});
+  }
   return result;
 }
 

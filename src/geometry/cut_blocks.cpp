@@ -11,6 +11,7 @@
 #include "core/disjoint_sets.hpp"
 #include "geometry/cut_internal.hpp"
 #include "geometry/mesh.hpp"
+#include "geometry/slivers.hpp"
 
 namespace talus::geometry::cutting {
 namespace {
@@ -24,6 +25,10 @@ struct Side {
   bool along;  // outward normal = plane's normal
   double area;
 };
+
+/// Faces of a block lower than this, times its size, face anywhere by rounding; a tenth of the overlap of
+/// blocks at the start that counts as contact.
+constexpr double thin = 1e-10;
 
 class BlockBuilder {
  public:
@@ -42,6 +47,10 @@ class BlockBuilder {
         std::abs(signed_volume(x_, triangles) - volume) > 1e-12 * size * size * size)
       raw(triangles, joint, patch);
     divide_diagonals(triangles, joint, patch);
+    const std::vector<int> source = remove_slivers(x_, triangles, thin * size);
+    const std::vector<int> given = joint;
+    joint.clear();
+    for (const int t : source) joint.push_back(given[static_cast<std::size_t>(t)]);
     CutBlock block;
     block.cells = static_cast<int>(cells.size());
     block.centroid = centroid(triangles);

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "core/disjoint_sets.hpp"
+#include "core/error.hpp"
 #include "geometry/cut_internal.hpp"
 
 namespace talus::geometry {
@@ -91,9 +92,17 @@ std::vector<std::vector<int>> fill(const EdgeCounts& border, const std::vector<s
     if (count != 0) insert(edge.first), insert(edge.second);
   for (const auto& [a, b] : inner) insert(a), insert(b);
   for (const int v : points) insert(v);
-  for (const auto& [edge, count] : border)
-    if (count != 0) mesh.insert_constraint(handle.at(edge.first), handle.at(edge.second));
-  for (const auto& [a, b] : inner) mesh.insert_constraint(handle.at(a), handle.at(b));
+  try {
+    for (const auto& [edge, count] : border)
+      if (count != 0) mesh.insert_constraint(handle.at(edge.first), handle.at(edge.second));
+    for (const auto& [a, b] : inner) mesh.insert_constraint(handle.at(a), handle.at(b));
+  } catch (const Triangulation::Intersection_of_constraints_exception&) {
+    throw InputError(Problem{.key = "rock_mass",
+                             .rule = "its surface, or the ground that it is cut out of, crosses itself",
+                             .remedy =
+                                 "repair it (talus convert --repair), or give ground that has one height "
+                                 "at each place"});
+  }
 
   std::map<Triangulation::Face_handle, int> winding;
   std::vector<Triangulation::Face_handle> work{mesh.infinite_face()};

@@ -7,11 +7,13 @@
 #include <limits>
 #include <map>
 #include <set>
+#include <utility>
 
 #include "contact/geometry/polyhedron.hpp"
 #include "core/disjoint_sets.hpp"
 #include "geometry/cut_internal.hpp"
 #include "geometry/overlay.hpp"
+#include "geometry/slivers.hpp"
 
 namespace talus::geometry {
 namespace {
@@ -127,10 +129,22 @@ class Remains {
     sort_faces();
     for (const int t : near) add_ground(t);
     for (const int f : hollow_) add_loop(loop_of(f), bed_, true);
+    remove_slivers_of_hollow();
     ++out_.ground.revision;
   }
 
  private:
+  void remove_slivers_of_hollow() {
+    TriangleSurface& g = out_.ground;
+    const std::vector<int> source = remove_slivers(g.vertices, g.triangles, complex_.snap());
+    const std::vector<int> material = std::exchange(g.material, {});
+    const std::vector<char> hollow = std::exchange(out_.hollow, {});
+    for (const int t : source) {
+      g.material.push_back(material[static_cast<std::size_t>(t)]);
+      out_.hollow.push_back(hollow[static_cast<std::size_t>(t)]);
+    }
+  }
+
   int material(int t) const {
     return before_.material.empty() ? before_.default_material
                                     : before_.material[static_cast<std::size_t>(t)];

@@ -398,6 +398,7 @@ Terrain assemble(std::vector<Vec3> vertices, std::vector<std::array<int, 3>> tri
     decimate(vertices, triangles, options.decimation_error, out.decimation_reached, fixed, z);
     if (!z.empty()) out.beside = surface_beside(vertices, triangles, z);
   }
+  out.triangles_kept = triangles.size();
   if (options.widen > 0) widen(vertices, triangles, options.widen);
   // Vertices that no triangle uses any more would only slow the search down.
   std::vector<int> number(vertices.size(), -1);

@@ -65,6 +65,7 @@ struct Terrain {
   GridHoles grid;
   double decimation_reached = 0;                 // bound of the decimated surface's vertical error [m]
   std::size_t triangles_read = 0;                // before decimation
+  std::size_t triangles_kept = 0;                // after it
   std::vector<Problem> warnings;                 // holes, dropped triangles
   std::optional<TriangleSurface> beside;         // the second surface, decimated with this one
   std::shared_ptr<const CellComplex> taken_out;  // the rock mass whose place the surface leaves out

@@ -26,9 +26,9 @@ void Builder::add_terrain() {
   if (!terrain_) return;
   for (const Problem& w : terrain_->warnings) world_->scene.warnings.push_back(w);
   if (terrain_->decimation_reached > 0)
-    world_->notes.push_back(fmt::format(
-        "Terrain: {} of {} triangles are kept, within {:.3g} m of the given height everywhere.",
-        terrain_->surface.triangles.size(), terrain_->triangles_read, terrain_->decimation_reached));
+    world_->notes.push_back(
+        fmt::format("Terrain: {} of {} triangles are kept, within {:.3g} m of the given height everywhere.",
+                    terrain_->triangles_kept, terrain_->triangles_read, terrain_->decimation_reached));
 }
 
 namespace {
