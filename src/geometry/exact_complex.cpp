@@ -67,7 +67,11 @@ std::vector<int> convex_loop(const EdgeCounts& border, const std::map<int, Point
 
 }  // namespace
 
-double rounded(const ExactNumber& x) { return CGAL::to_double(x.exact()); }
+double rounded(const ExactNumber& x) {
+  // What was given has an interval without width.
+  const auto [low, high] = CGAL::to_interval(x);
+  return low == high ? low : CGAL::to_double(x.exact());
+}
 
 void count_edge(EdgeCounts& counts, int from, int to) {
   const bool forward = from < to;
@@ -137,9 +141,12 @@ std::vector<std::vector<int>> fill(const EdgeCounts& border, const std::vector<s
 int ExactComplex::add_vertex(const Vec3& x) { return add_point(ExactPoint(x.x(), x.y(), x.z())); }
 
 int ExactComplex::add_point(const ExactPoint& p) {
-  // Evaluated at once: copies in several threads then only read it.
   const int v = CellComplex::add_vertex(Vec3(rounded(p.x()), rounded(p.y()), rounded(p.z())));
-  p.exact();
+  // Evaluated at once: what is computed from it does not rest on how it was computed.
+  if (CGAL::to_interval(p.x()).first != CGAL::to_interval(p.x()).second ||
+      CGAL::to_interval(p.y()).first != CGAL::to_interval(p.y()).second ||
+      CGAL::to_interval(p.z()).first != CGAL::to_interval(p.z()).second)
+    p.exact();
   exact_.push_back(p);
   return v;
 }

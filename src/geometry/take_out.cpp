@@ -53,6 +53,58 @@ void expect_facing_up(const TriangleSurface& s, const std::vector<int>& triangle
   }
 }
 
+/// Leaves out triangles of both surfaces that are the same in plan, where nothing is to be taken out of them
+/// nor of those around them.
+void leave_out_what_stays(const TriangleSurface& ground, std::vector<int>& near, const TriangleSurface& slip,
+                          std::vector<int>& lower) {
+  using Place = std::array<double, 2>;
+  const auto place = [](const Vec3& x) { return Place{x.x(), x.y()}; };
+  const auto corners = [&](const TriangleSurface& s, int t) {
+    std::array<Place, 3> p;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const int v = s.triangles[static_cast<std::size_t>(t)][k];
+      p[k] = place(s.vertices[static_cast<std::size_t>(v)]);
+    }
+    std::sort(p.begin(), p.end());
+    return p;
+  };
+  std::map<Place, double> height;
+  std::map<std::array<Place, 3>, int> below;
+  for (const int t : lower) {
+    below.emplace(corners(slip, t), t);
+    for (const int v : slip.triangles[static_cast<std::size_t>(t)]) {
+      const Vec3& x = slip.vertices[static_cast<std::size_t>(v)];
+      height.emplace(place(x), x.z());
+    }
+  }
+  std::vector<int> same(near.size(), -1);  // the triangle of the slip surface
+  std::vector<char> at_work(ground.vertices.size(), 0);
+  for (std::size_t i = 0; i < near.size(); ++i) {
+    const auto& t = ground.triangles[static_cast<std::size_t>(near[i])];
+    const auto twin = below.find(corners(ground, near[i]));
+    const bool stays = twin != below.end() && std::all_of(t.begin(), t.end(), [&](int v) {
+                         const Vec3& x = ground.vertices[static_cast<std::size_t>(v)];
+                         return height.at(place(x)) >= x.z();
+                       });
+    if (stays)
+      same[i] = twin->second;
+    else
+      for (const int v : t) at_work[static_cast<std::size_t>(v)] = 1;
+  }
+  std::vector<int> near_kept;
+  std::set<int> left_out;
+  for (std::size_t i = 0; i < near.size(); ++i) {
+    const auto& t = ground.triangles[static_cast<std::size_t>(near[i])];
+    if (same[i] < 0 ||
+        std::any_of(t.begin(), t.end(), [&](int v) { return at_work[static_cast<std::size_t>(v)] != 0; }))
+      near_kept.push_back(near[i]);
+    else
+      left_out.insert(same[i]);
+  }
+  near = std::move(near_kept);
+  std::erase_if(lower, [&](int t) { return left_out.contains(t); });
+}
+
 /// Pieces of the mass that are connected, and those that are no piece: round-off, or smaller than asked for.
 std::vector<int> pieces_to_leave(const ExactComplex& complex, const std::vector<int>& cells,
                                  double least_volume, std::vector<Problem>& warnings) {
@@ -287,7 +339,7 @@ TakenOut take_out(const TriangleSurface& ground, const TriangleSurface* slip, co
                   "give region or box, and the slip surface, in scene coordinates");
   }
   const Eigen::AlignedBox2d plan(Eigen::Vector2d(box.min().head<2>()), Eigen::Vector2d(box.max().head<2>()));
-  const std::vector<int> near = within(ground, plan);
+  std::vector<int> near = within(ground, plan);
   const auto nothing = [&] {
     return error("rock_mass",
                  fmt::format("x {:.6g} to {:.6g}, y {:.6g} to {:.6g}, from z = {:.6g}", box.min().x(),
@@ -307,6 +359,8 @@ TakenOut take_out(const TriangleSurface& ground, const TriangleSurface* slip, co
   if (slip != nullptr) {
     lower = within(*slip, plan);
     expect_facing_up(*slip, lower, "rock_mass.slip_surface", "the slip surface");
+    leave_out_what_stays(ground, near, *slip, lower);
+    if (near.empty()) throw nothing();
   } else {
     floor = ground;
     const double low = std::min(of_ground.min().z(), box.min().z()) - box.diagonal().norm();
