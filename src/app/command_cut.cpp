@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "app/commands.hpp"
+#include "app/progress.hpp"
 #include "app/tell.hpp"
 #include "geometry/block_output.hpp"
 #include "geometry/cut.hpp"
@@ -35,8 +36,11 @@ int command_cut(const Options& options) {
                        "name another directory");
   for (const Problem& warning : scene.warnings) tell("{}\n", warning.str());
   const scene::RockMass& mass = *scene.rock_mass;
-  const std::optional<geometry::Terrain> terrain = sim::load_ground(scene);
-  const geometry::CutSpec spec = sim::cut_spec(mass, terrain ? &*terrain : nullptr);
+  BuildProgress progress;
+  const auto report = [&](const std::string& line) { progress.show(line); };
+  const std::optional<geometry::Terrain> terrain = sim::load_ground(scene, report);
+  geometry::CutSpec spec = sim::cut_spec(mass, terrain ? &*terrain : nullptr);
+  spec.report = report;
   const geometry::CutResult cut = geometry::cut(spec);
   for (const Problem& warning : cut.warnings) tell("{}\n", warning.str());
 

@@ -123,7 +123,7 @@ Problem problem_of_flight(const scene::Scene& scene, const scene::Impact& impact
 }  // namespace
 
 int command_impact(const Options& options) {
-  scene::Scene scene = scene::read_scene(options.input, options.overrides());
+  scene::Scene scene = scene::read_scene(options.input, options.overrides(), scene::Purpose::impact);
   // scene.resolved.json of an impact run holds the block itself.
   if (!scene.impact) {
     Problem problem;
@@ -152,6 +152,16 @@ int command_impact(const Options& options) {
   // The feet of a viaduct follow the terrain, which then is there for the block, too.
   const bool on_terrain = follows_terrain(scene.structures[0]) && scene.site && scene.site->given();
   if (on_terrain) {
+    if (scene.rock_mass && scene.rock_mass->from_terrain)
+      throw InputError(Problem{
+          .file = scene.file,
+          .key = "rock_mass",
+          .value = {},
+          .rule =
+              fmt::format("is cut out of the terrain that {} stands on; talus impact takes the terrain as it "
+                          "is, without the hollow",
+                          scene.structures[0].name),
+          .remedy = "leave rock_mass out, or give the terrain with its hollow as site.terrain"});
     require_law_with_ground(scene, impact);
     scene.notes.push_back(
         fmt::format("The piers of {} follow the terrain (deck_level), which is therefore part of this run.",

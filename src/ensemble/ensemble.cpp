@@ -151,7 +151,12 @@ Ensemble::Ensemble(const std::string& file, const scene::Overrides& overrides)
     for (const std::string& text : v.list) all += " " + text;
     for (const double x : v.table) all += fmt::format(" {}", x);
   }
-  for (const auto& [path, hash] : files_) all += "\n" + hash;
+  // What the files hold matters, not where they are: an ensemble goes on in a directory that was moved.
+  for (const auto& [path, hash] : files_) {
+    for (auto at = all.find(path); at != std::string::npos; at = all.find(path, at + hash.size()))
+      all.replace(at, path.size(), hash);
+    all += "\n" + hash;
+  }
   identity_ = sha256(all);
 }
 

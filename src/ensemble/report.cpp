@@ -247,6 +247,13 @@ class Page {
                    l["probability"]["value"].is_number()
                        ? fmt::format("{:.3g} %", 100 * l["probability"]["value"].get<double>())
                        : "–");
+    for (const Json& s : summary_.value("structures", Json::array())) {
+      const Json& p = s["probability"];
+      if (!p["value"].is_number()) continue;
+      text += card("hit " + io::xml_text(s.value("name", "")) + "<br><small>" + number(p["low"], 100) +
+                       " to " + number(p["high"], 100) + " %</small>",
+                   number(p["value"], 100) + " %");
+    }
     return text + "</div>";
   }
 

@@ -110,7 +110,10 @@ class Writer {
     }
     file_.group("/members/varied");
     for (std::size_t c = 0; c < columns.size(); ++c) {
-      const std::string path = "/members/varied/" + columns[c].name;
+      // "/" would make a group of the key.
+      std::string name = columns[c].name;
+      std::replace(name.begin(), name.end(), '/', '|');
+      const std::string path = "/members/varied/" + name;
       if (columns[c].text)
         file_.write(path, texts[c], columns[c].description);
       else if (columns[c].width == 1)

@@ -49,6 +49,20 @@ int CellComplex::add_cell(const std::vector<std::vector<int>>& loops, const std:
   return cell;
 }
 
+int CellComplex::add_cell() {
+  cells_.emplace_back();
+  return static_cast<int>(cells_.size()) - 1;
+}
+
+int CellComplex::add_face(Face face) {
+  const int f = static_cast<int>(faces_.size());
+  faces_.push_back(std::move(face));
+  for (const int c : faces_[f].cell)
+    if (c >= 0) cells_[c].faces.push_back(f);
+  link(f);
+  return f;
+}
+
 void CellComplex::bound(int cell) {
   Cell& c = cells_[cell];
   Box3 box;
@@ -60,10 +74,14 @@ void CellComplex::bound(int cell) {
     for (int v : faces_[f].loop) c.radius = std::max(c.radius, (x_[v] - c.centre).norm());
 }
 
+int CellComplex::crossing(int a, int b, const CutPlane& p) {
+  const double sa = p.normal.dot(x_[a]) - p.offset, sb = p.normal.dot(x_[b]) - p.offset;
+  return add_vertex(x_[a] + (sa / (sa - sb)) * (x_[b] - x_[a]));
+}
+
 int CellComplex::split_edge(int a, int b, const CutPlane& p) {
   if (a > b) std::swap(a, b);  // the same point whichever face asks
-  const double sa = p.normal.dot(x_[a]) - p.offset, sb = p.normal.dot(x_[b]) - p.offset;
-  const int m = add_vertex(x_[a] + (sa / (sa - sb)) * (x_[b] - x_[a]));
+  const int m = crossing(a, b, p);
   const auto it = edge_faces_.find(key(a, b));
   const std::vector<int> around = std::move(it->second);
   edge_faces_.erase(it);
@@ -142,59 +160,18 @@ int CellComplex::split_face(int face, const CutPlane& along) {
   return split_loop(face, sides, negative) ? negative : -1;
 }
 
-int CellComplex::split_cell(int cell, int plane, int mark) {
-  const CutPlane p = planes_[plane];
-  if (std::abs(p.normal.dot(cells_[cell].centre) - p.offset) > cells_[cell].radius) return -1;
-  bool plus = false, minus = false;
-  for (int f : cells_[cell].faces)
-    for (int v : faces_[f].loop) {
-      const int s = side(v, p);
-      plus |= s > 0;
-      minus |= s < 0;
-    }
-  if (!plus || !minus) return -1;
-
-  const int first_new =
-      static_cast<int>(x_.size());  // vertices made by this cut lie on the plane by construction
-  const std::vector<int> before = cells_[cell].faces;
-  for (int f : before) {
-    const std::vector<int> loop = faces_[f].loop;
-    for (std::size_t k = 0; k < loop.size(); ++k) {
-      const int a = loop[k], b = loop[(k + 1) % loop.size()];
-      if (a < first_new && b < first_new && side(a, p) * side(b, p) < 0) split_edge(a, b, p);
-    }
-  }
-  const auto where = [&](int v) { return v >= first_new ? 0 : side(v, p); };
-  for (int f : before) {
-    std::vector<int> sides;
-    for (int v : faces_[f].loop) sides.push_back(where(v));
-    int negative;
-    split_loop(f, sides, negative);
-  }
-  std::vector<int> plus_faces, minus_faces;
-  for (int f : cells_[cell].faces) {
-    bool is_plus = false;
-    for (int v : faces_[f].loop) is_plus |= where(v) > 0;
-    (is_plus ? plus_faces : minus_faces).push_back(f);
-  }
+std::optional<std::vector<std::vector<int>>> CellComplex::close(int cell, const std::vector<int>& plus_faces,
+                                                                const Sides& sides, const CutPlane&) {
   // The new face closes the positive part: its loop is that part's border, run backwards.
-  const auto directed = [&](int f, auto&& visit) {
-    const auto& loop = faces_[f].loop;
-    const bool forward = faces_[f].cell[0] == cell;
-    for (std::size_t k = 0; k < loop.size(); ++k) {
-      const int a = loop[k], b = loop[(k + 1) % loop.size()];
-      forward ? visit(a, b) : visit(b, a);
-    }
-  };
   std::unordered_map<std::uint64_t, int> uses;
-  for (int f : plus_faces) directed(f, [&](int a, int b) { ++uses[key(a, b)]; });
+  for (int f : plus_faces) directed_edges(cell, f, [&](int a, int b) { ++uses[key(a, b)]; });
   std::unordered_map<int, int> previous;
   bool good = true;
   int first = -1;
   for (int f : plus_faces)
-    directed(f, [&](int a, int b) {
+    directed_edges(cell, f, [&](int a, int b) {
       if (uses[key(a, b)] != 1) return;
-      good &= where(a) == 0 && where(b) == 0 && previous.emplace(b, a).second;
+      good &= sides.at(a) == 0 && sides.at(b) == 0 && previous.emplace(b, a).second;
       if (first < 0 || a < first) first = a;
     });
   std::vector<int> loop;
@@ -202,37 +179,86 @@ int CellComplex::split_cell(int cell, int plane, int mark) {
     for (int v = first; loop.size() <= previous.size();) {
       loop.push_back(v);
       const auto it = previous.find(v);
-      if (it == previous.end()) {
-        good = false;
-        break;
-      }
+      if (it == previous.end()) return std::nullopt;
       v = it->second;
       if (v == first) break;
     }
-  if (!good || minus_faces.empty() || loop.size() < 3 || loop.size() != previous.size())
-    return -1;  // a graze, thinner than the snapping distance
+  if (!good || loop.size() < 3 || loop.size() != previous.size()) return std::nullopt;
+  return std::vector<std::vector<int>>{std::move(loop)};
+}
+
+CellComplex::Split CellComplex::split_cell(int cell, int plane, int mark) {
+  const CutPlane p = planes_[plane];
+  Split split;
+  const double off = p.normal.dot(cells_[cell].centre) - p.offset;
+  split.side = off > 0 ? 1 : -1;
+  if (std::abs(off) > cells_[cell].radius) return split;
+  Sides sides;
+  bool plus = false, minus = false;
+  for (int f : cells_[cell].faces)
+    for (int v : faces_[f].loop) {
+      const auto [at, is_new] = sides.try_emplace(v, 0);
+      if (is_new) at->second = side(v, p);
+      plus |= at->second > 0;
+      minus |= at->second < 0;
+    }
+  split.side = plus ? 1 : minus ? -1 : 0;
+  if (!plus || !minus) return split;
+
+  const std::vector<int> before = cells_[cell].faces;
+  for (int f : before) {
+    const std::vector<int> loop = faces_[f].loop;
+    for (std::size_t k = 0; k < loop.size(); ++k) {
+      const int a = loop[k], b = loop[(k + 1) % loop.size()];
+      // Vertices made by this cut lie on the plane by construction.
+      if (sides.at(a) * sides.at(b) < 0) sides[split_edge(a, b, p)] = 0;
+    }
+  }
+  for (int f : before) {
+    std::vector<int> of_loop;
+    for (int v : faces_[f].loop) of_loop.push_back(sides.at(v));
+    int negative;
+    split_loop(f, of_loop, negative);
+  }
+  std::vector<int> plus_faces, minus_faces;
+  for (int f : cells_[cell].faces) {
+    bool is_plus = false, is_minus = false;
+    for (int v : faces_[f].loop) is_plus |= sides.at(v) > 0, is_minus |= sides.at(v) < 0;
+    if (!is_plus && !is_minus) is_plus = bounds_plus(cell, f, p);
+    (is_plus ? plus_faces : minus_faces).push_back(f);
+  }
+  auto loops = close(cell, plus_faces, sides, p);
+  if (!loops || minus_faces.empty()) {
+    split.side = 0;
+    return split;  // a graze, thinner than the snapping distance
+  }
 
   const int below = static_cast<int>(cells_.size());
   cells_.emplace_back();
-  Face cap;
-  cap.loop = std::move(loop);
-  cap.cell[0] = cell;
-  cap.cell[1] = below;
-  cap.plane = plane;
-  cap.mark = mark;
   for (int f : minus_faces)
     for (int& c : faces_[f].cell)
       if (c == cell) c = below;
-  faces_.push_back(std::move(cap));
-  const int cap_id = static_cast<int>(faces_.size()) - 1;
-  link(cap_id);
-  plus_faces.push_back(cap_id);
-  minus_faces.push_back(cap_id);
+  for (auto& loop : *loops) {
+    Face cap;
+    cap.loop = std::move(loop);
+    cap.cell[0] = cell;
+    cap.cell[1] = below;
+    cap.plane = plane;
+    cap.mark = mark;
+    faces_.push_back(std::move(cap));
+    const int cap_id = static_cast<int>(faces_.size()) - 1;
+    link(cap_id);
+    plus_faces.push_back(cap_id);
+    minus_faces.push_back(cap_id);
+    split.caps.push_back(cap_id);
+  }
   cells_[cell].faces = std::move(plus_faces);
   cells_[below].faces = std::move(minus_faces);
   bound(cell);
   bound(below);
-  return cap_id;
+  split.plus = separate(cell);
+  split.minus = separate(below);
+  return split;
 }
 
 void CellComplex::remove_cell(int cell) {
@@ -246,6 +272,16 @@ void CellComplex::remove_cell(int cell) {
       face.cell[1] = -1;
       std::reverse(face.loop.begin(), face.loop.end());
     }
+  }
+  cells_[cell].faces.clear();
+}
+
+void CellComplex::hand_over(int cell, int to) {
+  cells_[cell].alive = false;
+  for (int f : cells_[cell].faces) {
+    for (int& c : faces_[f].cell)
+      if (c == cell) c = to;
+    cells_[to].faces.push_back(f);
   }
   cells_[cell].faces.clear();
 }
@@ -287,6 +323,12 @@ double CellComplex::volume(int cell) const {
     six += faces_[f].cell[0] == cell ? sum : -sum;
   }
   return six / 6;
+}
+
+double CellComplex::surface(int cell) const {
+  double sum = 0;
+  for (int f : cells_[cell].faces) sum += area(f);
+  return sum;
 }
 
 int CellComplex::neighbour_at_edge(int cell, int face, int a, int b) const {

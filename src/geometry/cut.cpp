@@ -39,7 +39,7 @@ std::vector<Problem> cut_problems(const CutSpec& spec) {
                           const std::string& remedy) {
     if (!good) error(key, fmt::format("{}", x), rule, remedy);
   };
-  if (spec.region.empty() && !spec.box && !spec.mesh)
+  if (spec.region.empty() && !spec.box && !spec.mass)
     error("rock_mass", "", "needs a region", "give region = \"mass.obj\" or box = { min, max }");
   if (!spec.region.empty() && spec.box)
     error("rock_mass.box", "", "stands beside region", "give one of the two");
@@ -350,8 +350,14 @@ void cut_with_polygon(CellComplex& complex, std::vector<Mark>& marks, const Join
       continue;
     const auto cross = section(complex, c, plane.normal, plane.offset);
     if (cross.size() < 3 || overlap_area(polygon, cross, plane.normal) <= least) continue;
-    const int cap = complex.split_cell(c, id, open_mark);
-    if (cap >= 0) mark_parts(complex, cap, plane.normal, polygon, open_mark, bridge_mark);
+    const std::vector<int> caps = complex.split_cell(c, id, open_mark).caps;
+    double within = 0;  // of a cell that is not convex the section is less than its hull
+    for (const int cap : caps) within += overlap_area(polygon, loop_points(cap), plane.normal);
+    for (const int cap : caps)
+      if (within > least)
+        mark_parts(complex, cap, plane.normal, polygon, open_mark, bridge_mark);
+      else
+        complex.faces()[cap].mark = mark_division;
   }
 }
 
@@ -375,10 +381,26 @@ CutResult cut(const CutSpec& spec) {
     throw InputError(std::move(problems));
   result.warnings = std::move(problems);
 
-  const Mesh mesh = spec.mesh ? *spec.mesh : region_mesh(spec.region, spec.box);
-  const Polyhedron region = make_polyhedron(mesh.vertices, mesh.triangles);
-  Box3 box = bounding_box(region);
-  result.region_volume = volume(region);
+  std::unique_ptr<CellComplex> cells;
+  if (spec.mass) {
+    cells = spec.mass->clone();
+  } else {
+    const Mesh mesh = region_mesh(spec.region, spec.box);
+    const Polyhedron region = make_polyhedron(mesh.vertices, mesh.triangles);
+    const double snap = 1e-10 * bounding_box(region).diagonal().norm();
+    cells = region.convex ? std::make_unique<CellComplex>(snap) : exact_complex(snap);
+    add_region(*cells, region);
+  }
+  CellComplex& complex = *cells;
+  Box3 box;
+  std::vector<Vec3> corners;
+  for (std::size_t c = 0; c < complex.cells().size(); ++c) {
+    if (!complex.cells()[c].alive) continue;
+    result.region_volume += complex.volume(static_cast<int>(c));
+    for (const int f : complex.cells()[c].faces)
+      for (const int v : complex.faces()[f].loop) corners.push_back(complex.vertices()[v]);
+  }
+  for (const Vec3& x : corners) box.extend(x);
   if (const double blocks = expected_blocks(spec.joint_sets, result.region_volume);
       blocks > 2 * static_cast<double>(spec.most_blocks)) {
     std::string names;
@@ -390,9 +412,6 @@ CutResult cut(const CutSpec& spec) {
         .rule = fmt::format("would cut about {:.2g} blocks; at most {} are cut", blocks, spec.most_blocks),
         .remedy = "enlarge the spacing or shrink the region"});
   }
-  CellComplex complex(1e-10 * box.diagonal().norm());
-  add_region(complex, region);
-
   std::vector<Mark> marks(2);
   marks[mark_division].intact = true;
   const auto new_mark = [&](const Mark& m) {
@@ -405,6 +424,10 @@ CutResult cut(const CutSpec& spec) {
                                .value = fmt::format("{}", complex.cells().size()),
                                .rule = fmt::format("more than {} blocks", spec.most_blocks),
                                .remedy = "enlarge the spacing or shrink the region"});
+  };
+  const auto report = [&](const std::string& what) {
+    if (spec.report)
+      spec.report(fmt::format("progress: rock mass: {} parts; {}", complex.cells().size(), what));
   };
   const auto warn_if_useless = [&](const std::string& name, std::size_t cells_before,
                                    const std::string& remedy) {
@@ -419,13 +442,14 @@ CutResult cut(const CutSpec& spec) {
     const std::size_t cells_before = complex.cells().size();
     const CutJointSet& set = spec.joint_sets[k];
     result.joint_names.push_back(set.name);
+    report("cutting by joint set " + set.name);
     const int open = new_mark({.joint = k});
     const bool bonds = set.bond_tension > 0 || set.bond_shear > 0;
     const int bridge =
         bonds ? new_mark({.joint = k, .bonded = true, .tension = set.bond_tension, .shear = set.bond_shear})
               : -1;
     Random random(set.seed * 7919ull + 104729ull * static_cast<unsigned>(k + 1));
-    for (const JointPlane& plane : set_planes(set, k, box, region.vertices)) {
+    for (const JointPlane& plane : set_planes(set, k, box, corners)) {
       cut_with_plane(complex, marks, plane, open, [&] {
         return set.persistence >= 1 || random.uniform() < set.persistence ? open : bridge;
       });
@@ -439,6 +463,7 @@ CutResult cut(const CutSpec& spec) {
     const CutJoint& joint = spec.joints[j];
     const std::size_t cells_before = complex.cells().size();
     result.joint_names.push_back(joint.name);
+    report("cutting by joint " + joint.name);
     const Vec3 n = joint_normal(joint.dip_direction, joint.dip);
     const JointPlane plane{n, n.dot(joint.through), sets + j};
     result.planes.push_back({plane.normal, plane.offset, plane.joint});
@@ -458,7 +483,30 @@ CutResult cut(const CutSpec& spec) {
     warn_if_useless("joint." + joint.name, cells_before,
                     "check through, and radius or polygon, against the region");
   }
+  report("making blocks");
   make_blocks(complex, marks, spec.least_volume, result);
+  if (spec.least_volume == 0) {
+    constexpr double tiny = 1e-4;  // of the mean volume: 1/20 of the mean size
+    const double mean =
+        result.region_volume / static_cast<double>(std::max<std::size_t>(1, result.blocks.size()));
+    double least = mean;
+    std::size_t count = 0;
+    for (const CutBlock& b : result.blocks) {
+      least = std::min(least, b.volume);
+      count += b.volume < tiny * mean ? 1 : 0;
+    }
+    if (count > 0)
+      result.warnings.push_back(
+          {.severity = Problem::Severity::warning,
+           .key = "rock_mass.least_volume",
+           .value = "0 m^3",
+           .rule =
+               fmt::format("{} of {} blocks have less than {:g} of the mean volume, {:.3g} m^3 the least: "
+                           "contacts of slivers among blocks take long",
+                           count, result.blocks.size(), tiny, least),
+           .remedy = fmt::format("let them join a neighbour, for example least_volume = \"{:.1g} m^3\"",
+                                 0.01 * mean)});
+  }
   return result;
 }
 

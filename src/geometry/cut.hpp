@@ -8,11 +8,11 @@
 /// o       origin of a set: one plane passes through it; default the middle of the region's box
 /// kappa   Fisher's concentration of the normals about the mean       1
 ///
-/// A region is a box or any closed mesh, convex or not. It is first divided into convex cells along its own
-/// faces where it is not convex, then by the joints; cells that no joint separates are glued again, so that
-/// blocks may be concave. All decisions are taken once for vertices shared by all blocks (see
-/// cell_complex.hpp): volumes add up to the region's to round-off, and what two blocks share is the same
-/// polygon for both.
+/// A region is a box or any closed mesh, convex or not, or a mass that is taken out of the ground. The joints
+/// divide it into cells; cells that no joint separates are glued, so that blocks may be concave. All
+/// decisions are taken once for vertices shared by all blocks, those of a region that is not convex exactly
+/// (see cell_complex.hpp, exact_complex.hpp): volumes add up to the region's to round-off, and what two
+/// blocks share is the same polygon for both. What touches itself in an edge alone is two blocks.
 ///
 /// Persistence p < 1 of a set is the chance that a block lying across a joint is cut by it, as in 3DEC's
 /// joint sets [itasca3dec]. A single joint may be bounded: a disc (a regular 32-gon of the same area) or a
@@ -22,6 +22,8 @@
 ///
 /// The same spec gives the same blocks, bit for bit, on any machine and number of threads.
 #pragma once
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -32,6 +34,8 @@
 #include "geometry/mesh.hpp"
 
 namespace talus::geometry {
+
+class CellComplex;
 
 constexpr double one_plane = 1e-7;  // sine between faces of a block that are one
 
@@ -58,13 +62,15 @@ struct CutJoint {
 };
 
 struct CutSpec {
-  std::string region;        // closed mesh file; empty: box
-  std::optional<Mesh> mesh;  // the region itself, in place of file and box
+  std::string region;  // closed mesh file; empty: box
+  std::shared_ptr<const CellComplex>
+      mass;  // taken out of the ground (take_out.hpp), in place of file and box
   std::optional<Box3> box;
   std::vector<CutJointSet> joint_sets;
   std::vector<CutJoint> joints;
   double least_volume = 0;            // smaller blocks join the neighbour they share most area with [m^3]
   std::size_t most_blocks = 1000000;  // stop with an error beyond
+  std::function<void(const std::string&)> report{};  // gets "progress: ..." before each set and joint
 };
 
 /// One block, in body axes about its centroid. `body.face_joint_set`: -1 on the surface of the region, k <

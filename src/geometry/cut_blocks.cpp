@@ -11,6 +11,7 @@
 #include "core/disjoint_sets.hpp"
 #include "geometry/cut_internal.hpp"
 #include "geometry/mesh.hpp"
+#include "geometry/slivers.hpp"
 
 namespace talus::geometry::cutting {
 namespace {
@@ -25,6 +26,10 @@ struct Side {
   double area;
 };
 
+/// Faces of a block lower than this, times its size, face anywhere by rounding; a tenth of the overlap of
+/// blocks at the start that counts as contact.
+constexpr double thin = 1e-10;
+
 class BlockBuilder {
  public:
   BlockBuilder(const CellComplex& complex, const std::vector<Mark>& marks, const std::vector<int>& block_of)
@@ -36,11 +41,16 @@ class BlockBuilder {
     double volume = 0;
     for (int c : cells) volume += complex_.volume(c);
     std::vector<std::array<int, 3>> triangles;
-    std::vector<int> joint;
+    std::vector<int> joint, patch;
     const double size = bounds().diagonal().norm();
-    if (!simplified(triangles, joint) ||
+    if (!simplified(triangles, joint, patch) ||
         std::abs(signed_volume(x_, triangles) - volume) > 1e-12 * size * size * size)
-      raw(triangles, joint);
+      raw(triangles, joint, patch);
+    divide_diagonals(triangles, joint, patch);
+    const std::vector<int> source = remove_slivers(x_, triangles, thin * size);
+    const std::vector<int> given = joint;
+    joint.clear();
+    for (const int t : source) joint.push_back(given[static_cast<std::size_t>(t)]);
     CutBlock block;
     block.cells = static_cast<int>(cells.size());
     block.centroid = centroid(triangles);
@@ -116,12 +126,13 @@ class BlockBuilder {
     twin_.assign(sides_.size(), {});
     for (std::size_t s = 0; s < sides_.size(); ++s) twin_[s].assign(sides_[s].loop.size(), -1);
     const auto uses = edge_uses();
+    const auto corner_of = [&](const Use& u, int vertex) {
+      const auto& loop = sides_[u.side].loop;
+      const int next = (u.corner + 1) % static_cast<int>(loop.size());
+      return offset[u.side] + (loop[u.corner] == vertex ? u.corner : next);
+    };
+    std::vector<std::pair<Use, Use>> wedges;  // at edges where there are several
     const auto glue = [&](const Use& p, const Use& q) {
-      const auto corner_of = [&](const Use& u, int vertex) {
-        const auto& loop = sides_[u.side].loop;
-        const int next = (u.corner + 1) % static_cast<int>(loop.size());
-        return offset[u.side] + (loop[u.corner] == vertex ? u.corner : next);
-      };
       corners.join(corner_of(p, p.a), corner_of(q, p.a));
       corners.join(corner_of(p, p.b), corner_of(q, p.b));
       twin_[p.side][p.corner] = q.side;
@@ -145,12 +156,16 @@ class BlockBuilder {
             cell = other;
           }
           for (std::size_t l = i; l < j; ++l)
-            if (sides_[uses[l].side].face == face && l != k) glue(uses[k], uses[l]);
+            if (sides_[uses[l].side].face == face && l != k) {
+              glue(uses[k], uses[l]);
+              if (l > k) wedges.emplace_back(uses[k], uses[l]);
+            }
         }
       }
       i = j;
     }
     x_.clear();
+    cuts_.clear();
     std::vector<int> local(static_cast<std::size_t>(offset.back()), -1);
     for (std::size_t s = 0; s < sides_.size(); ++s)
       for (std::size_t k = 0; k < sides_[s].loop.size(); ++k) {
@@ -163,6 +178,24 @@ class BlockBuilder {
     for (std::size_t s = 0; s < sides_.size(); ++s)
       for (std::size_t k = 0; k < sides_[s].loop.size(); ++k)
         sides_[s].loop[k] = local[corners.root(offset[s] + static_cast<int>(k))];
+    // Wedges that have both ends of their edge in common get a vertex of their own between.
+    std::map<std::pair<int, int>, int> ends;  // -> wedges
+    std::vector<std::tuple<int, int, int>> insertions;
+    for (const auto& [p, q] : wedges) {
+      const auto& loop = sides_[p.side].loop;
+      const int a = loop[p.corner], b = loop[(p.corner + 1) % loop.size()];
+      if (ends[std::minmax(a, b)]++ == 0) continue;
+      const int middle = static_cast<int>(x_.size());
+      x_.emplace_back(0.5 * (x_[a] + x_[b]));
+      cuts_.push_back(middle);
+      insertions.emplace_back(p.side, p.corner, middle);
+      insertions.emplace_back(q.side, q.corner, middle);
+    }
+    std::sort(insertions.rbegin(), insertions.rend());
+    for (const auto& [side, corner, v] : insertions) {
+      sides_[side].loop.insert(sides_[side].loop.begin() + corner + 1, v);
+      twin_[side].insert(twin_[side].begin() + corner + 1, int{twin_[side][corner]});
+    }
   }
 
   Box3 bounds() const {
@@ -173,7 +206,8 @@ class BlockBuilder {
 
   /// Coplanar neighbours become one polygon, and vertices within a straight edge or within a face are left
   /// out.
-  bool simplified(std::vector<std::array<int, 3>>& triangles, std::vector<int>& joint) const {
+  bool simplified(std::vector<std::array<int, 3>>& triangles, std::vector<int>& joint,
+                  std::vector<int>& patch) const {
     const int n = static_cast<int>(sides_.size());
     DisjointSets patches(static_cast<int>(n));
     for (int s = 0; s < n; ++s)
@@ -203,6 +237,7 @@ class BlockBuilder {
     }
     const double straight = 1e-13 * bounds().diagonal().norm();
     std::vector<char> keep(x_.size(), 0);
+    for (const int v : cuts_) keep[v] = 1;
     for (const auto& [p, edges] : next)
       for (const auto& [a, b] : edges) {
         if (at_vertex[b].size() != 2) {
@@ -243,23 +278,71 @@ class BlockBuilder {
       outer.insert(outer.end(), holes.begin(), holes.end());
       const auto part = triangulate_polygon(x_, outer, normal);
       if (part.empty()) return false;
-      for (const auto& t : part) triangles.push_back(t), joint.push_back(best_joint);
+      for (const auto& t : part) triangles.push_back(t), joint.push_back(best_joint), patch.push_back(p);
     }
     return true;
   }
 
   /// Every side as it is, should the simplification not be possible.
-  void raw(std::vector<std::array<int, 3>>& triangles, std::vector<int>& joint) const {
+  void raw(std::vector<std::array<int, 3>>& triangles, std::vector<int>& joint,
+           std::vector<int>& patch) const {
     triangles.clear();
     joint.clear();
+    patch.clear();
     for (const Side& s : sides_) {
       const Vec3 normal = complex_.planes()[s.plane].normal * (s.along ? 1 : -1);
       auto part = triangulate_polygon(x_, {s.loop}, normal);
       if (part.empty())
         for (std::size_t k = 1; k + 1 < s.loop.size(); ++k)
           part.push_back({s.loop[0], s.loop[k], s.loop[k + 1]});
-      for (const auto& t : part) triangles.push_back(t), joint.push_back(s.joint);
+      for (const auto& t : part)
+        triangles.push_back(t), joint.push_back(s.joint),
+            patch.push_back(static_cast<int>(&s - sides_.data()));
     }
+  }
+
+  /// Two patches may have a diagonal between the same two corners, as the upper and the lower side of a lens:
+  /// each gets a vertex of its own in the middle.
+  void divide_diagonals(std::vector<std::array<int, 3>>& triangles, std::vector<int>& joint,
+                        std::vector<int>& patch) {
+    std::map<std::pair<int, int>, std::map<int, std::vector<std::size_t>>> at_edge;  // patch -> triangles
+    std::map<std::pair<int, int>, int> uses;
+    for (std::size_t t = 0; t < triangles.size(); ++t)
+      for (int k = 0; k < 3; ++k) {
+        const auto edge = std::minmax(triangles[t][k], triangles[t][(k + 1) % 3]);
+        if (++uses[edge] > 2) at_edge[edge];
+      }
+    if (at_edge.empty()) return;
+    for (std::size_t t = 0; t < triangles.size(); ++t)
+      for (int k = 0; k < 3; ++k)
+        if (const auto it = at_edge.find(std::minmax(triangles[t][k], triangles[t][(k + 1) % 3]));
+            it != at_edge.end())
+          it->second[patch[t]].push_back(t);
+    for (const auto& [edge, patches] : at_edge)
+      for (const auto& [p, sides] : patches) {
+        if (sides.size() != 2) continue;  // the border of a patch
+        const int middle = static_cast<int>(x_.size());
+        x_.emplace_back(0.5 * (x_[edge.first] + x_[edge.second]));
+        for (const std::size_t side : sides) divide(side, edge, middle, triangles, joint, patch);
+      }
+  }
+
+  /// A triangle has been divided before if it has two such diagonals: then one of its parts has the edge.
+  static void divide(std::size_t t, const std::pair<int, int>& edge, int middle,
+                     std::vector<std::array<int, 3>>& triangles, std::vector<int>& joint,
+                     std::vector<int>& patch) {
+    const int p = patch[t];
+    for (std::size_t i = t; i < triangles.size(); ++i)
+      for (int k = 0; k < 3 && patch[i] == p; ++k) {
+        const auto [a, b, c] =
+            std::array{triangles[i][k], triangles[i][(k + 1) % 3], triangles[i][(k + 2) % 3]};
+        if (std::minmax(a, b) != std::minmax(edge.first, edge.second)) continue;
+        triangles[i] = {a, middle, c};
+        triangles.push_back({middle, b, c});
+        joint.push_back(int{joint[i]});
+        patch.push_back(p);
+        return;
+      }
   }
 
   Vec3 centroid(const std::vector<std::array<int, 3>>& triangles) const {
@@ -281,6 +364,7 @@ class BlockBuilder {
   std::vector<Side> sides_;
   std::vector<std::vector<int>> twin_;
   std::vector<Vec3> x_;
+  std::vector<int> cuts_;  // vertices that keep wedges apart
 };
 
 }  // namespace
@@ -293,58 +377,71 @@ void make_blocks(const CellComplex& complex, const std::vector<Mark>& marks, dou
     if (f.cell[0] >= 0 && f.cell[1] >= 0 && marks[f.mark].intact) sets.join(f.cell[0], f.cell[1]);
 
   // Slivers, the smallest first, join the neighbour with the largest common area.
-  if (least_volume > 0) {
-    std::vector<double> volume(n, 0.0);
-    std::vector<std::map<int, double>> shared(n);
-    for (int c = 0; c < n; ++c)
-      if (complex.cells()[c].alive) volume[sets.root(c)] += complex.volume(c);
-    for (int f = 0; f < static_cast<int>(complex.faces().size()); ++f) {
-      const auto& face = complex.faces()[f];
-      if (face.cell[0] < 0 || face.cell[1] < 0) continue;
-      const int a = sets.root(face.cell[0]), b = sets.root(face.cell[1]);
-      if (a == b) continue;
-      const double area = complex.area(f);
-      shared[a][b] += area;
-      shared[b][a] += area;
+  std::vector<double> volume(n, 0.0), surface(n, 0.0);
+  std::vector<std::map<int, double>> shared(n);
+  for (int c = 0; c < n; ++c)
+    if (complex.cells()[c].alive) {
+      volume[sets.root(c)] += complex.volume(c);
+      surface[sets.root(c)] += complex.surface(c);
     }
-    std::vector<std::pair<double, int>> small;
-    for (int c = 0; c < n; ++c)
-      if (complex.cells()[c].alive && sets.root(c) == c && volume[c] < least_volume)
-        small.emplace_back(volume[c], c);
-    std::sort(small.begin(), small.end());
-    for (std::size_t i = 0; i < small.size(); ++i) {
-      const auto [was, c] = small[i];
-      if (sets.root(c) != c || volume[c] >= least_volume)
-        continue;  // has been joined by, or has joined, another
-      int best = -1;
-      double area = 0;
-      for (const auto& [other, a] : shared[c])
-        if (a > area) area = a, best = other;
-      if (best < 0) continue;
-      const int keep = std::min(c, best), gone = std::max(c, best);
-      sets.join(c, best);
-      volume[keep] = volume[c] + volume[best];
-      for (const auto& [other, a] : shared[gone]) {
-        shared[other].erase(gone);
-        if (other == keep) continue;
-        shared[keep][other] += a;
-        shared[other][keep] += a;
-      }
-      shared[gone].clear();
-      ++result.merged;
-      if (volume[keep] < least_volume)
-        small.insert(std::upper_bound(small.begin() + static_cast<std::ptrdiff_t>(i) + 1, small.end(),
-                                      std::pair{volume[keep], keep}),
-                     {volume[keep], keep});
-    }
+  const auto is_round_off = [&](int c) { return volume[c] <= 0.5 * complex.snap() * surface[c]; };
+  const auto is_small = [&](int c) { return volume[c] < least_volume || is_round_off(c); };
+  for (int f = 0; f < static_cast<int>(complex.faces().size()); ++f) {
+    const auto& face = complex.faces()[f];
+    if (face.cell[0] < 0 || face.cell[1] < 0) continue;
+    const int a = sets.root(face.cell[0]), b = sets.root(face.cell[1]);
+    if (a == b || !(is_small(a) || is_small(b))) continue;
+    const double area = complex.area(f);
+    shared[a][b] += area;
+    shared[b][a] += area;
   }
+  std::vector<std::pair<double, int>> small;
+  for (int c = 0; c < n; ++c)
+    if (complex.cells()[c].alive && sets.root(c) == c && is_small(c)) small.emplace_back(volume[c], c);
+  std::sort(small.begin(), small.end());
+  int alone = 0;
+  for (std::size_t i = 0; i < small.size(); ++i) {
+    const auto [was, c] = small[i];
+    if (sets.root(c) != c || !is_small(c)) continue;  // has been joined by, or has joined, another
+    int best = -1;
+    double area = 0;
+    for (const auto& [other, a] : shared[c])
+      if (a > area) area = a, best = other;
+    if (best < 0) {
+      alone += !is_round_off(c);
+      continue;
+    }
+    const int keep = std::min(c, best), gone = std::max(c, best);
+    sets.join(c, best);
+    volume[keep] = volume[c] + volume[best];
+    surface[keep] = surface[c] + surface[best];
+    for (const auto& [other, a] : shared[gone]) {
+      shared[other].erase(gone);
+      if (other == keep) continue;
+      shared[keep][other] += a;
+      shared[other][keep] += a;
+    }
+    shared[gone].clear();
+    ++result.merged;
+    if (is_small(keep))
+      small.insert(std::upper_bound(small.begin() + static_cast<std::ptrdiff_t>(i) + 1, small.end(),
+                                    std::pair{volume[keep], keep}),
+                   {volume[keep], keep});
+  }
+  if (alone > 0)
+    result.warnings.push_back(
+        {.severity = Problem::Severity::warning,
+         .key = "rock_mass.least_volume",
+         .value = fmt::format("{:g} m^3", least_volume),
+         .rule = fmt::format("{} smaller blocks share no face with another that they could join", alone),
+         .remedy = "they stay blocks of their own"});
 
   std::vector<int> block_of(n, -1);
   std::vector<std::vector<int>> members;
   std::vector<int> number(n, -1);
   for (int c = 0; c < n; ++c) {
-    if (!complex.cells()[c].alive) continue;
     const int root = sets.root(c);
+    if (!complex.cells()[c].alive || is_round_off(root)) continue;
     if (number[root] < 0) {
       number[root] = static_cast<int>(members.size());
       members.emplace_back();
@@ -370,7 +467,9 @@ void make_blocks(const CellComplex& complex, const std::vector<Mark>& marks, dou
   std::map<std::tuple<int, int, int, int>, CutInterface> interfaces;  // blocks, plane, joint
   for (int f = 0; f < static_cast<int>(complex.faces().size()); ++f) {
     const auto& face = complex.faces()[f];
-    if (face.cell[0] < 0 || face.cell[1] < 0 || block_of[face.cell[0]] == block_of[face.cell[1]]) continue;
+    if (face.cell[0] < 0 || face.cell[1] < 0 || block_of[face.cell[0]] == block_of[face.cell[1]] ||
+        block_of[face.cell[0]] < 0 || block_of[face.cell[1]] < 0)
+      continue;
     int a = rank[block_of[face.cell[0]]], b = rank[block_of[face.cell[1]]];
     const bool swap = a > b;
     if (swap) std::swap(a, b);

@@ -17,8 +17,24 @@ struct Mark {
 };
 constexpr int mark_surface = 0, mark_division = 1;  // the first two entries of the table
 
-/// Fills the complex with convex cells that make up the region. `path` is for messages.
+/// A complex of cells that need not be convex (exact_complex.hpp), empty. `sliver`: thinner cells are
+/// round-off of what was given [m].
+std::unique_ptr<CellComplex> exact_complex(double sliver);
+
+/// Solid angle of a triangle seen from the origin.
+double solid_angle(const Vec3& a, const Vec3& b, const Vec3& c);
+
+/// Adds the region as one cell: it must be convex, unless the complex is exact. Faces become planes and are
+/// marked as surface.
 void add_region(CellComplex& complex, const Polyhedron& region);
+/// Fills the complex with convex cells that make up the region, divided along its own faces.
+void add_convex_parts(CellComplex& complex, const Polyhedron& region);
+/// Divides these cells by the faces of a closed body into parts within and without. Divisions are marked
+/// `mark_division`.
+struct Parts {
+  std::vector<int> inside, outside;
+};
+Parts divide_by(CellComplex& complex, const std::vector<int>& cells, const Polyhedron& body);
 
 /// A plane to cut with, in the order of application.
 struct JointPlane {

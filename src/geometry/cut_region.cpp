@@ -1,5 +1,4 @@
-// The region as convex cells: itself if it is convex, else divided along its own faces (binary space
-// partition).
+// The region as cells: itself, or divided along the faces of a body (binary space partition).
 #include <algorithm>
 #include <cmath>
 
@@ -49,26 +48,23 @@ void divide(const Fragment& f, const CellComplex::CutPlane& p, double snap, std:
 /// How often the surface winds around a point: 1 inside, 0 outside (sum of solid angles over 4 pi).
 double winding(const Polyhedron& region, const Vec3& x) {
   double sum = 0;
-  for (const auto& t : region.triangles) {
-    const Vec3 a = region.vertices[t[0]] - x, b = region.vertices[t[1]] - x, c = region.vertices[t[2]] - x;
-    const double la = a.norm(), lb = b.norm(), lc = c.norm();
-    sum += 2 * std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
-  }
+  for (const auto& t : region.triangles)
+    sum += solid_angle(region.vertices[t[0]] - x, region.vertices[t[1]] - x, region.vertices[t[2]] - x);
   return sum / (4 * 3.14159265358979323846);
 }
 
-}  // namespace
-
-void add_region(CellComplex& complex, const Polyhedron& region) {
+/// A plane of the complex for each face; faces apart in one plane share it.
+std::vector<int> planes_of(CellComplex& complex, const Polyhedron& region) {
   std::vector<int> plane_of(region.faces());
+  const int first = static_cast<int>(complex.planes().size());
   for (int f = 0; f < region.faces(); ++f) {
     const Vec3& n = region.face_normals[f];
     double offset = 0;
     const int begin = region.face_offset[f], end = region.face_offset[f + 1];
     for (int k = begin; k < end; ++k)
       offset += n.dot(region.vertices[region.face_vertices[k]]) / (end - begin);
-    int found = -1;  // faces apart in one plane share it
-    for (int p = 0; p < static_cast<int>(complex.planes().size()) && found < 0; ++p) {
+    int found = -1;
+    for (int p = first; p < static_cast<int>(complex.planes().size()) && found < 0; ++p) {
       const auto& q = complex.planes()[p];
       for (const double sign : {1.0, -1.0})
         if ((q.normal - sign * n).norm() < 1e-10 && std::abs(q.offset - sign * offset) < complex.snap())
@@ -76,15 +72,37 @@ void add_region(CellComplex& complex, const Polyhedron& region) {
     }
     plane_of[f] = found >= 0 ? found : complex.add_plane(n, offset);
   }
+  return plane_of;
+}
+
+}  // namespace
+
+double solid_angle(const Vec3& a, const Vec3& b, const Vec3& c) {
+  const double la = a.norm(), lb = b.norm(), lc = c.norm();
+  return 2 * std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
+}
+
+void add_region(CellComplex& complex, const Polyhedron& region) {
+  const std::vector<int> plane_of = planes_of(complex, region);
+  std::vector<std::vector<int>> loops;
+  std::vector<int> planes;
+  for (const Vec3& v : region.vertices) complex.add_vertex(v);
   if (region.convex) {
-    std::vector<std::vector<int>> loops;
-    for (const Vec3& v : region.vertices) complex.add_vertex(v);
     for (int f = 0; f < region.faces(); ++f)
       loops.emplace_back(region.face_vertices.begin() + region.face_offset[f],
                          region.face_vertices.begin() + region.face_offset[f + 1]);
-    complex.add_cell(loops, plane_of, mark_surface);
-    return;
+    planes = plane_of;
+  } else {
+    for (std::size_t t = 0; t < region.triangles.size(); ++t) {
+      loops.emplace_back(region.triangles[t].begin(), region.triangles[t].end());
+      planes.push_back(plane_of[region.triangle_face[t]]);
+    }
   }
+  complex.separate(complex.add_cell(loops, planes, mark_surface));
+}
+
+void add_convex_parts(CellComplex& complex, const Polyhedron& region) {
+  if (region.convex) return add_region(complex, region);
 
   Box3 box;
   for (const Vec3& v : region.vertices) box.extend(v);
@@ -99,17 +117,26 @@ void add_region(CellComplex& complex, const Polyhedron& region) {
     planes.push_back(complex.add_plane(-Vec3::Unit(k), -box.min()[k]));
     planes.push_back(complex.add_plane(Vec3::Unit(k), box.max()[k]));
   }
-  complex.add_cell({{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}},
-                   planes, mark_surface);
+  const int cell =
+      complex.add_cell({{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}},
+                       planes, mark_surface);
 
+  for (const int outside : divide_by(complex, {cell}, region).outside) complex.remove_cell(outside);
+  for (auto& f : complex.faces())
+    if (f.cell[1] < 0) f.mark = mark_surface;
+}
+
+Parts divide_by(CellComplex& complex, const std::vector<int>& cells, const Polyhedron& body) {
+  const std::vector<int> plane_of = planes_of(complex, body);
   std::vector<Fragment> all;
-  for (std::size_t t = 0; t < region.triangles.size(); ++t) {
-    const auto& c = region.triangles[t];
-    all.push_back({{region.vertices[c[0]], region.vertices[c[1]], region.vertices[c[2]]},
-                   plane_of[region.triangle_face[t]]});
+  for (std::size_t t = 0; t < body.triangles.size(); ++t) {
+    const auto& c = body.triangles[t];
+    all.push_back(
+        {{body.vertices[c[0]], body.vertices[c[1]], body.vertices[c[2]]}, plane_of[body.triangle_face[t]]});
   }
+  Parts parts;
   std::vector<std::pair<int, std::vector<Fragment>>> work;
-  work.emplace_back(0, std::move(all));
+  for (const int cell : cells) work.emplace_back(cell, all);
   while (!work.empty()) {
     auto [cell, fragments] = std::move(work.back());
     work.pop_back();
@@ -119,32 +146,27 @@ void add_region(CellComplex& complex, const Polyhedron& region) {
           fragments.begin(), fragments.end(),
           [](const Fragment& a, const Fragment& b) { return area_of(a.polygon) < area_of(b.polygon); });
       const int plane = best->plane;
-      const int cap = complex.split_cell(cell, plane, mark_division);
+      const CellComplex::Split split = complex.split_cell(cell, plane, mark_division);
       std::vector<Fragment> plus, minus;
       for (const Fragment& f : fragments)
         if (f.plane != plane) divide(f, complex.planes()[plane], complex.snap(), plus, minus);
-      if (cap < 0) {  // the cell only grazes the plane; its fragments in that plane lie on the border
-        fragments = std::move(plus);
-        fragments.insert(fragments.end(), minus.begin(), minus.end());
+      if (!split.crossed()) {  // its fragments in that plane lie on the border
+        fragments = split.side < 0 ? std::move(minus) : std::move(plus);
+        if (split.side == 0) fragments.insert(fragments.end(), minus.begin(), minus.end());
         continue;
       }
-      work.emplace_back(complex.faces()[cap].cell[1], std::move(minus));
+      for (const int part : split.minus) work.emplace_back(part, minus);
+      for (std::size_t k = 1; k < split.plus.size(); ++k) work.emplace_back(split.plus[k], plus);
       fragments = std::move(plus);
     }
-  }
-  // Faces that end up between inside and outside become the surface; the rest are divisions of intact rock.
-  std::vector<char> inside(complex.cells().size());
-  for (int c = 0; c < static_cast<int>(complex.cells().size()); ++c) {
+    // No face of the body is left within its convex hull: the middle of its vertices lies where it does.
     Vec3 middle = Vec3::Zero();
     int n = 0;
-    for (int f : complex.cells()[c].faces)
+    for (int f : complex.cells()[cell].faces)
       for (int v : complex.faces()[f].loop) middle += complex.vertices()[v], ++n;
-    inside[c] = winding(region, middle / n) > 0.5;
+    (winding(body, middle / n) > 0.5 ? parts.inside : parts.outside).push_back(cell);
   }
-  for (int c = 0; c < static_cast<int>(inside.size()); ++c)
-    if (!inside[c]) complex.remove_cell(c);
-  for (auto& f : complex.faces())
-    if (f.cell[1] < 0) f.mark = mark_surface;
+  return parts;
 }
 
 }  // namespace talus::geometry::cutting

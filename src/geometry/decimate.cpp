@@ -1,9 +1,11 @@
 // Vertex removal with a bound that holds everywhere, not just at the nodes: taking a vertex away changes the
 // surface only within its star, by a piecewise linear function whose extremes lie at the vertex and where an
 // old spoke crosses a new edge. What the triangles of the star had lost before is added, so the sum bounds
-// the distance to the given surface.
+// the distance to the given surface. A second surface on the same triangles is kept within the bound
+// likewise.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "geometry/terrain.hpp"
 
@@ -17,7 +19,7 @@ double plan_area(const Vec3& a, const Vec3& b, const Vec3& c) {
 }  // namespace
 
 void decimate(std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& triangles, double error,
-              double& error_reached, const std::vector<char>& fixed) {
+              double& error_reached, const std::vector<char>& fixed, const std::vector<double>& beside) {
   const int n = static_cast<int>(vertices.size());
   std::vector<std::vector<int>> around(n);
   std::vector<char> steep(n, 0);  // of a face that overhangs or stands upright
@@ -47,6 +49,8 @@ void decimate(std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& tria
     }
     return false;
   };
+  // Of the second surface: whether it has a triangle about a vertex, or could get one.
+  const auto has_beside = [&](int v) { return !beside.empty() && !std::isnan(beside[v]); };
   std::vector<int> ring;
   // Flat places first: what they give up costs nothing, and leaves the allowance to the rest.
   for (const double share : {1e-9, 0.05, 0.15, 0.3, 0.5, 0.75, 1.0, 1.0}) {
@@ -55,17 +59,23 @@ void decimate(std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& tria
           !ring_of(v, ring))
         continue;
       const int k = static_cast<int>(ring.size());
+      const bool both = has_beside(v);
+      if (std::any_of(ring.begin(), ring.end(), [&](int u) { return has_beside(u) != both; })) continue;
+      const int layers = both ? 2 : 1;
       double before = 0, best = share * error;
       for (int t : around[v]) before = std::max(before, lost[t]);
       if (before > best) continue;
       int best_u = -1;
       const Vec3& p = vertices[v];
+      const auto z = [&](int layer, int w) { return layer == 0 ? vertices[w].z() : beside[w]; };
       for (int s = 0; s < k; ++s) {
-        const Vec3& u = vertices[ring[s]];
+        const int iu = ring[s];
+        const Vec3& u = vertices[iu];
         double change = 0;
         bool valid = true;
         for (int i = 1; i + 1 < k && valid; ++i) {
-          const Vec3 &a = vertices[ring[(s + i) % k]], &b = vertices[ring[(s + i + 1) % k]];
+          const int ia = ring[(s + i) % k], ib = ring[(s + i + 1) % k];
+          const Vec3 &a = vertices[ia], &b = vertices[ib];
           const double area = plan_area(u, a, b),
                        longest =
                            std::max({(a - u).squaredNorm(), (b - a).squaredNorm(), (u - b).squaredNorm()});
@@ -73,15 +83,19 @@ void decimate(std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& tria
           if (!valid) break;
           const double wa = plan_area(u, p, b) / area, wb = plan_area(u, a, p) / area, wu = 1 - wa - wb;
           if (wa >= 0 && wb >= 0 && wu >= 0)
-            change = std::max(change, std::abs(wu * u.z() + wa * a.z() + wb * b.z() - p.z()));
+            for (int l = 0; l < layers; ++l)
+              change = std::max(change, std::abs(wu * z(l, iu) + wa * z(l, ia) + wb * z(l, ib) - z(l, v)));
           if (i == 1) continue;
           for (int j = 1; j < k; ++j) {  // spokes p - r_j against the new edge u - a
-            const Vec3& r = vertices[ring[(s + j) % k]];
+            const int ir = ring[(s + j) % k];
+            const Vec3& r = vertices[ir];
             const double c1 = plan_area(u, a, p), c2 = plan_area(u, a, r), d1 = plan_area(p, r, u),
                          d2 = plan_area(p, r, a);
             if (c1 * c2 >= 0 || d1 * d2 >= 0) continue;
             const double f = c1 / (c1 - c2), g = d1 / (d1 - d2);
-            change = std::max(change, std::abs(p.z() + f * (r.z() - p.z()) - u.z() - g * (a.z() - u.z())));
+            for (int l = 0; l < layers; ++l)
+              change = std::max(change, std::abs(z(l, v) + f * (z(l, ir) - z(l, v)) - z(l, iu) -
+                                                 g * (z(l, ia) - z(l, iu))));
           }
         }
         // An edge u - a that exists already outside the star would be doubled.

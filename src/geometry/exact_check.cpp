@@ -141,7 +141,7 @@ CheckedBody::CheckedBody(const Polyhedron& body) : body_(body) {
   Box3 box;
   for (const Vec3& v : body.vertices) box.extend(v);
   CellComplex complex(1e-12 * box.diagonal().norm());
-  cutting::add_region(complex, body);
+  cutting::add_convex_parts(complex, body);
   for (const auto& cell : complex.cells()) {
     if (!cell.alive) continue;
     Piece piece;

@@ -13,23 +13,28 @@ bool in_pyramid(const std::vector<BlockPlane>& planes, const Vec3& x) {
                      [&](const BlockPlane& p) { return p.normal.dot(x) >= -tolerance; });
 }
 
-/// A cone other than {0} holds one of: a normal's own direction, a line common to two planes, or any
-/// direction of a plane.
-bool pyramid_is_empty(const std::vector<BlockPlane>& planes) {
-  std::vector<Vec3> candidates{Vec3::UnitX(), Vec3::UnitY(), Vec3::UnitZ()};
-  for (const BlockPlane& p : planes) {
-    candidates.push_back(p.normal);
-    const Vec3 u = p.normal.unitOrthogonal();
-    candidates.push_back(u);
-    candidates.push_back(p.normal.cross(u));
-    for (const BlockPlane& q : planes) {
-      const Vec3 line = p.normal.cross(q.normal);
-      if (line.norm() > 1e-9) candidates.push_back(line.normalized());
+/// Rays that span the joint pyramid, none if it is {0}: the corners of its section with the sides of a cube.
+/// Each half-space cuts a side's polygon once, so that blocks of thousands of faces take no long time.
+std::vector<Vec3> rays_of_pyramid(const std::vector<BlockPlane>& planes) {
+  std::vector<Vec3> rays;
+  for (int side = 0; side < 6; ++side) {
+    const Vec3 n = (side < 3 ? 1 : -1) * Vec3::Unit(side % 3), u = Vec3::Unit((side + 1) % 3), v = n.cross(u);
+    std::vector<Vec3> polygon{n + u + v, n - u + v, n - u - v, n + u - v};
+    for (const BlockPlane& p : planes) {
+      std::vector<Vec3> kept;
+      const auto within = [&](const Vec3& x) { return p.normal.dot(x) + tolerance; };
+      for (std::size_t k = 0; k < polygon.size(); ++k) {
+        const Vec3 &a = polygon[k], &b = polygon[(k + 1) % polygon.size()];
+        const double wa = within(a), wb = within(b);
+        if (wa >= 0) kept.push_back(a);
+        if ((wa > 0 && wb < 0) || (wa < 0 && wb > 0)) kept.emplace_back(a + wa / (wa - wb) * (b - a));
+      }
+      polygon = std::move(kept);
+      if (polygon.empty()) break;
     }
+    for (const Vec3& x : polygon) rays.push_back(x.normalized());
   }
-  for (const Vec3& c : candidates)
-    if (in_pyramid(planes, c) || in_pyramid(planes, -c)) return false;
-  return true;
+  return rays;
 }
 
 /// What a face bears along itself without being pressed [N].
@@ -50,7 +55,8 @@ KeyBlock key_block(const std::vector<BlockPlane>& given, double free_area, const
         q.area += p.area, q.bridges += p.bridges, merged = true;
     if (!merged) planes.push_back(p);
   }
-  if (pyramid_is_empty(planes)) {
+  const std::vector<Vec3> rays = rays_of_pyramid(planes);
+  if (rays.empty()) {
     k.type = KeyBlock::Type::tapered;
     return k;
   }
@@ -72,7 +78,13 @@ KeyBlock key_block(const std::vector<BlockPlane>& given, double free_area, const
         k.driving_force > 0 ? resisting / k.driving_force : std::numeric_limits<double>::infinity();
     k.type = k.factor_of_safety < 1 ? KeyBlock::Type::unstable : KeyBlock::Type::needs_friction;
   };
-  for (const BlockPlane& p : planes) {
+  // A face that no direction of the pyramid lies in is not slid on.
+  std::vector<BlockPlane> slid_on;
+  for (const BlockPlane& p : planes)
+    if (std::any_of(rays.begin(), rays.end(),
+                    [&](const Vec3& x) { return p.normal.dot(x) <= 10 * tolerance; }))
+      slid_on.push_back(p);
+  for (const BlockPlane& p : slid_on) {
     const double into = p.normal.dot(r);
     if (into > tolerance) continue;
     const Vec3 s = r - into * p.normal;
@@ -85,9 +97,9 @@ KeyBlock key_block(const std::vector<BlockPlane>& given, double free_area, const
     finish(k.normal_force_1 * std::tan(p.strength.friction) + beside_friction(p));
     return k;
   }
-  for (std::size_t i = 0; i < planes.size(); ++i)
-    for (std::size_t j = i + 1; j < planes.size(); ++j) {
-      const BlockPlane &p = planes[i], &q = planes[j];
+  for (std::size_t i = 0; i < slid_on.size(); ++i)
+    for (std::size_t j = i + 1; j < slid_on.size(); ++j) {
+      const BlockPlane &p = slid_on[i], &q = slid_on[j];
       Vec3 s = p.normal.cross(q.normal);
       if (s.norm() < 1e-9) continue;
       s.normalize();

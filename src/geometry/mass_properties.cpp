@@ -2,6 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
 #include "core/error.hpp"
 #include "geometry/mesh.hpp"
 
@@ -82,6 +86,35 @@ Box3 bounding_box(const Polyhedron& block) {
   Box3 box;
   for (const Vec3& v : block.vertices) box.extend(v);
   return box;
+}
+
+Vec3 place_within(const Polyhedron& block) {
+  if (block.convex) return Vec3::Zero();
+  const auto& x = block.vertices;
+  const auto twice_area = [&](const std::array<int, 3>& t) {
+    return Vec3((x[t[1]] - x[t[0]]).cross(x[t[2]] - x[t[0]]));
+  };
+  const auto largest =
+      std::max_element(block.triangles.begin(), block.triangles.end(), [&](const auto& a, const auto& b) {
+        return twice_area(a).squaredNorm() < twice_area(b).squaredNorm();
+      });
+  const Vec3 from = (x[(*largest)[0]] + x[(*largest)[1]] + x[(*largest)[2]]) / 3,
+             inward = -twice_area(*largest).normalized();
+  double way = std::numeric_limits<double>::infinity();
+  for (auto t = block.triangles.begin(); t != block.triangles.end(); ++t) {
+    const Vec3 n = twice_area(*t);
+    const double along = n.dot(inward);
+    if (t == largest || !(along > 0)) continue;  // it leaves through what looks that way
+    const double s = n.dot(x[(*t)[0]] - from) / along;
+    const Vec3 p = from + s * inward;
+    bool within = s > 0;
+    for (int k = 0; k < 3 && within; ++k) {
+      const Vec3 &a = x[(*t)[k]], &b = x[(*t)[(k + 1) % 3]];
+      within = n.dot((b - a).cross(p - a)) >= 0;
+    }
+    if (within) way = std::min(way, s);
+  }
+  return std::isfinite(way) ? Vec3(from + 0.5 * way * inward) : Vec3::Zero();
 }
 
 }  // namespace talus::geometry

@@ -44,6 +44,10 @@ MassProperties mass_properties(const Polyhedron& block, double density);
 MassProperties mass_properties(const std::vector<Vec3>& vertices,
                                const std::vector<std::array<int, 3>>& triangles, double density);
 
+/// A place within the body, about its centroid: that itself if the body is convex, else the middle of the way
+/// from its largest triangle inward to the next face [m].
+Vec3 place_within(const Polyhedron& block);
+
 /// Volume and bounding box alone.
 double volume(const Polyhedron& block);
 Box3 bounding_box(const Polyhedron& block);

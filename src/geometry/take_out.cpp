@@ -1,57 +1,28 @@
 // Bodies taken out of the ground. One of the few files that pay for CGAL's headers.
 #include "geometry/take_out.hpp"
 
-#include <CGAL/Exact_predicates_exact_constructions_kernel.h>
-#include <CGAL/Polygon_mesh_processing/corefinement.h>
-#include <CGAL/Polygon_mesh_processing/orientation.h>
-#include <CGAL/Surface_mesh.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <limits>
 #include <map>
-#include <numeric>
+#include <set>
+#include <utility>
 
+#include "contact/geometry/polyhedron.hpp"
 #include "core/disjoint_sets.hpp"
+#include "geometry/cut_internal.hpp"
+#include "geometry/overlay.hpp"
+#include "geometry/slivers.hpp"
 
 namespace talus::geometry {
 namespace {
-
-namespace PMP = CGAL::Polygon_mesh_processing;
-// Exact points from the first operation to the last: what lies on an edge stays on it.
-using Kernel = CGAL::Exact_predicates_exact_constructions_kernel;
-using Point = Kernel::Point_3;
-using SurfaceMesh = CGAL::Surface_mesh<Point>;
-using Face = SurfaceMesh::Face_index;
-
-// Where a face comes from: a triangle of the ground (its number), or
-constexpr int of_body = -1, of_walls = -2;  // walls and floor that make a solid of the ground
 
 InputError error(std::string key, std::string value, std::string rule, std::string remedy) {
   return InputError(Problem{.key = std::move(key),
                             .value = std::move(value),
                             .rule = std::move(rule),
                             .remedy = std::move(remedy)});
-}
-
-SurfaceMesh::Property_map<Face, int> origins(SurfaceMesh& sm) {
-  return sm.add_property_map<Face, int>("f:origin", of_body).first;
-}
-
-/// Keeps the origins of faces that are divided or copied.
-struct OriginVisitor : PMP::Corefinement::Default_visitor<SurfaceMesh> {
-  int divided = of_body;
-  void before_subface_creations(Face f, SurfaceMesh& sm) { divided = origins(sm)[f]; }
-  void after_subface_created(Face f, SurfaceMesh& sm) { origins(sm)[f] = divided; }
-  void after_face_copy(Face from, const SurfaceMesh& source, Face to, SurfaceMesh& target) {
-    origins(target)[to] = source.property_map<Face, int>("f:origin").first[from];
-  }
-};
-
-Point point(const Vec3& x) { return {x.x(), x.y(), x.z()}; }
-Vec3 place(const SurfaceMesh& sm, SurfaceMesh::Vertex_index v) {
-  const Point& p = sm.point(v);
-  return {CGAL::to_double(p.x()), CGAL::to_double(p.y()), CGAL::to_double(p.z())};
 }
 
 /// Numbers of a surface's triangles whose boxes in plan meet the limits.
@@ -82,204 +53,334 @@ void expect_facing_up(const TriangleSurface& s, const std::vector<int>& triangle
   }
 }
 
-/// These triangles and their copy at the height z below all of them, with walls between, as a closed body
-/// with the triangles on top; their numbers are the origins.
-SurfaceMesh down_to(const TriangleSurface& s, const std::vector<int>& triangles, double z,
-                    const std::string& key) {
-  // A corner where two fans of triangles meet is one vertex for each.
-  std::map<std::pair<int, int>, std::size_t> side;  // directed edge -> triangle
-  for (std::size_t i = 0; i < triangles.size(); ++i)
+/// Leaves out triangles of both surfaces that are the same in plan, where nothing is to be taken out of them
+/// nor of those around them.
+void leave_out_what_stays(const TriangleSurface& ground, std::vector<int>& near, const TriangleSurface& slip,
+                          std::vector<int>& lower) {
+  using Place = std::array<double, 2>;
+  const auto place = [](const Vec3& x) { return Place{x.x(), x.y()}; };
+  const auto corners = [&](const TriangleSurface& s, int t) {
+    std::array<Place, 3> p;
     for (std::size_t k = 0; k < 3; ++k) {
-      const auto& v = s.triangles[static_cast<std::size_t>(triangles[i])];
-      if (!side.emplace(std::pair(v[k], v[(k + 1) % 3]), 3 * i + k).second) {
-        const Vec3& x = s.vertices[static_cast<std::size_t>(v[k])];
-        throw error(
-            key, fmt::format("({:.6g}, {:.6g}, {:.6g})", x.x(), x.y(), x.z()),
-            "more than two of its triangles meet in an edge there, where a rock mass is cut out of it",
-            "repair it (talus convert --repair)");
+      const int v = s.triangles[static_cast<std::size_t>(t)][k];
+      p[k] = place(s.vertices[static_cast<std::size_t>(v)]);
+    }
+    std::sort(p.begin(), p.end());
+    return p;
+  };
+  std::map<Place, double> height;
+  std::map<std::array<Place, 3>, int> below;
+  for (const int t : lower) {
+    below.emplace(corners(slip, t), t);
+    for (const int v : slip.triangles[static_cast<std::size_t>(t)]) {
+      const Vec3& x = slip.vertices[static_cast<std::size_t>(v)];
+      height.emplace(place(x), x.z());
+    }
+  }
+  std::vector<int> same(near.size(), -1);  // the triangle of the slip surface
+  std::vector<char> at_work(ground.vertices.size(), 0);
+  for (std::size_t i = 0; i < near.size(); ++i) {
+    const auto& t = ground.triangles[static_cast<std::size_t>(near[i])];
+    const auto twin = below.find(corners(ground, near[i]));
+    const bool stays = twin != below.end() && std::all_of(t.begin(), t.end(), [&](int v) {
+                         const Vec3& x = ground.vertices[static_cast<std::size_t>(v)];
+                         return height.at(place(x)) >= x.z();
+                       });
+    if (stays)
+      same[i] = twin->second;
+    else
+      for (const int v : t) at_work[static_cast<std::size_t>(v)] = 1;
+  }
+  std::vector<int> near_kept;
+  std::set<int> left_out;
+  for (std::size_t i = 0; i < near.size(); ++i) {
+    const auto& t = ground.triangles[static_cast<std::size_t>(near[i])];
+    if (same[i] < 0 ||
+        std::any_of(t.begin(), t.end(), [&](int v) { return at_work[static_cast<std::size_t>(v)] != 0; }))
+      near_kept.push_back(near[i]);
+    else
+      left_out.insert(same[i]);
+  }
+  near = std::move(near_kept);
+  std::erase_if(lower, [&](int t) { return left_out.contains(t); });
+}
+
+/// Pieces of the mass that are connected, and those that are no piece: round-off, or smaller than asked for.
+std::vector<int> pieces_to_leave(const ExactComplex& complex, const std::vector<int>& cells,
+                                 double least_volume, std::vector<Problem>& warnings) {
+  std::map<int, int> place;
+  for (const int c : cells) place.emplace(c, static_cast<int>(place.size()));
+  DisjointSets sets(static_cast<int>(cells.size()));
+  for (const auto& f : complex.faces())
+    if (place.contains(f.cell[0]) && place.contains(f.cell[1]))
+      sets.join(place.at(f.cell[0]), place.at(f.cell[1]));
+  std::vector<double> volume(cells.size(), 0.0), surface(cells.size(), 0.0);
+  for (std::size_t k = 0; k < cells.size(); ++k) {
+    const auto root = static_cast<std::size_t>(sets.root(static_cast<int>(k)));
+    volume[root] += complex.volume(cells[k]);
+    surface[root] += complex.surface(cells[k]);
+  }
+  std::vector<int> leave;
+  std::set<std::size_t> small;
+  double stays = 0;
+  for (std::size_t k = 0; k < cells.size(); ++k) {
+    const auto root = static_cast<std::size_t>(sets.root(static_cast<int>(k)));
+    const bool round_off = volume[root] <= 0.5 * complex.snap() * surface[root];
+    if (!round_off && volume[root] >= least_volume) continue;
+    leave.push_back(cells[k]);
+    if (!round_off && small.insert(root).second) stays += volume[root];
+  }
+  std::map<int, double> pieces;
+  for (std::size_t k = 0; k < cells.size(); ++k)
+    if (const int root = sets.root(static_cast<int>(k));
+        volume[static_cast<std::size_t>(root)] >= least_volume)
+      pieces[root] = volume[static_cast<std::size_t>(root)];
+  if (pieces.size() > 1 && least_volume == 0) {
+    double all = 0, most = 0;
+    for (const auto& [root, v] : pieces) all += v, most = std::max(most, v);
+    warnings.push_back(
+        {.severity = Problem::Severity::warning,
+         .key = "rock_mass",
+         .value = fmt::format("{} pieces", pieces.size()),
+         .rule = fmt::format("the mass is not in one piece: the largest piece has {:.4g} of {:.4g} m^3", most,
+                             all),
+         .remedy =
+             "leave small ones in the ground by rock_mass.least_volume; give slip surface and terrain on "
+             "one grid"});
+  }
+  if (!small.empty())
+    warnings.push_back(
+        {.severity = Problem::Severity::warning,
+         .key = "rock_mass.least_volume",
+         .value = fmt::format("{:g} m^3", least_volume),
+         .rule = fmt::format("{} pieces of the mass, {:.3g} m^3 together, are smaller and stay in the ground",
+                             small.size(), stays),
+         .remedy = "set it lower to take them out too"});
+  return leave;
+}
+
+/// What is left of the ground: the faces of the rest.
+class Remains {
+ public:
+  Remains(const ExactComplex& complex, int rest, const TriangleSurface& before, const std::vector<int>& near,
+          int bed, TakenOut& out)
+      : complex_(complex), rest_(rest), before_(before), bed_(bed), out_(out) {
+    out_.ground = before;
+    out_.ground.triangles.clear();
+    out_.ground.material.clear();
+    std::vector<char> looked_at(before.triangles.size(), 0);
+    for (const int t : near) looked_at[static_cast<std::size_t>(t)] = 1;
+    for (std::size_t t = 0; t < before.triangles.size(); ++t)
+      if (looked_at[t] == 0) put(before.triangles[t], material(static_cast<int>(t)), false);
+    // What was there keeps its vertices.
+    for (const int t : near)
+      for (const int v : before.triangles[static_cast<std::size_t>(t)]) {
+        const Vec3& x = before.vertices[static_cast<std::size_t>(v)];
+        number_.try_emplace({x.x(), x.y(), x.z()}, v);
+      }
+    sort_faces();
+    for (const int t : near) add_ground(t);
+    for (const int f : hollow_) add_loop(loop_of(f), bed_, true);
+    remove_slivers_of_hollow();
+    ++out_.ground.revision;
+  }
+
+ private:
+  void remove_slivers_of_hollow() {
+    TriangleSurface& g = out_.ground;
+    const std::vector<int> source = remove_slivers(g.vertices, g.triangles, complex_.snap());
+    const std::vector<int> material = std::exchange(g.material, {});
+    const std::vector<char> hollow = std::exchange(out_.hollow, {});
+    for (const int t : source) {
+      g.material.push_back(material[static_cast<std::size_t>(t)]);
+      out_.hollow.push_back(hollow[static_cast<std::size_t>(t)]);
+    }
+  }
+
+  int material(int t) const {
+    return before_.material.empty() ? before_.default_material
+                                    : before_.material[static_cast<std::size_t>(t)];
+  }
+  void put(const std::array<int, 3>& t, int material, bool hollow) {
+    out_.ground.triangles.push_back(t);
+    out_.ground.material.push_back(material);
+    out_.hollow.push_back(hollow ? 1 : 0);
+  }
+
+  void sort_faces() {
+    for (std::size_t f = 0; f < complex_.faces().size(); ++f) {
+      const auto& face = complex_.faces()[f];
+      const bool first = face.cell[0] == rest_, second = face.cell[1] == rest_;
+      if (first != second) {
+        const bool outside = (first ? face.cell[1] : face.cell[0]) < 0;
+        if (!outside)
+          hollow_.push_back(static_cast<int>(f));
+        else if (face.mark >= 0)
+          stays_[face.mark].push_back(static_cast<int>(f));
+      } else if (!first && face.mark >= 0) {
+        taken_.insert(face.mark);
       }
     }
-  DisjointSets fans(static_cast<int>(3 * triangles.size()));
-  const auto next = [](std::size_t h) { return h - h % 3 + (h + 1) % 3; };
-  for (const auto& [edge, h] : side)
-    if (const auto twin = side.find({edge.second, edge.first}); twin != side.end()) {
-      fans.join(static_cast<int>(h), static_cast<int>(next(twin->second)));
-      fans.join(static_cast<int>(next(h)), static_cast<int>(twin->second));
+    for (const int f : hollow_)
+      for (const int v : complex_.faces()[static_cast<std::size_t>(f)].loop) needed_.insert(v);
+    for (const auto& [t, faces] : stays_)
+      if (taken_.contains(t))
+        for (const int f : faces)
+          for (const int v : complex_.faces()[static_cast<std::size_t>(f)].loop) needed_.insert(v);
+  }
+
+  /// Outward of the rest.
+  std::vector<int> loop_of(int f) const {
+    const auto& face = complex_.faces()[static_cast<std::size_t>(f)];
+    std::vector<int> loop = face.loop;
+    if (face.cell[0] != rest_) std::reverse(loop.begin(), loop.end());
+    return loop;
+  }
+
+  /// A triangle that stays as a whole keeps its corners, and those on its border that its neighbours have.
+  void add_ground(int t) {
+    const auto it = stays_.find(t);
+    if (it == stays_.end()) return;
+    if (taken_.contains(t)) {
+      for (const int f : it->second) add_loop(loop_of(f), material(t), false);
+      return;
     }
-  SurfaceMesh sm;
-  auto origin = origins(sm);
-  std::map<int, std::pair<SurfaceMesh::Vertex_index, SurfaceMesh::Vertex_index>> vertices;
-  const auto vertex = [&](std::size_t corner) {
-    const int fan = fans.root(static_cast<int>(corner));
-    const auto [at, added] = vertices.try_emplace(fan);
-    if (added) {
-      const int v = s.triangles[static_cast<std::size_t>(triangles[corner / 3])][corner % 3];
-      const Vec3& x = s.vertices[static_cast<std::size_t>(v)];
-      at->second = {sm.add_vertex(point(x)), sm.add_vertex(Point(x.x(), x.y(), z))};
+    std::map<int, int> next;
+    std::set<std::pair<int, int>> edges;
+    for (const int f : it->second) {
+      const std::vector<int> loop = loop_of(f);
+      for (std::size_t k = 0; k < loop.size(); ++k) edges.emplace(loop[k], loop[(k + 1) % loop.size()]);
     }
+    for (const auto& [a, b] : edges)
+      if (!edges.contains({b, a})) next[a] = b;
+    std::set<std::array<double, 3>> corners;
+    for (const int v : before_.triangles[static_cast<std::size_t>(t)]) {
+      const Vec3& x = before_.vertices[static_cast<std::size_t>(v)];
+      corners.insert({x.x(), x.y(), x.z()});
+    }
+    std::vector<int> loop;
+    const int first = next.begin()->first;
+    int v = first;
+    do {
+      const Vec3& x = complex_.vertices()[static_cast<std::size_t>(v)];
+      if (needed_.contains(v) || corners.contains({x.x(), x.y(), x.z()})) loop.push_back(v);
+      v = next.at(v);
+    } while (v != first);
+    if (loop.size() == 3)
+      put(before_.triangles[static_cast<std::size_t>(t)], material(t), false);
+    else
+      add_loop(loop, material(t), false);
+  }
+
+  int vertex(int v) {
+    const Vec3& x = complex_.vertices()[static_cast<std::size_t>(v)];
+    const auto [at, added] =
+        number_.try_emplace({x.x(), x.y(), x.z()}, static_cast<int>(out_.ground.vertices.size()));
+    if (added) out_.ground.vertices.push_back(x);
     return at->second;
-  };
-  const auto add = [&](auto a, auto b, auto c, int from) { origin[sm.add_face(a, b, c)] = from; };
-  for (std::size_t i = 0; i < triangles.size(); ++i) {
-    const auto a = vertex(3 * i), b = vertex(3 * i + 1), c = vertex(3 * i + 2);
-    add(a.first, b.first, c.first, triangles[i]);
-    add(a.second, c.second, b.second, of_walls);
   }
-  for (const auto& [edge, h] : side)
-    if (!side.contains({edge.second, edge.first})) {
-      const auto a = vertex(h), b = vertex(next(h));
-      add(b.first, a.first, a.second, of_walls);
-      add(b.first, a.second, b.second, of_walls);
+
+  /// A convex polygon, which may have vertices within its sides, as triangles none of which is flat.
+  void add_loop(std::vector<int> loop, int material, bool hollow) {
+    const auto flat = [&](std::size_t k) {
+      const std::size_t n = loop.size();
+      return CGAL::collinear(complex_.point(loop[(k + n - 1) % n]), complex_.point(loop[k]),
+                             complex_.point(loop[(k + 1) % n]));
+    };
+    const auto emit = [&](int a, int b, int c) {
+      const std::array<int, 3> t{vertex(a), vertex(b), vertex(c)};
+      if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) put(t, material, hollow);
+    };
+    while (loop.size() > 3) {
+      const std::size_t n = loop.size();
+      std::size_t corner = n;  // one beside a vertex within a side, whose triangle leaves a convex polygon
+      for (std::size_t k = 0; k < n && corner == n; ++k)
+        if (!flat(k) && flat((k + 1) % n)) corner = k;
+      if (corner == n) break;
+      emit(loop[(corner + n - 1) % n], loop[corner], loop[(corner + 1) % n]);
+      loop.erase(loop.begin() + static_cast<std::ptrdiff_t>(corner));
     }
-  return sm;
-}
-
-SurfaceMesh body_of(const Mesh& mesh) {
-  SurfaceMesh sm;
-  origins(sm);
-  std::vector<SurfaceMesh::Vertex_index> v;
-  for (const Vec3& x : mesh.vertices) v.push_back(sm.add_vertex(point(x)));
-  for (const auto& t : mesh.triangles)
-    if (sm.add_face(v[static_cast<std::size_t>(t[0])], v[static_cast<std::size_t>(t[1])],
-                    v[static_cast<std::size_t>(t[2])]) == SurfaceMesh::null_face())
-      throw error("rock_mass.region", "", "its surface touches itself",
-                  "give a region whose surface is one skin");
-  return sm;
-}
-
-Mesh mesh_of(const SurfaceMesh& sm) {
-  Mesh mesh;
-  std::vector<int> number(sm.num_vertices() + sm.number_of_removed_vertices(), -1);
-  for (const auto f : sm.faces()) {
-    std::array<int, 3> t{};
-    std::size_t k = 0;
-    for (const auto v : sm.vertices_around_face(sm.halfedge(f))) {
-      int& n = number[v.idx()];
-      if (n < 0) {
-        n = static_cast<int>(mesh.vertices.size());
-        mesh.vertices.push_back(place(sm, v));
-      }
-      t[k++] = n;
-    }
-    mesh.triangles.push_back(t);
+    for (std::size_t k = 1; k + 1 < loop.size(); ++k) emit(loop[0], loop[k], loop[k + 1]);
   }
-  return mesh;
-}
 
-/// Intersection and, if asked for, a without b.
-void divide(SurfaceMesh& a, SurfaceMesh& b, SurfaceMesh& both, SurfaceMesh* rest) {
-  origins(both);
-  std::array<boost::optional<SurfaceMesh*>, 4> out;
-  out[PMP::Corefinement::INTERSECTION] = &both;
-  if (rest != nullptr) origins(*rest), out[PMP::Corefinement::TM1_MINUS_TM2] = rest;
-  const auto refused = [](const std::string& why) {
-    return error(
-        "rock_mass", "", "it cannot be cut out of the ground: " + why,
-        "move the region or the slip surface a little (a millimetre), so that they do not just touch "
-        "the ground");
-  };
-  try {
-    const auto done =
-        PMP::corefine_and_compute_boolean_operations(a, b, out, CGAL::parameters::visitor(OriginVisitor()));
-    if (!done[PMP::Corefinement::INTERSECTION] ||
-        (rest != nullptr && !done[PMP::Corefinement::TM1_MINUS_TM2]))
-      throw refused("what is left would touch itself in an edge");
-  } catch (const CGAL::Failure_exception&) { throw refused("the surfaces cross or touch themselves"); }
-}
+  const ExactComplex& complex_;
+  int rest_;
+  const TriangleSurface& before_;
+  int bed_;
+  TakenOut& out_;
+  std::map<int, std::vector<int>> stays_;  // of a triangle of the ground: its faces that stay
+  std::set<int> taken_;                    // triangles of which a part goes
+  std::vector<int> hollow_;
+  std::set<int> needed_;                         // vertices that others than whole triangles have
+  std::map<std::array<double, 3>, int> number_;  // by place
+};
 
-/// The body above a slip surface, up to over all of the ground.
-SurfaceMesh above_slip_surface(const TriangleSurface& slip, const TriangleSurface& ground) {
-  double top = -std::numeric_limits<double>::infinity();
-  for (const TriangleSurface* of : {&ground, &slip})
-    for (const Vec3& x : of->vertices) top = std::max(top, x.z());
-  std::vector<int> used(slip.triangles.size());
-  std::iota(used.begin(), used.end(), 0);
-  expect_facing_up(slip, used, "rock_mass.slip_surface", "the slip surface");
-  // The body above it is what a surface that is mirrored in height has below it, mirrored back.
-  TriangleSurface mirrored;
-  mirrored.vertices = slip.vertices;
-  for (Vec3& x : mirrored.vertices) x.z() = -x.z();
-  mirrored.triangles = slip.triangles;
-  SurfaceMesh body = down_to(mirrored, used, -(top + 1), "rock_mass.slip_surface");
-  for (const auto v : body.vertices()) {
-    const Point& p = body.point(v);
-    body.point(v) = Point(p.x(), p.y(), -p.z());
-  }
-  PMP::reverse_face_orientations(body);
-  auto origin = origins(body);
-  for (const Face f : body.faces()) origin[f] = of_body;
-  return body;
+/// The mass alone, as the cutter takes it.
+std::shared_ptr<const CellComplex> mass_of(ExactComplex complex, int rest) {
+  complex.remove_cell(rest);
+  for (auto& f : complex.faces()) f.mark = f.cell[1] >= 0 ? cutting::mark_division : cutting::mark_surface;
+  return std::make_shared<const ExactComplex>(std::move(complex));
 }
 
 }  // namespace
 
-TakenOut take_out(const TriangleSurface& ground, const TriangleSurface* slip, const Mesh* region, int bed) {
-  SurfaceMesh tool = slip != nullptr ? above_slip_surface(*slip, ground) : body_of(*region);
-  if (slip != nullptr && region != nullptr) {
-    SurfaceMesh second = body_of(*region), both;
-    divide(tool, second, both, nullptr);
-    tool = std::move(both);
-    if (tool.number_of_faces() == 0)
+TakenOut take_out(const TriangleSurface& ground, const TriangleSurface* slip, const Mesh* region, int bed,
+                  double least_volume) {
+  Box3 box;
+  if (region != nullptr) box = region->bounds();
+  if (slip != nullptr) {
+    Box3 below;
+    for (const Vec3& x : slip->vertices) below.extend(x);
+    constexpr double everywhere = std::numeric_limits<double>::infinity();
+    below.max().z() = everywhere;
+    box = region == nullptr ? below : box.intersection(below);
+    if (box.isEmpty())
       throw error("rock_mass.slip_surface", "", "nothing of the region lies above it",
                   "give region or box, and the slip surface, in scene coordinates");
   }
-  Box3 box;
-  for (const auto v : tool.vertices()) box.extend(place(tool, v));
-  const std::vector<int> near =
-      within(ground, {Eigen::Vector2d(box.min().head<2>()), Eigen::Vector2d(box.max().head<2>())});
+  const Eigen::AlignedBox2d plan(Eigen::Vector2d(box.min().head<2>()), Eigen::Vector2d(box.max().head<2>()));
+  std::vector<int> near = within(ground, plan);
   const auto nothing = [&] {
     return error("rock_mass",
-                 fmt::format("x {:.6g} to {:.6g}, y {:.6g} to {:.6g}, z {:.6g} to {:.6g}", box.min().x(),
-                             box.max().x(), box.min().y(), box.max().y(), box.min().z(), box.max().z()),
+                 fmt::format("x {:.6g} to {:.6g}, y {:.6g} to {:.6g}, from z = {:.6g}", box.min().x(),
+                             box.max().x(), box.min().y(), box.max().y(), box.min().z()),
                  "lies nowhere below the terrain, out of which it is to be cut",
                  "give it in scene coordinates: map coordinates less site.origin");
   };
   if (near.empty()) throw nothing();
   expect_facing_up(ground, near, "site.terrain", "the terrain");
-  double low = box.min().z();
+  // Without a slip surface the body reaches below all of the region.
+  TriangleSurface floor;
+  std::vector<int> lower = near;
+  Box3 of_ground;
   for (const int t : near)
     for (const int v : ground.triangles[static_cast<std::size_t>(t)])
-      low = std::min(low, ground.vertices[static_cast<std::size_t>(v)].z());
-  SurfaceMesh solid = down_to(ground, near, low - box.diagonal().norm(), "site.terrain"), mass, rest;
-  divide(solid, tool, mass, &rest);
-  if (mass.number_of_faces() == 0) throw nothing();
-
-  TakenOut out{.mass = mesh_of(mass), .ground = {}};
-  out.ground = ground;
-  out.ground.triangles.clear();
-  const auto material = [&](std::size_t t) {
-    return ground.material.empty() ? ground.default_material : ground.material[t];
-  };
-  out.ground.material.clear();
-  std::vector<char> replaced(ground.triangles.size(), 0);
-  for (const int t : near) replaced[static_cast<std::size_t>(t)] = 1;
-  for (std::size_t t = 0; t < ground.triangles.size(); ++t)
-    if (!replaced[t]) {
-      out.ground.triangles.push_back(ground.triangles[t]);
-      out.ground.material.push_back(material(t));
-    }
-  std::map<std::array<double, 3>, int> number;  // by place: what was there keeps its vertices
-  for (const int t : near)
-    for (const int v : ground.triangles[static_cast<std::size_t>(t)]) {
-      const Vec3& x = ground.vertices[static_cast<std::size_t>(v)];
-      number.try_emplace({x.x(), x.y(), x.z()}, v);
-    }
-  const auto origin = origins(rest);
-  for (const Face f : rest.faces()) {
-    if (origin[f] == of_walls) continue;
-    std::array<int, 3> t{};
-    std::size_t k = 0;
-    for (const auto v : rest.vertices_around_face(rest.halfedge(f))) {
-      const Vec3 x = place(rest, v);
-      const auto [at, added] =
-          number.try_emplace({x.x(), x.y(), x.z()}, static_cast<int>(out.ground.vertices.size()));
-      if (added) out.ground.vertices.push_back(x);
-      t[k++] = at->second;
-    }
-    out.ground.triangles.push_back(t);
-    out.ground.material.push_back(origin[f] == of_body ? bed : material(static_cast<std::size_t>(origin[f])));
+      of_ground.extend(ground.vertices[static_cast<std::size_t>(v)]);
+  if (slip != nullptr) {
+    lower = within(*slip, plan);
+    expect_facing_up(*slip, lower, "rock_mass.slip_surface", "the slip surface");
+    leave_out_what_stays(ground, near, *slip, lower);
+    if (near.empty()) throw nothing();
+  } else {
+    floor = ground;
+    const double low = std::min(of_ground.min().z(), box.min().z()) - box.diagonal().norm();
+    for (Vec3& x : floor.vertices) x.z() = low;
   }
-  ++out.ground.revision;
+  const double sliver = 1e-10 * of_ground.diagonal().norm();
+  Between b = between(ground, near, slip != nullptr ? *slip : floor, lower, sliver);
+  std::vector<int> mass = b.bodies;
+  if (region != nullptr && !mass.empty()) {
+    cutting::Parts parts =
+        cutting::divide_by(b.complex, mass, make_polyhedron(region->vertices, region->triangles));
+    for (const int c : parts.outside) b.complex.hand_over(c, b.rest);
+    mass = std::move(parts.inside);
+  }
+  TakenOut out;
+  const std::vector<int> left = pieces_to_leave(b.complex, mass, least_volume, out.warnings);
+  if (left.size() == mass.size()) throw nothing();
+  for (const int c : left) b.complex.hand_over(c, b.rest);
+  Remains(b.complex, b.rest, ground, near, bed, out);
+  out.mass = mass_of(std::move(b.complex), b.rest);
   return out;
 }
 

@@ -4,7 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <limits>
+#include <map>
 #include <memory>
+#include <set>
 
 #include "contact/detection/detect.hpp"
 #include "contact/geometry/plumb.hpp"
@@ -264,6 +268,81 @@ void refuse_lines_at_overhangs(const std::vector<Vec3>& vertices,
                            .remedy = "put the lines into the mesh itself, or leave site.breaklines out"});
 }
 
+using Triangles = std::vector<std::array<int, 3>>;
+
+/// A second surface whose vertices are put upon these in plan where they lie there but for round-off, as
+/// nodes of one grid in two files do.
+TriangleSurface aligned(TriangleSurface s, const std::vector<Vec3>& vertices) {
+  constexpr double round_off = 1e-10;  // of the size
+  Box3 box;
+  for (const Vec3& v : vertices) box.extend(v);
+  const double reach = round_off * box.diagonal().norm();
+  if (!(reach > 0)) return s;
+  using Square = std::pair<std::int64_t, std::int64_t>;
+  const auto square = [&](const Vec3& x) {
+    return Square(std::llround(x.x() / (4 * reach)), std::llround(x.y() / (4 * reach)));
+  };
+  std::map<Square, std::size_t> at;
+  for (std::size_t v = 0; v < vertices.size(); ++v) at.try_emplace(square(vertices[v]), v);
+  for (Vec3& x : s.vertices) {
+    const Square own = square(x);
+    for (int i = -1; i <= 1; ++i)
+      for (int j = -1; j <= 1; ++j)
+        if (const auto it = at.find({own.first + i, own.second + j}); it != at.end())
+          if (const Vec3& p = vertices[it->second]; (p - x).head<2>().norm() <= reach)
+            x.head<2>() = p.head<2>();
+  }
+  return s;
+}
+
+/// Heights of a second surface at these vertices, NaN where it has none [m]; nothing unless each of its
+/// triangles over them is one of theirs in plan, and the other way round.
+std::vector<double> heights_beside(const std::vector<Vec3>& vertices, const Triangles& triangles,
+                                   const TriangleSurface& beside) {
+  std::map<std::array<double, 2>, int> place;
+  for (std::size_t v = 0; v < vertices.size(); ++v)
+    if (!place.emplace(std::array{vertices[v].x(), vertices[v].y()}, static_cast<int>(v)).second) return {};
+  std::vector<double> z(vertices.size(), std::numeric_limits<double>::quiet_NaN());
+  std::vector<int> own(beside.vertices.size(), -1);
+  for (std::size_t v = 0; v < own.size(); ++v)
+    if (const auto it = place.find({beside.vertices[v].x(), beside.vertices[v].y()}); it != place.end()) {
+      own[v] = it->second;
+      z[static_cast<std::size_t>(it->second)] = beside.vertices[v].z();
+    }
+  std::set<std::array<int, 3>> in_common;
+  const auto sorted = [](std::array<int, 3> t) {
+    std::sort(t.begin(), t.end());
+    return t;
+  };
+  for (const auto& t : beside.triangles) {
+    const std::array corners{own[static_cast<std::size_t>(t[0])], own[static_cast<std::size_t>(t[1])],
+                             own[static_cast<std::size_t>(t[2])]};
+    if (std::none_of(corners.begin(), corners.end(), [](int v) { return v < 0; }))
+      in_common.insert(sorted(corners));
+  }
+  std::size_t found = 0;
+  for (const auto& t : triangles) {
+    const bool has_all =
+        std::none_of(t.begin(), t.end(), [&](int v) { return std::isnan(z[static_cast<std::size_t>(v)]); });
+    if (has_all != in_common.contains(sorted(t))) return {};
+    found += has_all;
+  }
+  return found == in_common.size() && found > 0 ? z : std::vector<double>{};
+}
+
+/// The second surface on what the triangles have become.
+TriangleSurface surface_beside(const std::vector<Vec3>& vertices, const Triangles& triangles,
+                               const std::vector<double>& z) {
+  TriangleSurface s;
+  s.vertices = vertices;
+  for (std::size_t v = 0; v < z.size(); ++v)
+    if (!std::isnan(z[v])) s.vertices[v].z() = z[v];
+  for (const auto& t : triangles)
+    if (std::none_of(t.begin(), t.end(), [&](int v) { return std::isnan(z[static_cast<std::size_t>(v)]); }))
+      s.triangles.push_back(t);
+  return s;
+}
+
 /// From faces that are oriented already: breaklines, crop, decimation, materials.
 Terrain assemble(std::vector<Vec3> vertices, std::vector<std::array<int, 3>> triangles,
                  const TerrainOptions& options, const std::string& name) {
@@ -312,8 +391,14 @@ Terrain assemble(std::vector<Vec3> vertices, std::vector<std::array<int, 3>> tri
                             .rule = "triangles of no area were left out",
                             .remedy = "none needed"});
   out.triangles_read = kept;
-  if (options.decimation_error > 0)
-    decimate(vertices, triangles, options.decimation_error, out.decimation_reached, fixed);
+  if (options.beside != nullptr) out.beside = aligned(*options.beside, vertices);
+  if (options.decimation_error > 0) {
+    const std::vector<double> z =
+        out.beside ? heights_beside(vertices, triangles, *out.beside) : std::vector<double>{};
+    decimate(vertices, triangles, options.decimation_error, out.decimation_reached, fixed, z);
+    if (!z.empty()) out.beside = surface_beside(vertices, triangles, z);
+  }
+  out.triangles_kept = triangles.size();
   if (options.widen > 0) widen(vertices, triangles, options.widen);
   // Vertices that no triangle uses any more would only slow the search down.
   std::vector<int> number(vertices.size(), -1);

@@ -10,6 +10,7 @@
 /// orientation (terrain_sheets.hpp).
 #pragma once
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -21,6 +22,8 @@
 #include "geometry/roughen.hpp"
 
 namespace talus::geometry {
+
+class CellComplex;
 
 struct TerrainOptions {
   bool two_sided = false;
@@ -45,6 +48,8 @@ struct TerrainOptions {
   /// Of mesh files: the name of the solid, group or file nearest to a place in scene coordinates; empty: no
   /// parts.
   std::function<const std::string&(const Vec3&)> part_at;
+  /// A second surface, which is decimated with the terrain where it has the same triangles in plan.
+  const TriangleSurface* beside = nullptr;
 };
 
 /// Where a grid has data; empty for meshes.
@@ -58,10 +63,12 @@ struct Terrain {
   TriangleSurface surface;
   std::string crs;  // of the file, if it names one
   GridHoles grid;
-  double decimation_reached = 0;   // bound of the decimated surface's vertical error [m]
-  std::size_t triangles_read = 0;  // before decimation
-  std::vector<Problem> warnings;   // holes, dropped triangles
-  std::optional<Mesh> taken_out;   // the rock mass whose place the surface leaves out
+  double decimation_reached = 0;                 // bound of the decimated surface's vertical error [m]
+  std::size_t triangles_read = 0;                // before decimation
+  std::size_t triangles_kept = 0;                // after it
+  std::vector<Problem> warnings;                 // holes, dropped triangles
+  std::optional<TriangleSurface> beside;         // the second surface, decimated with this one
+  std::shared_ptr<const CellComplex> taken_out;  // the rock mass whose place the surface leaves out
 
   /// True if (x, y) lies within the grid's limits but no triangle covers it.
   bool over_hole(double x, double y) const;
@@ -134,8 +141,11 @@ double highest_within(const TriangleSurface& surface, const Eigen::AlignedBox2d&
 /// Removes vertices while the surface stays within `error` [m] of the given one, measured vertically,
 /// everywhere. Border vertices stay, and those that `fixed` marks (empty: none), with the edges between them.
 /// `error_reached` is a bound of the largest difference of the result, at most `error`. Vertices of
-/// overhanging and upright faces stay, since a vertical error means nothing there.
+/// overhanging and upright faces stay, since a vertical error means nothing there. `beside`: heights of a
+/// second surface on the same triangles, NaN where it has none [m]; it stays within `error` too, and its
+/// border as it is.
 void decimate(std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& triangles, double error,
-              double& error_reached, const std::vector<char>& fixed = {});
+              double& error_reached, const std::vector<char>& fixed = {},
+              const std::vector<double>& beside = {});
 
 }  // namespace talus::geometry

@@ -96,6 +96,8 @@ std::string name_of(const Node& table) {
 std::string name_by_place(const std::string& list, std::size_t place) {
   return list == "block"       ? fmt::format("B{}", place + 1)
          : list == "structure" ? fmt::format("S{}", place + 1)
+         : list == "joint_set" ? fmt::format("J{}", place + 1)
+         : list == "joint"     ? fmt::format("K{}", place + 1)
                                : std::string();
 }
 

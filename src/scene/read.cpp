@@ -282,6 +282,17 @@ void leave_out(Node& root) {
     if (Node* areas = site->find("area")) std::erase_if(areas->items, off);
 }
 
+/// Takes out what the block of [impact] does not meet. A rock mass that is cut out of the terrain changes the
+/// ground that a viaduct stands on.
+void leave_out_beside_impact(Node& root) {
+  if (root.find("impact") == nullptr) return;
+  std::erase_if(root.entries, [](const Node::Entry& e) {
+    const Node& mass = e.value;
+    return e.key == "block" || e.key == "plane" ||
+           (e.key == "rock_mass" && !mass.find("slip_surface") && !mass.find("from_terrain"));
+  });
+}
+
 /// `known`: files whose hashes are known.
 Scene read_tree(Node root, const std::string& path, std::vector<Problem> problems,
                 const std::vector<std::pair<std::string, std::string>>* known, bool resolve) {
@@ -390,8 +401,11 @@ void sort_keys(Node& node) {
 
 }  // namespace
 
-Scene read_scene(const std::string& path, const Overrides& overrides) {
-  return read_scene_text(scene_text(path), path, overrides);
+Scene read_scene(const std::string& path, const Overrides& overrides, Purpose purpose) {
+  std::vector<Problem> problems;
+  Node root = parse_scene(scene_text(path), path, overrides, problems);
+  if (purpose == Purpose::impact) leave_out_beside_impact(root);
+  return read_tree(std::move(root), path, std::move(problems), nullptr, true);
 }
 
 Template::Template(const std::string& path, const Overrides& overrides) : path_(path) {

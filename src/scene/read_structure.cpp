@@ -582,6 +582,13 @@ void read_impact(Reading& in, const View& root) {
     const TrajectoryRow numbers{*view, *named, rows[row - 1],
                                 fmt::format("row {} (line {})", row, lines[row - 1])};
     const auto column = [&](const std::string& name) { return numbers.column(name); };
+    for (const char* name :
+         {"x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz", "qw", "qx", "qy", "qz", "mass", "volume"})
+      if (std::count(named->begin(), named->end(), name) > 1) {
+        view->problem("trajectories", fmt::format("the header of the file has two columns {}", name),
+                      "remove one of them");
+        return;
+      }
     impact.trajectory = fmt::format("{} of {}", numbers.name, path);
     std::string lacking;
     for (const char* name : {"x", "y", "z", "vx", "vy", "vz"})

@@ -295,7 +295,7 @@ std::string resolved_json(const Scene& scene) {
     one["name"] = m.name;
     if (m.density > 0) one["density"] = m.density;
     if (m.young > 0) one["young"] = m.young;
-    one["poisson"] = m.poisson;
+    if (m.young > 0 || m.f_cm > 0) one["poisson"] = m.poisson;  // a rigid material has no use for it
     if (m.f_cm > 0) one["f_cm"] = m.f_cm;
     if (m.tensile_strength > 0) one["tensile_strength"] = m.tensile_strength;
     if (m.fracture_energy > 0) one["fracture_energy"] = m.fracture_energy;

@@ -263,8 +263,12 @@ const Where* place_of(const Scene& scene, const std::string& key);
 /// `--set KEY=VALUE` of the command line.
 using Overrides = std::vector<std::pair<std::string, std::string>>;
 
+/// What a scene is read for. The blow of [impact] leaves out blocks, planes and a rock mass that stands by
+/// itself, and asks for nothing that they need.
+enum class Purpose { run, impact };
+
 /// Reads TOML (or scene.resolved.json) and validates everything at once. Throws InputError with all problems.
-Scene read_scene(const std::string& path, const Overrides& overrides = {});
+Scene read_scene(const std::string& path, const Overrides& overrides = {}, Purpose purpose = Purpose::run);
 /// A scene of which many others are made that differ in some of their keys. The file is parsed once; files
 /// that the first scene named are not hashed again.
 class Template {

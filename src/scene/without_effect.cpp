@@ -104,7 +104,15 @@ void warn_of_idle_materials(const Reading& in, const View& root, const Uses& use
     const auto known = in.material_index.find(view.text("name"));
     if (known == in.material_index.end()) continue;
     const Material& m = in.scene.materials[static_cast<std::size_t>(known->second)];
-    if (m.roughness && !uses.terrain(known->second))
+    const bool hollow = in.scene.rock_mass && in.scene.rock_mass->from_terrain &&
+                        in.scene.rock_mass->bed_material == known->second;
+    if (m.roughness && !uses.terrain(known->second) && hollow)
+      view.problem(
+          "roughness",
+          "has no effect: the hollow that the rock mass lies in keeps the shape of the slip surface, and "
+          "no other face of the terrain is of this material",
+          "put the roughness into the slip surface, or remove it", Problem::Severity::warning);
+    else if (m.roughness && !uses.terrain(known->second))
       view.problem(
           "roughness",
           "has no effect: only faces of a terrain get rougher, and none is of this material; planes, "

@@ -192,7 +192,9 @@ void Builder::add_rock_mass() {
   geometry::CutResult cut;
   try {
     if (!mass->blocks.empty()) return add_block_system(*mass);
-    cut = geometry::cut(cut_spec(*mass, terrain_.get()));
+    geometry::CutSpec spec = cut_spec(*mass, terrain_.get());
+    spec.report = world_->report;
+    cut = geometry::cut(spec);
   } catch (const InputError& e) {
     add_problems(e.problems());
     return;

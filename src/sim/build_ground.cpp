@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "contact/geometry/plumb.hpp"
+#include "geometry/mass_properties.hpp"
 #include "geometry/terrain_walls.hpp"
 
 namespace talus::sim {
@@ -16,7 +17,7 @@ void Builder::add_terrain() {
     return;
   }
   try {
-    if (auto loaded = load_ground(world_->scene))
+    if (auto loaded = load_ground(world_->scene, world_->report))
       terrain_ = std::make_shared<const geometry::Terrain>(std::move(*loaded));
   } catch (const InputError& e) {
     add_problems(e.problems());
@@ -25,9 +26,9 @@ void Builder::add_terrain() {
   if (!terrain_) return;
   for (const Problem& w : terrain_->warnings) world_->scene.warnings.push_back(w);
   if (terrain_->decimation_reached > 0)
-    world_->notes.push_back(fmt::format(
-        "Terrain: {} of {} triangles are kept, within {:.3g} m of the given height everywhere.",
-        terrain_->surface.triangles.size(), terrain_->triangles_read, terrain_->decimation_reached));
+    world_->notes.push_back(
+        fmt::format("Terrain: {} of {} triangles are kept, within {:.3g} m of the given height everywhere.",
+                    terrain_->triangles_kept, terrain_->triangles_read, terrain_->decimation_reached));
 }
 
 namespace {
@@ -145,16 +146,19 @@ void Builder::check_buried_mass() {
   std::size_t deepest = 0;
   double most = 0;
   for (std::size_t i = single_blocks_; i < model_.blocks.size(); ++i) {
-    const contact::Plumb plumb = contact::plumb_at(*env_.terrain, state_.blocks.c[i]);
+    // Of a block that is not convex the centroid may lie beside it, in the ground that it embraces.
+    const Vec3 at = state_.blocks.c[i] + dda::pose(state_.blocks, static_cast<int>(i)).F *
+                                             geometry::place_within(*model_.blocks[i].shape);
+    const contact::Plumb plumb = contact::plumb_at(*env_.terrain, at);
     if (!plumb.solid) continue;
-    const double depth = plumb.above - state_.blocks.c[i].z();
+    const double depth = plumb.above - at.z();
     if (buried++ == 0 || depth > most) most = depth, deepest = i;
   }
   if (buried == 0) return;
   const bool cut = world_->scene.rock_mass && world_->scene.rock_mass->blocks.empty();
   problem(
       "rock_mass", "",
-      fmt::format("{} of its blocks lie in the ground, {} the deepest, with its centroid {:.6g} m below "
+      fmt::format("{} of its blocks lie in the ground, {} the deepest, with its middle {:.6g} m below "
                   "the terrain",
                   buried, model_.blocks[deepest].name, most),
       cut ? "from_terrain = true cuts the region out of the terrain; else end it at the ground"

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <utility>
 
 #include "contact/geometry/plumb.hpp"
 #include "geometry/cut.hpp"
@@ -45,53 +46,93 @@ double highest_ground(const geometry::Terrain* terrain, const std::vector<Plane>
 
 namespace {
 
-geometry::Terrain load_site(const std::optional<scene::Site>& site) {
+std::vector<geometry::Roughness> roughness_of(const scene::Site& site) {
+  std::vector<geometry::Roughness> out;
+  for (const auto& r : site.roughness)
+    out.push_back({r.material, r.surface.amplitude, r.surface.length, r.surface.seed});
+  return out;
+}
+
+/// `slip`: the surface that a rock mass is to be cut out along.
+geometry::Terrain load_site(const scene::Site& site, const TriangleSurface* slip, bool rough) {
   geometry::TerrainOptions o;
-  o.two_sided = site->two_sided;
-  o.default_material = site->material;
-  o.origin = site->origin;
-  o.crop = site->crop;
-  o.decimation_error = site->decimation_error;
-  o.widen = site->widen;
-  o.crs = site->crs;
-  o.breaklines = site->breaklines;
-  for (const auto& a : site->material_areas)
+  o.two_sided = site.two_sided;
+  o.default_material = site.material;
+  o.origin = site.origin;
+  o.crop = site.crop;
+  o.decimation_error = site.decimation_error;
+  o.widen = site.widen;
+  o.crs = site.crs;
+  o.breaklines = site.breaklines;
+  for (const auto& a : site.material_areas)
     o.material_areas.push_back({a.polygon_file, a.raster_file, a.value, a.material, a.part, a.mesh_file});
-  o.up = site->up;
-  for (const auto& r : site->roughness)
-    o.roughness.push_back({r.material, r.surface.amplitude, r.surface.length, r.surface.seed});
-  if (site->faces.empty()) return geometry::load_terrain(site->terrain, o);
+  o.up = site.up;
+  o.beside = slip;
+  if (rough) o.roughness = roughness_of(site);
+  if (site.faces.empty()) return geometry::load_terrain(site.terrain, o);
   std::vector<geometry::SlopeFace> faces;
-  for (const auto& f : site->faces) faces.push_back({f.dip, f.length});
-  TriangleSurface slope = geometry::slope_from_faces(site->crest, site->dip_direction, faces, site->width);
+  for (const auto& f : site.faces) faces.push_back({f.dip, f.length});
+  TriangleSurface slope = geometry::slope_from_faces(site.crest, site.dip_direction, faces, site.width);
   return geometry::make_terrain(std::move(slope.vertices), std::move(slope.triangles), o, "site.face");
 }
 
-/// Takes the rock mass out of the ground.
-void take_out(geometry::Terrain& terrain, const scene::RockMass& mass, const scene::Site& site) {
+/// Roughness of the ground beside a hollow, which keeps the shape of what was taken out.
+void roughen_beside(TriangleSurface& ground, const std::vector<char>& hollow, const scene::Site& site) {
+  if (site.roughness.empty()) return;
+  int aside = ground.default_material;
+  for (const int m : ground.material) aside = std::max(aside, m);
+  for (const auto& r : site.roughness) aside = std::max(aside, r.material);
+  ++aside;
+  int bed = aside;
+  for (std::size_t t = 0; t < hollow.size(); ++t)
+    if (hollow[t] != 0) bed = std::exchange(ground.material[t], aside);
+  geometry::roughen(ground, roughness_of(site), site.origin);
+  std::replace(ground.material.begin(), ground.material.end(), aside, bed);
+}
+
+/// The terrain without the rock mass.
+geometry::Terrain load_without(const scene::RockMass& mass, const scene::Site& site,
+                               const std::function<void(const std::string&)>& report) {
   std::optional<TriangleSurface> slip;
+  std::string slip_crs;
   std::optional<geometry::Mesh> region;
   if (!mass.slip_surface.empty()) {
     geometry::TerrainOptions o;
     o.origin = site.origin;
-    o.crs = site.crs.empty() ? terrain.crs : site.crs;
+    o.crs = site.crs;
     o.up = site.up;
-    slip = geometry::load_terrain(mass.slip_surface, o).surface;
+    geometry::Terrain loaded = geometry::load_terrain(mass.slip_surface, o);
+    slip = std::move(loaded.surface);
+    slip_crs = std::move(loaded.crs);
   }
   if (mass.box || !mass.region.empty()) region = geometry::region_mesh(mass.region, mass.box);
-  geometry::TakenOut out = geometry::take_out(terrain.surface, slip ? &*slip : nullptr,
-                                              region ? &*region : nullptr, mass.bed_material);
+  // Decimated together, slip surface and terrain go on coinciding where they do. The mass lies between the
+  // surfaces as they are given; what stays is roughened.
+  geometry::Terrain terrain = load_site(site, slip ? &*slip : nullptr, false);
+  geometry::expect_same_crs(terrain.crs, slip_crs, mass.slip_surface, "rock_mass.slip_surface");
+  if (terrain.beside) slip = std::move(terrain.beside);
+  terrain.beside.reset();
+  if (report)
+    report(fmt::format("progress: rock mass: taking it out of a terrain of {} triangles",
+                       terrain.surface.triangles.size()));
+  geometry::TakenOut out =
+      geometry::take_out(terrain.surface, slip ? &*slip : nullptr, region ? &*region : nullptr,
+                         mass.bed_material, mass.least_volume);
+  roughen_beside(out.ground, out.hollow, site);
+  terrain.warnings.insert(terrain.warnings.end(), out.warnings.begin(), out.warnings.end());
   terrain.surface = std::move(out.ground);
   terrain.taken_out = std::move(out.mass);
+  return terrain;
 }
 
 }  // namespace
 
-std::optional<geometry::Terrain> load_ground(const scene::Scene& scene) {
+std::optional<geometry::Terrain> load_ground(const scene::Scene& scene,
+                                             const std::function<void(const std::string&)>& report) {
   if (!scene.site || !scene.site->given()) return std::nullopt;
-  geometry::Terrain terrain = load_site(scene.site);
-  if (scene.rock_mass && scene.rock_mass->from_terrain) take_out(terrain, *scene.rock_mass, *scene.site);
-  return terrain;
+  if (scene.rock_mass && scene.rock_mass->from_terrain)
+    return load_without(*scene.rock_mass, *scene.site, report);
+  return load_site(*scene.site, nullptr, true);
 }
 
 std::vector<std::pair<Vec3, Mat3>> release_places(const scene::Release& release, const Polyhedron& body,

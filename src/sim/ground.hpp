@@ -12,8 +12,9 @@
 namespace talus::sim {
 
 /// The terrain, without the rock mass that is cut out of it. Nothing if the scene has no terrain. Throws
-/// InputError.
-std::optional<geometry::Terrain> load_ground(const scene::Scene& scene);
+/// InputError. `report`: gets "progress: ..." of what takes longer.
+std::optional<geometry::Terrain> load_ground(const scene::Scene& scene,
+                                             const std::function<void(const std::string&)>& report = {});
 
 /// Places found so far, so that later blocks keep clear of earlier ones: centroid and radius.
 using Occupied = std::vector<std::pair<Vec3, double>>;

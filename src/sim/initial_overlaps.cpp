@@ -2,13 +2,13 @@
 // structure in a block.
 #include <algorithm>
 #include <cmath>
-#include <set>
 
 #include <fmt/format.h>
 
 #include "coupling/touch/touch.hpp"
 #include "geometry/cut.hpp"
 #include "geometry/free_path.hpp"
+#include "sim/rock_mass.hpp"
 #include "sim/world.hpp"
 
 namespace talus::sim {
@@ -39,13 +39,6 @@ double displaced(const World& world, int structure, int triangle) {
 double raise_of(const coupling::Touch& t) {
   constexpr double steepest = 0.05;  // n_z: along a face steeper than that a block is moved aside
   return t.at.normal.z() > steepest ? (t.offset - t.at.gap) / t.at.normal.z() : 0.0;
-}
-
-/// True if the rock mass's blocks are called so.
-bool cut_from_mass(const scene::Scene& scene, const std::string& name) {
-  if (!scene.rock_mass || !scene.rock_mass->blocks.empty()) return false;
-  const std::string& prefix = scene.rock_mass->block_prefix;
-  return name.starts_with(prefix) && name.find_first_not_of("0123456789", prefix.size()) == std::string::npos;
 }
 
 /// Blocks cut from the rock mass that reach into the ground: one fault of its region, not one of each.
@@ -116,8 +109,6 @@ std::vector<Problem> initial_overlaps(World& world, const coupling::KnownPairs& 
   const bool offsets =
       world.scene.simulation.method == scene::Simulation::Method::talus;  // the other keeps none
   std::vector<MovedInto> moved_into(env.structures.size());
-  std::set<std::string> single;  // blocks of [[block]]
-  for (const scene::Block& b : world.scene.blocks) single.insert(b.name);
   Buried buried;
   std::vector<coupling::Touch> touches;
   for (const coupling::CandidatePair& c : candidates) {
@@ -127,7 +118,7 @@ std::vector<Problem> initial_overlaps(World& world, const coupling::KnownPairs& 
     double deepest = 0, raise = 0;
     Vec3 where = Vec3::Zero(), away = Vec3::Zero();
     const dda::Model::Block& b = model.blocks[static_cast<std::size_t>(c.b)];
-    const bool of_mass = !single.contains(b.name) && cut_from_mass(world.scene, b.name);
+    const bool of_mass = is_cut_from_mass(world.scene, b.name);
     // Faces of a block cut out of the terrain are the terrain's own, but for what makes a plane of several.
     const bool in_hollow =
         c.a.kind == Kind::terrain && world.scene.rock_mass && world.scene.rock_mass->from_terrain && of_mass;

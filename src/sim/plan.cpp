@@ -11,6 +11,7 @@
 #include "coupling/touch/touch_spring.hpp"
 #include "sim/fineness.hpp"
 #include "sim/ground.hpp"
+#include "sim/rock_mass.hpp"
 #include "sim/simulation.hpp"
 #include "sim/world.hpp"
 
@@ -187,14 +188,19 @@ std::string dip_line(const World& w) {
 }
 
 /// How high the blocks start above the ground: least plumb height of their corners. Empty where there is no
-/// ground below.
+/// ground below. Blocks of a rock mass that lies in its hollow have walls above their lowest corner.
 std::string start_line(const World& w) {
   const coupling::Environment& env = w.system->environment();
   const dda::Model& model = w.system->model();
   Span start;
+  int in_hollow = 0;
   for (int i = 0; i < static_cast<int>(model.blocks.size()); ++i) {
     const dda::Model::Block& block = model.blocks[static_cast<std::size_t>(w.placed(i))];
     if (block.fixed) continue;
+    if (w.scene.rock_mass && w.scene.rock_mass->from_terrain && is_cut_from_mass(w.scene, block.name)) {
+      ++in_hollow;
+      continue;
+    }
     const Pose pose = w.pose(i);
     double height = std::numeric_limits<double>::infinity();
     for (const Vec3& corner : block.shape->vertices) {
@@ -205,9 +211,12 @@ std::string start_line(const World& w) {
     }
     if (std::isfinite(height)) start.add(height);
   }
-  if (!(start.least <= start.most)) return "";
-  return fmt::format("Start: {} m above the ground, vertically below the lowest corner.{}",
-                     start.text(3, 1e-6), dip_line(w));
+  const std::string hollow = in_hollow > 0 ? fmt::format("{} block{} of the rock mass in their hollow",
+                                                         in_hollow, in_hollow > 1 ? "s" : "")
+                                           : std::string();
+  if (!(start.least <= start.most)) return hollow.empty() ? "" : "Start: " + hollow + "." + dip_line(w);
+  return fmt::format("Start: {} m above the ground, vertically below the lowest corner{}.{}",
+                     start.text(3, 1e-6), hollow.empty() ? "" : "; " + hollow, dip_line(w));
 }
 
 std::string mass_text(double mass) {

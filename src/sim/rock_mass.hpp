@@ -1,5 +1,8 @@
 /// The scene's rock mass as the cutter takes it.
 #pragma once
+#include <algorithm>
+#include <string>
+
 #include "geometry/cut.hpp"
 #include "geometry/terrain.hpp"
 #include "scene/scene.hpp"
@@ -10,7 +13,7 @@ namespace talus::sim {
 inline geometry::CutSpec cut_spec(const scene::RockMass& mass, const geometry::Terrain* terrain) {
   geometry::CutSpec spec;
   if (mass.from_terrain && terrain != nullptr) {
-    spec.mesh = terrain->taken_out;
+    spec.mass = terrain->taken_out;
   } else {
     spec.region = mass.region;
     spec.box = mass.box;
@@ -45,6 +48,16 @@ inline geometry::CutSpec cut_spec(const scene::RockMass& mass, const geometry::T
     spec.joints.push_back(std::move(s));
   }
   return spec;
+}
+
+/// True if the block is one that was cut from the rock mass, by its name.
+inline bool is_cut_from_mass(const scene::Scene& scene, const std::string& name) {
+  if (!scene.rock_mass || !scene.rock_mass->blocks.empty()) return false;
+  const std::string& prefix = scene.rock_mass->block_prefix;
+  return name.starts_with(prefix) &&
+         name.find_first_not_of("0123456789", prefix.size()) == std::string::npos &&
+         std::none_of(scene.blocks.begin(), scene.blocks.end(),
+                      [&](const scene::Block& b) { return b.name == name; });
 }
 
 }  // namespace talus::sim

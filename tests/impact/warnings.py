@@ -83,6 +83,22 @@ def expect(what, got, code, *parts, absent=()):
         print(f"{what}: exit code {got[0]}, expected {code}; lacks {wrong}:\n{text}")
 
 
+# talus impact takes the terrain that a viaduct stands on without the hollow of a rock mass.
+hollow = """[rock_mass]
+from_terrain = true
+box = { min = [70, 60, 0], max = [80, 70, 40] }
+material = "rock"
+[impact]
+material = "rock"
+shape = "sphere"
+diameter = 1
+velocity = [10, 0, 0]
+point = [20, 50, 20]
+"""
+(out / "scene.toml").write_text(base + viaduct % ("0", "2") + 'deck_level = "40 m"\n' + hollow)
+done = subprocess.run([talus, "impact", "scene.toml", "-o", "hollow"], cwd=out, capture_output=True, text=True, timeout=120)
+expect("a hollow under a viaduct", (done.returncode, done.stdout, done.stderr), 2, "rock_mass", "without the hollow")
+
 # Ground under the column at x = 20: z = 6 in the middle, 6.25 on the high side, 5.75 on the low one.
 expect("column on its ground", check(base + column % ("6", "1 m")), 0, "No problems found")
 expect("column in the air", check(base + column % ("20.25", "1 m")), 0, "hangs 14 m above the ground under it (z = 6.25)", "1 warning")

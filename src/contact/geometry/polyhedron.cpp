@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <set>
 
 #include "contact/tolerances.hpp"
 #include "core/reject.hpp"
@@ -269,28 +270,28 @@ class Builder {
     loops_.push_back(std::move(loop));
   }
 
-  /// A simple disc of triangles of the seed's group that no face has yet.
+  /// A simple disc of triangles of the seed's group that no face has yet. It stays one by a triangle at one
+  /// of its sides whose third corner is new to it, and by one at two of its sides; one at three would close
+  /// it.
   void grow_disc(int seed) {
     auto& region = p_.triangle_face;
     const int face = static_cast<int>(loops_.size());
     std::vector<int> grown{seed};
+    std::set<int> corners(T[seed].begin(), T[seed].end());
     region[seed] = face;
-    std::vector<int> loop = simple_loop(grown, region, face, T, he_);
     for (std::size_t i = 0; i < grown.size(); ++i)
       for (int k = 0; k < 3; ++k) {
         const int t = he_.twin[3 * grown[i] + k] / 3;
         if (group_[t] != group_[seed] || region[t] >= 0) continue;
+        int sides = 0, third = 0;
+        for (int c = 0; c < 3; ++c)
+          if (region[he_.twin[3 * t + c] / 3] == face) ++sides, third = T[t][(c + 2) % 3];
+        if (sides == 3 || (sides == 1 && corners.contains(third))) continue;
         region[t] = face;
         grown.push_back(t);
-        auto trial = simple_loop(grown, region, face, T, he_);
-        if (trial.empty()) {
-          region[t] = -1;
-          grown.pop_back();
-        } else {
-          loop = std::move(trial);
-        }
+        corners.insert(third);
       }
-    add_face(grown, std::move(loop));
+    add_face(grown, simple_loop(grown, region, face, T, he_));
   }
 
   /// Faces as loops of vertices and edges; edges between groups alone.

@@ -62,6 +62,12 @@ CoupledRuns::CoupledRuns(const FragilityRequest& request, Ensemble& ensemble, in
 scene::Scene CoupledRuns::scene_of(const Task& t, double back) {
   const Event& e = *t.event;
   scene::Scene s = ensemble_.coupled_scene(e.member);
+  if (s.rock_mass && s.rock_mass->from_terrain)
+    throw io::bad_file(
+        s.file, "rock_mass",
+        "is cut out of the terrain; talus fragility takes single blocks on the terrain as it is, "
+        "without the hollow",
+        "leave rock_mass out, or give the terrain with its hollow as site.terrain");
   const auto world = ensemble_.simulation(e.member);
   const std::string name = world->header().blocks.at(static_cast<std::size_t>(e.hit.block)).name;
   const auto block = std::find_if(s.blocks.begin(), s.blocks.end(), [&](const scene::Block& b) {

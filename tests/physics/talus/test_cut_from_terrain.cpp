@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "sim/simulation.hpp"
 #include "verify/measures.hpp"
 #include "verify/scene_text.hpp"
 
@@ -113,6 +114,15 @@ TEST_F(CutFromTerrain, AMassInTheGroundIsOneFault) {
   }
 }
 
+TEST_F(CutFromTerrain, ThePlanSaysThatTheyLieInTheirHollow) {
+  const sim::Simulation simulation(scene::read_scene_text(scene(0.5, 1, joints), "scene.toml"));
+  std::string start;
+  for (const std::string& line : simulation.plan())
+    if (line.find("Start:") != std::string::npos) start = line;
+  EXPECT_NE(start.find("blocks of the rock mass in their hollow"), std::string::npos) << start;
+  EXPECT_EQ(start.find("m above the ground"), std::string::npos) << start;
+}
+
 TEST_F(CutFromTerrain, BlocksThatFrictionHoldsStayInTheirPlaces) {
   const Outcome o = run_scene(scene(std::tan(30 * degree), 2, joints));
   ASSERT_TRUE(o.ok()) << o.result.message;
@@ -120,6 +130,69 @@ TEST_F(CutFromTerrain, BlocksThatFrictionHoldsStayInTheirPlaces) {
   for (std::size_t i = 0; i < o.last().position.size(); ++i)
     EXPECT_LE((o.last().position[i] - o.rows.front().position[i]).norm(), 1e-6) << i;
 }
+
+/// A rough slope of 1 m squares as an ESRI grid, and a slip surface that is it but for a spoon of 2 m.
+class NaturalTerrain : public ::testing::TestWithParam<const char*> {
+ protected:
+  void SetUp() override {
+    static int count = 0;
+    directory_ =
+        std::filesystem::temp_directory_path() / fmt::format("talus-natural-{}-{}", getpid(), count++);
+    std::filesystem::create_directories(directory_);
+    std::ofstream dem(directory_ / "dem.asc"), slip(directory_ / "slip.asc");
+    constexpr int n = 25;
+    std::uint32_t state = 7;
+    for (std::ofstream* out : {&dem, &slip})
+      *out << "ncols 25\nnrows 25\nxllcenter 0\nyllcenter 0\ncellsize 1\n";
+    for (int j = n - 1; j >= 0; --j, dem << "\n", slip << "\n")
+      for (int i = 0; i < n; ++i) {
+        state = state * 1664525u + 1013904223u;
+        const double z = std::round(100 * (50 - 0.6 * i + std::sin(j / 4.0) + 4e-10 * state)) / 100;
+        const double r_sq = ((i - 12.0) * (i - 12) + (j - 11.0) * (j - 11)) / 64;
+        dem << fmt::format("{:.2f} ", z);
+        slip << fmt::format("{:.2f} ", r_sq < 1 ? z - 2 * (1 - r_sq) : z);
+      }
+  }
+  void TearDown() override { std::filesystem::remove_all(directory_); }
+  std::filesystem::path directory_;
+};
+
+TEST_P(NaturalTerrain, BlocksLieInTheirHollow) {
+  const Outcome o = run_scene(fmt::format(R"(schema = 1
+[simulation]
+duration = 1
+[site]
+terrain = "{0}/dem.asc"
+material = "slope"
+{1}
+[[material]]
+name = "rock"
+density = 2600
+[[material]]
+name = "slope"
+[[interface]]
+between = ["rock", "*"]
+friction = "45 deg"
+normal_stiffness = "hard"
+[rock_mass]
+slip_surface = "{0}/slip.asc"
+material = "rock"
+least_volume = 0.1
+[[rock_mass.joint_set]]
+orientation = "90/85"
+spacing = 4
+[[rock_mass.joint_set]]
+orientation = "200/70"
+spacing = 5
+)",
+                                          directory_.string(), GetParam()));
+  ASSERT_TRUE(o.ok()) << o.result.message;
+  ASSERT_GE(o.last().position.size(), 8u);
+  for (std::size_t i = 0; i < o.last().position.size(); ++i)
+    EXPECT_LE((o.last().position[i] - o.rows.front().position[i]).norm(), 1e-6) << i;
+}
+
+INSTANTIATE_TEST_SUITE_P(AsItIsAndThinnedOut, NaturalTerrain, ::testing::Values("", "decimation = 0.2"));
 
 }  // namespace
 }  // namespace talus::verify

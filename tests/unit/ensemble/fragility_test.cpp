@@ -323,6 +323,34 @@ TEST(Fragility, WhatCannotBeIsSaid) {
   EXPECT_NE(message(wrong).find("name one of: pier"), std::string::npos);
 }
 
+TEST(Fragility, AHollowThatRunsWouldLeaveOutIsSaid) {
+  const Place place;
+  std::string text = struck;
+  text.replace(text.find("members = 72"), 12, "members = 9");
+  text += R"([site]
+material = "ground"
+crest = [500.0, 0.0, 30.0]
+dip_direction = "90 deg"
+width = "30 m"
+face = [{ dip = "40 deg", length = "30 m" }]
+[rock_mass]
+from_terrain = true
+box = { min = [505.0, -3.0, 20.0], max = [510.0, 3.0, 40.0] }
+material = "rock"
+)";
+  const fs::path out = place.path() / "out";
+  run_ensemble(place.put("scene.toml", text), out);
+  FragilityRequest request = request_of(out, 1);
+  request.runs = 2;
+  std::string said;
+  request.tell = [&](const std::string& line) { said += line + "\n"; };
+  try {
+    write_fragility(request);
+  } catch (const InputError& error) { said += error.what(); }
+  EXPECT_NE((said + text_of(out / "fragility.json")).find("is cut out of the terrain"), std::string::npos)
+      << said;
+}
+
 TEST(Fragility, WhatIsAboutToBeComputedIsSaid) {
   const Place place;
   std::string elastic = struck;

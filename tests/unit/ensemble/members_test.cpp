@@ -96,6 +96,23 @@ long run(Ensemble& ensemble, const fs::path& directory, int threads, int rank = 
   return run_members(ensemble, r);
 }
 
+TEST(Members, AnEnsembleGoesOnInAnotherDirectory) {
+  std::string identity;
+  for (const char* name : {"here", "there"}) {
+    const Place place;
+    const fs::path directory = place.path() / name;
+    fs::create_directories(directory);
+    std::ofstream(directory / "road.geojson")
+        << R"({"type": "FeatureCollection", "features": [{"type": "Feature", "properties": {}, "geometry":
+            {"type": "LineString", "coordinates": [[-5, -2], [5, -2]]}}]})";
+    std::ofstream(directory / "scene.toml")
+        << changed(tilted(), "points = [[-5.0, -2.0], [5.0, -2.0]]", "file = \"road.geojson\"");
+    const Ensemble ensemble((directory / "scene.toml").string(), {});
+    if (!identity.empty()) { EXPECT_EQ(ensemble.identity(), identity); }
+    identity = ensemble.identity();
+  }
+}
+
 // m v^2 / 2 = m g s (sin a - mu cos a) with s cos a the way in plan: exact for a block that slides without
 // turning.
 TEST(Members, EnergyAtALineOfASlidingBlock) {
@@ -135,7 +152,7 @@ TEST(Members, EnergyAtALineOfASlidingBlock) {
   EXPECT_EQ(summary.lines[0].crossings, 24);
   EXPECT_EQ(summary.done, 24);
   io::Hdf5File file = io::Hdf5File::open(place.path() / "out" / "ensemble.h5");
-  EXPECT_EQ(file.read<double>("/members/varied/interface.rock/ground.friction").values.size(), 24u);
+  EXPECT_EQ(file.read<double>("/members/varied/interface.rock|ground.friction").values.size(), 24u);
   EXPECT_EQ(file.dims("/lines/road/velocity"), (io::Dims{24, 3}));
   EXPECT_EQ(file.dims("/members/end_position"), (io::Dims{24, 1, 3}));
 }

@@ -292,6 +292,10 @@ const Broken list[] = {
      "1\n[output]",
      "impact.trajectories", "velocity in this row must not be zero"},
     {"[output]",
+     "[impact]\nmaterial = \"rock\"\nshape = \"sphere\"\ndiameter = 1\ntrajectories = "
+     "\"twice.csv\"\n[output]",
+     "impact.trajectories", "has two columns vx"},
+    {"[output]",
      "[impact]\nmaterial = \"rock\"\nshape = \"sphere\"\ndiameter = 1\ntrajectories = \"half.csv\"\n[output]",
      "impact.trajectories", "some of wx, wy, wz but not all"},
     {"[output]",

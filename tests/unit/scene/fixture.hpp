@@ -26,6 +26,7 @@ class Place {
     put("bars.csv", "x,y,z\n");
     put("law.csv", "indentation,force\n0,0\n0.01,1e6\n0.02,1.5e6\n");
     put("turning.csv", "x,y,z,vx,vy,vz,mass,wx,wy,wz,qw,qx,qy,qz\n0,0,5,10,0,-1,2500,1,2,3,3,0,0,4\n");
+    put("twice.csv", "x,y,z,vx,vy,vx,vz,mass\n0,0,5,10,0,20,-1,2500\n");
     put("half.csv", "x,y,z,vx,vy,vz,mass,wx\n0,0,5,10,0,-1,2500,1\n");
     put("paths.csv", "x,y,z,vx,vy,vz,mass\n0,0,5,10,0,-1,2500\n0,1,5,12,0,-2,3000\n");
     // As talus convert writes histories.
