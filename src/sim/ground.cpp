@@ -90,6 +90,15 @@ void roughen_beside(TriangleSurface& ground, const std::vector<char>& hollow, co
   std::replace(ground.material.begin(), ground.material.end(), aside, bed);
 }
 
+/// The sides of a box are where the modeller cuts, no joints: its hollow is wider by a hair. What fills the
+/// space between two walls to the last digit can press on them as hard as it likes, and friction that nothing
+/// asks for would hold it (docs/theory/contact.md, Limits).
+Box3 with_play(const Box3& box) {
+  static const double part = getenv("PLAY") ? atof(getenv("PLAY")) : 1e-5;  // of its size in plan
+  const Vec3 play = part * box.sizes().head<2>().norm() * Vec3(1, 1, 0);
+  return {box.min() - play, box.max() + play};
+}
+
 /// The terrain without the rock mass.
 geometry::Terrain load_without(const scene::RockMass& mass, const scene::Site& site,
                                const std::function<void(const std::string&)>& report) {
@@ -118,6 +127,13 @@ geometry::Terrain load_without(const scene::RockMass& mass, const scene::Site& s
   geometry::TakenOut out =
       geometry::take_out(terrain.surface, slip ? &*slip : nullptr, region ? &*region : nullptr,
                          mass.bed_material, mass.least_volume);
+  if (mass.box) {
+    const geometry::Mesh around = geometry::region_mesh({}, with_play(*mass.box));
+    geometry::TakenOut hollow = geometry::take_out(terrain.surface, slip ? &*slip : nullptr, &around,
+                                                   mass.bed_material, mass.least_volume);
+    out.ground = std::move(hollow.ground);
+    out.hollow = std::move(hollow.hollow);
+  }
   roughen_beside(out.ground, out.hollow, site);
   terrain.warnings.insert(terrain.warnings.end(), out.warnings.begin(), out.warnings.end());
   terrain.surface = std::move(out.ground);
