@@ -208,9 +208,8 @@ std::vector<ProbePoint> find_probes(const StructureSpec& spec, const HexMesh& me
     double best = INFINITY;
     ProbePoint point{};
     for (int cell = 0; cell < static_cast<int>(mesh.hexes.size()); ++cell) {
-      Vec3 centre = Vec3::Zero();
+      const Vec3 centre = cell_centre(mesh, cell);
       double reach = 0;
-      for (int n : mesh.hexes[cell]) centre += mesh.nodes[n] / 8;
       for (int n : mesh.hexes[cell]) reach = std::max(reach, (mesh.nodes[n] - centre).norm());
       if ((given.at - centre).norm() > 1.5 * reach) continue;
       Vec3 xi = Vec3::Zero();

@@ -17,10 +17,8 @@ namespace talus::fem {
 namespace {
 
 // Measured on viaducts and boxes of 2,000 to 260,000 cells, rounded up [bytes].
-constexpr double bytes_of_cell = 2400,
-                 bytes_of_damaged_cell = 6000;  // triangulation, then kernels and fields; with its history
-constexpr double bytes_by_multigrid = 1500;     // of a cell, while the whole is solved for
-constexpr double bytes_by_factor = 20000;       // of a cell up to largest_factored_system degrees of freedom
+constexpr double bytes_by_multigrid = 1500;  // of a cell, while the whole is solved for
+constexpr double bytes_by_factor = 20000;    // of a cell up to largest_factored_system degrees of freedom
 constexpr double seconds_by_multigrid = 1e-4,
                  seconds_by_factor = 2e-4;  // of CPU, of a cell, for each solution that is asked for
 constexpr double dofs_of_cell = 4.8;        // of thin-walled sections; a solid has some 3.3
@@ -61,6 +59,9 @@ void check_law(const StructureSpec& spec) {
 
 }  // namespace
 
+/// Triangulation, then kernels and fields; with damage its history.
+double bytes_of_cell(const StructureSpec& spec) { return spec.damage == "none" ? 2400 : 6000; }
+
 StructurePlan plan_of(const StructureSpec& spec, const Vec3& gravity) {
   StructurePlan plan;
   check_law(spec);
@@ -80,7 +81,7 @@ StructurePlan plan_of(const StructureSpec& spec, const Vec3& gravity) {
   if (held && spec.gravity_preload && !gravity.isZero(0))
     solved += solved.empty() ? "the permanent load" : " and the permanent load", solutions += 2;
   const bool multigrid = dofs_of_cell * plan.cells > largest_factored_system;
-  plan.memory = plan.cells * (spec.damage == "none" ? bytes_of_cell : bytes_of_damaged_cell);
+  plan.memory = plan.cells * bytes_of_cell(spec);
   if (solutions > 0) plan.memory += plan.cells * (multigrid ? bytes_by_multigrid : bytes_by_factor);
   const double seconds =
       plan.cells * (2e-5 + solutions * (multigrid ? seconds_by_multigrid : seconds_by_factor));

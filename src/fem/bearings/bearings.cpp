@@ -40,11 +40,8 @@ Bearings::Foot Bearings::Cap::foot(const HexMesh& mesh, const Vec3& place) const
   foot.cell = cell[static_cast<std::size_t>(host->cell)];
   foot.node = hexes[static_cast<std::size_t>(host->cell)];
   foot.weight = shape_values(host->xi);
-  Mat3 jacobian = Mat3::Zero();
   const std::array<Vec3, 8> reference = shape_gradients(host->xi);
-  for (std::size_t a = 0; a < 8; ++a)
-    jacobian += mesh.local[static_cast<std::size_t>(foot.node[a])] * reference[a].transpose();
-  const Mat3 inverse = jacobian.inverse();
+  const Mat3 inverse = TrilinearMap(mesh.local, foot.node).jacobian(host->xi).inverse();
   for (int k = 0; k < 2; ++k)
     for (std::size_t a = 0; a < 8; ++a)
       foot.gradient[static_cast<std::size_t>(k)][a] =
@@ -59,11 +56,8 @@ Bearings::Bearings(const StructureSpec& spec, const HexMesh& mesh, const Viaduct
   std::vector<int> cell_of(mesh.nodes.size(), -1), part_of(mesh.nodes.size(), -1);
   for (int cell = static_cast<int>(mesh.hexes.size()) - 1; cell >= 0; --cell)
     for (int n : mesh.hexes[cell]) cell_of[n] = cell, part_of[n] = mesh.component[cell];
-  const int bents = static_cast<int>(plan.parts.size()) - [&] {
-    int decks = 0;
-    for (const auto& p : plan.parts) decks += p.deck >= 0;
-    return decks;
-  }();
+  const auto bents = static_cast<int>(
+      std::count_if(plan.parts.begin(), plan.parts.end(), [](const auto& part) { return part.deck < 0; }));
   for (const ViaductPlan::Pad& pad : plan.pads) {
     const int deck_part = bents + pad.deck, cap_part = pad.deck + pad.end;
     const double bottom = pad.at.z() + plan.bearing_height;

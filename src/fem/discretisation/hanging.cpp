@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "core/sort_unique.hpp"
 
 namespace talus::fem {
 
@@ -21,8 +22,7 @@ std::vector<int> carriers(const HexMesh& mesh, int cell) {
   for (const int n : hex)
     if (const HangingNode* h = hanging_node(mesh, n))
       for (const auto& [master, weight] : h->masters) nodes.push_back(master);
-  std::sort(nodes.begin(), nodes.end());
-  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  sort_unique(nodes);
   return nodes;
 }
 

@@ -144,6 +144,12 @@ Mat3 nearest_rotation(Mat3 m) {
   return m;
 }
 
+Vec3 cell_centre(const HexMesh& mesh, int cell) {
+  Vec3 centre = Vec3::Zero();
+  for (const int n : mesh.hexes[cell]) centre += mesh.nodes[n] / 8;
+  return centre;
+}
+
 Mat3 jacobian(const HexMesh& mesh, int cell, const Vec3& xi) {
   return TrilinearMap(mesh.nodes, mesh.hexes[cell]).jacobian(xi);
 }

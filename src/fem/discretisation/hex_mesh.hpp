@@ -69,6 +69,8 @@ extern const int hex_faces[6][4];
 /// all cells.
 std::vector<SkinQuad> skin(const HexMesh& mesh, const std::vector<char>& live);
 
+/// Mean of the corners.
+Vec3 cell_centre(const HexMesh& mesh, int cell);
 /// Jacobian dx/dxi at a reference point in [-1, 1]^3; rows x, y, z, columns xi, eta, zeta.
 Mat3 jacobian(const HexMesh& mesh, int cell, const Vec3& xi);
 /// The rotation nearest to a matrix of positive determinant, R of its polar decomposition R U.

@@ -107,12 +107,6 @@ double refined_count(const StructureSpec& spec) {
       spec.cell_size, zones);
 }
 
-constexpr double bytes_per_cell = 2400, bytes_per_damage_cell = 6000;  // measured, building and stepping
-
-double bytes_of_cell(const StructureSpec& spec) {
-  return spec.damage == "none" ? bytes_per_cell : bytes_per_damage_cell;
-}
-
 /// Cells that one cell of the structure at least becomes where `where = "impact"` asks for smaller ones.
 double struck_count(const StructureSpec& spec, double h) {
   const ImpactRefinement asked = impact_refinement(spec);

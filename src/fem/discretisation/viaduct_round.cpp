@@ -3,6 +3,7 @@
 #include <cmath>
 #include <map>
 
+#include "core/sort_unique.hpp"
 #include "fem/discretisation/lattice.hpp"
 #include "fem/discretisation/viaduct.hpp"
 
@@ -162,8 +163,7 @@ HexMesh round_bent(const Box3& cap, const std::vector<ViaductPlan::Round>& piers
       if (plan.pier[q] == static_cast<int>(k))
         for (int a : plan.quads[q]) feet.push_back(node(a, piers[k].foot.z()));
   }
-  std::sort(feet.begin(), feet.end());
-  feet.erase(std::unique(feet.begin(), feet.end()), feet.end());
+  sort_unique(feet);
   extrude(-1, cap.min().z(), cap.max().z());
   return mesh;
 }

@@ -8,6 +8,7 @@
 #include <limits>
 #include <numeric>
 
+#include "core/sort_unique.hpp"
 #include "fem/discretisation/hanging.hpp"
 #include "fem/fracture/piece_shape.hpp"
 
@@ -149,10 +150,8 @@ Structure::Unsupported Fracture::unsupported() {
   for (const std::vector<int>& piece : pieces_.loose()) {
     if (is_rubble(piece)) continue;
     const std::vector<double> values = body_.of_cells(piece, 4, [this](int cell, double* to) {
-      Vec3 middle = Vec3::Zero();
-      for (int n : body_.mesh.hexes[cell]) middle += body_.mesh.nodes[n] / 8;
       to[0] = body_.cell_mass[cell];
-      Eigen::Map<Vec3>(to + 1) = body_.cell_mass[cell] * middle;
+      Eigen::Map<Vec3>(to + 1) = body_.cell_mass[cell] * cell_centre(body_.mesh, cell);
     });
     for (std::size_t at = 0; at < values.size(); at += 4)
       lost.mass += values[at], lost.centroid += Vec3(&values[at + 1]);
@@ -173,8 +172,7 @@ Fracture::Excerpt Fracture::excerpt(const std::vector<int>& cells) const {
   for (std::size_t at = 0; at < of_cell.size(); at += 9)
     for (std::size_t a = 0; a < 8; ++a) e.node.push_back(static_cast<int>(of_cell[at + a]));
   std::vector<int> corners = e.node;
-  std::sort(e.node.begin(), e.node.end());
-  e.node.erase(std::unique(e.node.begin(), e.node.end()), e.node.end());
+  sort_unique(e.node);
   for (std::size_t at = 0, k = 0; at < of_cell.size(); at += 9) {
     std::array<int, 8>& hex = e.mesh.hexes.emplace_back();
     for (int& n : hex) n = e.place(corners[k++]);

@@ -7,6 +7,8 @@
 #include <map>
 #include <optional>
 
+#include "core/sort_unique.hpp"
+
 namespace talus::fem {
 namespace {
 
@@ -72,8 +74,7 @@ class Collapser {
     for (const int t : around_[v])
       for (const int u : t_[t])
         if (u != v) list.push_back(u);
-    std::sort(list.begin(), list.end());
-    list.erase(std::unique(list.begin(), list.end()), list.end());
+    sort_unique(list);
     return list;
   }
 

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/sort_unique.hpp"
+
 namespace talus::fem {
 
 namespace {
@@ -207,8 +209,7 @@ void ModalMotion::advance(double t, double duration) {
   for (const PatchLoad& load : body_.loads)
     for (const auto& point : load.history)
       if (point.first > t && point.first < t + duration) times.push_back(point.first);
-  std::sort(times.begin(), times.end());
-  times.erase(std::unique(times.begin(), times.end()), times.end());
+  sort_unique(times);
   const auto energy_in = [&] {
     return 0.5 * (rate_.squaredNorm() + l.modes.omega.cwiseProduct(q_).squaredNorm()) +
            rest_.energy * rest_.amplitude * rest_.amplitude;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/sort_unique.hpp"
 #include "fem/discretisation/hanging.hpp"
 
 namespace talus::fem {
@@ -71,10 +72,7 @@ SymmetricMatrix pattern_of(const HexMesh& mesh, const Followed& follows, const D
   for (const Spring& spring : springs)
     for (int a : spring.node)
       for (int b : spring.node) touched[a].push_back(b);
-  for (auto& list : touched) {
-    std::sort(list.begin(), list.end());
-    list.erase(std::unique(list.begin(), list.end()), list.end());
-  }
+  for (auto& list : touched) { sort_unique(list); }
   SymmetricMatrix m;
   m.n = dofs.size;
   m.column.assign(m.n + 1, 0);

@@ -41,13 +41,7 @@ double newton(V& x, const Residual& residual, const Jacobian& jacobian, const Ad
 Cdpm2::Cdpm2(const Parameters& p) : p_(p) {
   const Concrete& c = p.concrete;
   Requirements needs;
-  needs.require(c.young > 0, "material.young", c.young, "must be positive", "derive it from f_cm");
-  needs.require(c.poisson >= 0 && c.poisson < 0.5, "material.poisson", c.poisson, "must be in [0, 0.5)",
-                "concrete has about 0.2");
-  needs.require(c.f_t > 0 && c.f_t < c.f_cm, "material.tensile_strength", c.f_t,
-                "must be positive and below f_cm", "derive it from f_cm");
-  needs.require(c.fracture_energy > 0, "material.fracture_energy", c.fracture_energy, "must be positive",
-                "derive it from f_cm");
+  require_concrete(needs, c);
   needs.require(p.initial_hardening > 0 && p.initial_hardening < 1, "material.initial_hardening",
                 p.initial_hardening, "must be in (0, 1)", "0.3");
   needs.require(p.hardening >= 0 && p.hardening < 1, "material.hardening", p.hardening, "must be in [0, 1)",

@@ -38,13 +38,7 @@ constexpr double rubble_friction = 0.7;
 ConcreteDamage::ConcreteDamage(const Parameters& p) : p_(p) {
   const Concrete& c = p.concrete;
   Requirements needs;
-  needs.require(c.young > 0, "material.young", c.young, "must be positive", "derive it from f_cm");
-  needs.require(c.poisson >= 0 && c.poisson < 0.5, "material.poisson", c.poisson, "must be in [0, 0.5)",
-                "concrete has about 0.2");
-  needs.require(c.f_t > 0 && c.f_t < c.f_cm, "material.tensile_strength", c.f_t,
-                "must be positive and below f_cm", "derive it from f_cm");
-  needs.require(c.fracture_energy > 0, "material.fracture_energy", c.fracture_energy, "must be positive",
-                "derive it from f_cm");
+  require_concrete(needs, c);
   needs.require(c.crushing_energy > 0, "material.crushing_energy", c.crushing_energy, "must be positive",
                 "derive it from f_cm");
   needs.require(c.young * c.eps_c1 > c.f_cm, "material.eps_c1", c.eps_c1, "must be above f_cm / E",
@@ -131,20 +125,22 @@ void ConcreteDamage::start_compression(const Sym& stress, double tau, double lea
   s.r_c = factor * f_c0_;
 }
 
+namespace {
+/// One point's history, in the other of its two forms.
+template <class From, class To>
+void copy_state(const From& from, To& to) {
+  to.r_t = from.r_t, to.f_t = from.f_t, to.b_t = from.b_t, to.d_t = from.d_t;
+  to.r_c = from.r_c, to.dif_c = from.dif_c, to.b_c = from.b_c, to.d_c = from.d_c;
+  to.compaction = from.compaction, to.pressure = from.pressure;
+  std::copy_n(&from.normal[0], 3, &to.normal[0]);
+  std::copy_n(&from.slip[0], 3, &to.slip[0]);
+  std::copy_n(&from.flow[0], 6, &to.flow[0]);
+}
+}  // namespace
+
 Response ConcreteDamage::operator()(const Sym& strain, const Sym& rate, const State& old, State& next) const {
-  Lanes<double> s{old.r_t,
-                  old.f_t,
-                  old.b_t,
-                  old.d_t,
-                  old.r_c,
-                  old.dif_c,
-                  old.b_c,
-                  old.d_c,
-                  {old.normal[0], old.normal[1], old.normal[2]},
-                  {old.slip[0], old.slip[1], old.slip[2]},
-                  old.compaction,
-                  old.pressure,
-                  {old.flow[0], old.flow[1], old.flow[2], old.flow[3], old.flow[4], old.flow[5]}};
+  Lanes<double> s;
+  copy_state(old, s);
   const double e[6] = {strain[0], strain[1], strain[2], strain[3], strain[4], strain[5]};
   double stress[6];
   Response out;
@@ -156,19 +152,7 @@ Response ConcreteDamage::operator()(const Sym& strain, const Sym& rate, const St
       },
       stress, out.energy, out.dissipation);
   std::copy(stress, stress + 6, out.stress.begin());
-  next = {s.r_t,
-          s.f_t,
-          s.b_t,
-          s.d_t,
-          s.r_c,
-          s.dif_c,
-          s.b_c,
-          s.d_c,
-          {s.normal[0], s.normal[1], s.normal[2]},
-          {s.slip[0], s.slip[1], s.slip[2]},
-          s.compaction,
-          s.pressure,
-          {s.flow[0], s.flow[1], s.flow[2], s.flow[3], s.flow[4], s.flow[5]}};
+  copy_state(s, next);
   return out;
 }
 

@@ -121,6 +121,16 @@ Concrete mc2010(const ConcreteInput& input, const std::string& key) {
   return c;
 }
 
+void require_concrete(Requirements& needs, const Concrete& c) {
+  needs.require(c.young > 0, "material.young", c.young, "must be positive", "derive it from f_cm");
+  needs.require(c.poisson >= 0 && c.poisson < 0.5, "material.poisson", c.poisson, "must be in [0, 0.5)",
+                "concrete has about 0.2");
+  needs.require(c.f_t > 0 && c.f_t < c.f_cm, "material.tensile_strength", c.f_t,
+                "must be positive and below f_cm", "derive it from f_cm");
+  needs.require(c.fracture_energy > 0, "material.fracture_energy", c.fracture_energy, "must be positive",
+                "derive it from f_cm");
+}
+
 double rate_factor_tension(double rate) {
   const double x = std::max(1.0, std::abs(rate) / 1e-6);
   return std::abs(rate) <= 10 ? std::pow(x, 0.018) : 0.0062 * std::cbrt(x);

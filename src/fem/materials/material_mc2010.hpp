@@ -19,6 +19,8 @@
 #include <string>
 #include <vector>
 
+#include "core/reject.hpp"
+
 namespace talus::material {
 
 struct Concrete {
@@ -50,6 +52,9 @@ inline Concrete mc2010(double f_cm) {
   input.f_cm = f_cm;
   return mc2010(input);
 }
+
+/// What every law of it asks for.
+void require_concrete(Requirements& needs, const Concrete& concrete);
 
 double rate_factor_tension(double rate);  ///< rate: magnitude of the principal strain rate [1/s]
 double rate_factor_compression(double rate);

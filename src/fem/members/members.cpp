@@ -3,12 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/sort_unique.hpp"
 #include "fem/discretisation/viaduct.hpp"
 
 namespace talus::fem {
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 Pier whole(const StructureSpec& spec) {
   Pier p;
@@ -32,11 +31,6 @@ Pier whole(const StructureSpec& spec) {
   }
   p.clear = m.length;
   return p;
-}
-
-void keep_unique(std::vector<int>& list) {
-  std::sort(list.begin(), list.end());
-  list.erase(std::unique(list.begin(), list.end()), list.end());
 }
 
 /// Steel of ties along a direction of the section, per length of the member: each tie over its share of the
@@ -144,13 +138,9 @@ PierPlace place_of(const Pier& pier, const HexMesh& mesh, int cuts) {
   for (std::size_t n = 0; n < mesh.nodes.size(); ++n) height[n] = (mesh.nodes[n] - pier.shape.base).dot(z);
   std::vector<std::array<double, 2>> range;
   for (int cell = 0; cell < static_cast<int>(mesh.hexes.size()); ++cell) {
-    Vec3 centre = Vec3::Zero();
     double low = 1e300, high = -1e300;
-    for (int n : mesh.hexes[cell]) {
-      centre += mesh.nodes[n] / 8;
-      low = std::min(low, height[n]), high = std::max(high, height[n]);
-    }
-    const Vec3 d = centre - pier.shape.base;
+    for (int n : mesh.hexes[cell]) low = std::min(low, height[n]), high = std::max(high, height[n]);
+    const Vec3 d = cell_centre(mesh, cell) - pier.shape.base;
     const double h = d.dot(z);
     if (std::abs(d.dot(x)) > half_x || std::abs(d.dot(y)) > half_y || h < 0 || h > pier.clear) continue;
     place.cells.push_back(cell);
@@ -162,7 +152,7 @@ PierPlace place_of(const Pier& pier, const HexMesh& mesh, int cuts) {
       if (height[n] < near) place.foot.push_back(n);
       if (height[n] > pier.clear - near) place.top.push_back(n);
     }
-  keep_unique(place.foot), keep_unique(place.top);
+  sort_unique(place.foot), sort_unique(place.top);
   for (int k = 0; k < cuts; ++k) {
     Cut cut;
     cut.at = pier.clear * k / (cuts - 1);
@@ -175,7 +165,7 @@ PierPlace place_of(const Pier& pier, const HexMesh& mesh, int cuts) {
         if (height[n] > plane) cut.above.push_back(n);
       }
     }
-    keep_unique(cut.nodes), keep_unique(cut.above);
+    sort_unique(cut.nodes), sort_unique(cut.above);
     place.cuts.push_back(std::move(cut));
   }
   return place;
@@ -189,7 +179,7 @@ rebar::ShearInput shear_input(const Pier& pier, const std::vector<rebar::Bar>& b
   const double height = axis == 0 ? m.width : m.depth, width = axis == 0 ? m.depth : m.width;
   rebar::ShearInput in;
   in.axial = axial;
-  in.gross_area = round ? pi / 4 * m.width * m.width : m.width * m.depth;
+  in.gross_area = round ? M_PI / 4 * m.width * m.width : m.width * m.depth;
   if (pier.wall > 0) in.gross_area -= (m.width - 2 * pier.wall) * (m.depth - 2 * pier.wall);
   if (pier.area > 0) in.gross_area = pier.area;
 
@@ -215,10 +205,10 @@ rebar::ShearInput shear_input(const Pier& pier, const std::vector<rebar::Bar>& b
   const double r = height / 2;
   if (round) {
     const double r_s = all > 0 ? ring / all : 0.9 * r;
-    const double d = r + 2 * r_s / pi;                    // to the centroid of the tension bars
+    const double d = r + 2 * r_s / M_PI;                  // to the centroid of the tension bars
     const double c = std::clamp((d - r) / r, -1.0, 1.0);  // the segment of the circle above that depth
     in.effective_depth = d;
-    in.width = r * r * (pi - std::acos(c) + c * std::sqrt(1 - c * c)) / d;
+    in.width = r * r * (M_PI - std::acos(c) + c * std::sqrt(1 - c * c)) / d;
   } else {
     in.effective_depth = area > 0 ? r + lever / area : 0.9 * height;
     in.width = pier.web[static_cast<std::size_t>(axis)] > 0 ? pier.web[static_cast<std::size_t>(axis)]
@@ -228,7 +218,7 @@ rebar::ShearInput shear_input(const Pier& pier, const std::vector<rebar::Bar>& b
 
   const Ties::Mean ties = Ties(pier, bars, e, height).about(at, std::max(height, 0.5));
   in.stirrup_area_per_length =
-      ties.area * (round ? pi / 4 : 1);  // the mean share of a hoop's tension along e
+      ties.area * (round ? M_PI / 4 : 1);  // the mean share of a hoop's tension along e
   if (ties.area > 0) in.stirrup_yield = ties.yield;
   return in;
 }

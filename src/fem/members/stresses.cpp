@@ -62,8 +62,7 @@ struct Beyond {
 std::array<double, 5> Stresses::middle_of_most(double value, double most, int cell) const {
   std::array<double, 5> at{};
   if (cell >= 0 && value == most) {
-    for (const int n : body_.mesh.hexes[static_cast<std::size_t>(cell)])
-      for (std::size_t c = 0; c < 3; ++c) at[c] += body_.mesh.nodes[static_cast<std::size_t>(n)][c] / 8;
+    Eigen::Map<Vec3>(at.data()) = cell_centre(body_.mesh, cell);
     at[3] = body_.mesh.component.empty() ? -1 : body_.mesh.component[static_cast<std::size_t>(cell)],
     at[4] = 1;
   }

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "core/error.hpp"
+#include "core/sort_unique.hpp"
 #include "fem/discretisation/hanging.hpp"
 
 namespace talus::fem {
@@ -143,8 +144,7 @@ void ContactSurface::watch() {
        surface_.nodes)  // those that hanging ones follow may lie within
     nodes.insert(nodes.end(), w.node.begin(), w.node.begin() + w.count);
   for (const ProbePoint& p : probes_) nodes.insert(nodes.end(), p.node.begin(), p.node.end());
-  std::sort(nodes.begin(), nodes.end());
-  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  sort_unique(nodes);
   watched_ = WatchedNodes(std::move(nodes), *body_.partition);
   AlignedVector reference(4 * body_.mesh.nodes.size()), rest(reference.size());
   for (std::size_t n = 0; n < body_.mesh.nodes.size(); ++n) {

@@ -30,11 +30,9 @@ std::string part_of(const StructureSpec& spec, int component, const Vec3& at) {
 }  // namespace
 
 std::string place_in_words(const StructureSpec& spec, const HexMesh& mesh, int cell) {
-  Vec3 at = Vec3::Zero();
-  for (const int node : mesh.hexes[static_cast<std::size_t>(cell)])
-    at += mesh.nodes[static_cast<std::size_t>(node)] / 8;
   const bool parts = spec.kind == "viaduct" && static_cast<std::size_t>(cell) < mesh.component.size();
-  return place_in_words(spec, at, parts ? mesh.component[static_cast<std::size_t>(cell)] : -1);
+  return place_in_words(spec, cell_centre(mesh, cell),
+                        parts ? mesh.component[static_cast<std::size_t>(cell)] : -1);
 }
 
 std::string place_in_words(const StructureSpec& spec, const Vec3& at, int component) {

@@ -7,6 +7,7 @@
 
 #include "core/error.hpp"
 #include "core/reject.hpp"
+#include "core/sort_unique.hpp"
 #include "fem/discretisation/viaduct.hpp"
 #include "fem/rebar/bar_anchorage.hpp"
 
@@ -244,8 +245,7 @@ void Bars::divide(Partition& partition, const HexMesh& mesh,
     if (host(k) < 0) asked.push_back(division_.number(k));
   if (slip_) asked = partition.collect(asked);
   heard_.assign(asked.begin(), asked.end());
-  std::sort(heard_.begin(), heard_.end());
-  heard_.erase(std::unique(heard_.begin(), heard_.end()), heard_.end());
+  sort_unique(heard_);
   StateReader whole(state);
   restore(whole, false);
 }
@@ -325,10 +325,7 @@ void Bars::add_forces_of(const std::vector<int>& segments, const double* u, cons
 
 Bars::Counts Bars::count(const std::vector<int>& segments) const {
   std::vector<double> found;  // twice the number of a bar, one more if it is broken
-  const auto once = [&] {
-    std::sort(found.begin(), found.end());
-    found.erase(std::unique(found.begin(), found.end()), found.end());
-  };
+  const auto once = [&] { sort_unique(found); };
   for (const int segment : segments) {
     const auto k = static_cast<std::size_t>(segment);
     const double bar = 2.0 * bars_.segments()[k].bar;

@@ -234,10 +234,10 @@ std::vector<Bar> longitudinal_bars(const Member& m, const LongitudinalRule& rule
   if (m.section == Member::Section::round) {
     const double r = 0.5 * m.width - inset;
     for (int i = 0; i < rule.bars; ++i) {
-      const double angle = 2 * 3.14159265358979323846 * i / rule.bars;
+      const double angle = 2 * M_PI * i / rule.bars;
       at.push_back({r * std::cos(angle), r * std::sin(angle)});
     }
-    apart = 2 * r * std::sin(3.14159265358979323846 / rule.bars);
+    apart = 2 * r * std::sin(M_PI / rule.bars);
   } else {
     // Corners first; the rest goes to the sides in opposite pairs, always where the spacing is widest; an odd
     // one to the -y side.
@@ -306,7 +306,7 @@ std::vector<Bar> stirrups(const Member& m, const StirrupRule& rule, const std::s
       constexpr int sides = 24;
       const double r = 0.5 * m.width - inset;
       for (int k = 0; k <= sides; ++k) {
-        const double angle = 2 * 3.14159265358979323846 * (k % sides) / sides;
+        const double angle = 2 * M_PI * (k % sides) / sides;
         bar.points.push_back(place(m, r * std::cos(angle), r * std::sin(angle), z));
       }
     } else {

@@ -4,6 +4,7 @@
 /// points     vertices of the bar's axis, world axes                      m        n x 3, n >= 2
 /// diameter   nominal                                                     m        1
 #pragma once
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -20,8 +21,8 @@ struct Bar {
   std::string file;  // where it was given, for messages; empty for rules
   int line = 0;
   bool start_held = false, end_held = false;  // goes on into what holds the structure there: no slip
-  double area() const { return 0.25 * 3.14159265358979323846 * diameter * diameter; }
-  double perimeter() const { return 3.14159265358979323846 * diameter; }
+  double area() const { return 0.25 * M_PI * diameter * diameter; }
+  double perimeter() const { return M_PI * diameter; }
   double length() const;
 };
 

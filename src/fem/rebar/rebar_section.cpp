@@ -10,8 +10,6 @@
 namespace talus::rebar {
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
-
 void require_strengths(Requirements& needs, const Strengths& s) {
   needs.require(s.f_ck >= 8e6 && s.f_ck <= 130e6, "section.f_ck", s.f_ck, "must be between 8 and 130 MPa",
                 "give it in Pa");
@@ -97,8 +95,8 @@ Section::Section(Member::Section kind, double width, double depth, double wall, 
       const double r =
           2.0 / 3.0 * (b * b * b - a * a * a) / (b * b - a * a);  // centre of the ring, for thin sectors
       for (int j = 0; j < sectors; ++j) {
-        const double t = 2 * pi * (j + 0.5) / sectors;
-        add(r * std::cos(t), r * std::sin(t), pi * (b * b - a * a) / sectors);
+        const double t = 2 * M_PI * (j + 0.5) / sectors;
+        add(r * std::cos(t), r * std::sin(t), M_PI * (b * b - a * a) / sectors);
       }
     }
   } else {
