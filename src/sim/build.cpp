@@ -98,6 +98,9 @@ std::unique_ptr<World> Builder::build() {
   sort_blocks();
   world_->system = std::make_unique<coupling::CoupledSystem>(std::move(model_), std::move(state_),
                                                              std::move(env_), settings);
+  if (s.rock_mass && s.rock_mass->from_terrain)
+    world_->report(
+        "progress: rock mass: looking for overlaps of its blocks, with each other and their hollow");
   // What starts from an earlier run is looked at as that run left it (start_from).
   for (Problem& overlap :
        s.simulation.initial_state.empty() ? initial_overlaps(*world_) : std::vector<Problem>{}) {
