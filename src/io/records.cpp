@@ -245,6 +245,10 @@ std::string RecordCodec::encode(const HistoryRow& row) {
   });
   ledger_fields(row.ledger, put);
   put(row.ledger.step_dependence);
+  put(row.kinetic_peak);
+  std::vector<double> peaks;
+  for (const coupling::MotionPeaks& m : row.peaks) peaks.insert(peaks.end(), {m.speed, m.spin, m.kinetic});
+  put_changed(w, peaks_, peaks, peaks_width);
   return w.bytes();
 }
 
@@ -275,6 +279,12 @@ HistoryRow RecordCodec::decode_history(std::string_view bytes) {
   });
   ledger_fields(row.ledger, get);
   if (r.left() > 0) get(row.ledger.step_dependence);  // not in what earlier versions wrote
+  if (r.left() > 0) {                                 // nor these
+    get(row.kinetic_peak);
+    get_changed(r, peaks_, peaks_width);
+    for (std::size_t k = 0; k < peaks_.size(); k += peaks_width)
+      row.peaks.push_back({.speed = peaks_[k], .spin = peaks_[k + 1], .kinetic = peaks_[k + 2]});
+  }
   return row;
 }
 

@@ -31,6 +31,7 @@ std::vector<sim::ContactRow> decode_contacts(std::string_view bytes);
 /// Numbers of a block in a history row, in the order position, velocity, spin, orientation, strain, kinetic
 /// energies.
 inline constexpr std::size_t history_width = 3 + 3 + 3 + 4 + 6 + 2;
+inline constexpr std::size_t peaks_width = 3;
 
 class RecordCodec {
  public:
@@ -41,6 +42,7 @@ class RecordCodec {
 
  private:
   std::vector<double> blocks_;  // history_width per block
+  std::vector<double> peaks_;   // peaks_width per block
   FieldRow field_;
 };
 

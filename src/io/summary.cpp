@@ -111,9 +111,8 @@ void SummaryBuilder::add_block(std::size_t i, const HistoryRow& row) {
   b.spin = row.spin[i];
   b.kinetic = row.kinetic_translational[i] + row.kinetic_rotational[i];
   b.rotational = row.kinetic_rotational[i];
-  b.max_speed = std::max(b.max_speed, b.velocity.norm());
-  b.max_spin = std::max(b.max_spin, b.spin.norm());
-  b.max_kinetic = std::max(b.max_kinetic, b.kinetic);
+  b.peaks.add({.speed = b.velocity.norm(), .spin = b.spin.norm(), .kinetic = b.kinetic});
+  if (i < row.peaks.size()) b.peaks.add(row.peaks[i]);
   if (!ground_of_.empty() && !header_.blocks[i].fixed) watch_edge(i);
 }
 
@@ -156,7 +155,7 @@ void SummaryBuilder::add(const HistoryRow& row) {
   any_ = true;
   last_ = row.ledger;
   springs_ = springs_ || row.ledger.contact != 0;
-  kinetic_peak_ = std::max(kinetic_peak_, row.ledger.kinetic);
+  kinetic_peak_ = std::max({kinetic_peak_, row.ledger.kinetic, row.kinetic_peak});
   if (std::abs(row.ledger.residual) > std::abs(residual_worst_))
     residual_worst_ = row.ledger.residual, residual_worst_time_ = row.time;
 }

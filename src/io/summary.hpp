@@ -85,7 +85,8 @@ class SummaryBuilder {
     Vec3 start, end, velocity, spin;
     double acceleration = 0;  // between the last two rows [m/s^2]
     bool born = false;
-    double birth = 0, path = 0, max_speed = 0, max_kinetic = 0, kinetic = 0, rotational = 0, max_spin = 0;
+    double birth = 0, path = 0, kinetic = 0, rotational = 0;
+    coupling::MotionPeaks peaks;
     double time = 0;    // of the last row that counts [s]
     bool left = false;  // the model
   };

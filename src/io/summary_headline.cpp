@@ -260,7 +260,7 @@ void SummaryBuilder::block_lines(std::vector<std::string>& lines) const {
     lines.push_back(fmt::format("{} went {}{} in plan, {} {}, at up to {:.3g} m/s.",
                                 header_.blocks[farthest].name, blocks_.size() > 1 ? "farthest: " : "",
                                 length(run), length(std::abs(drop)), drop < 0 ? "up" : "down",
-                                blocks_[farthest].max_speed));
+                                blocks_[farthest].peaks.speed));
   }
   std::size_t left = 0;
   for (std::size_t i = 0; i < blocks_.size(); ++i) left += blocks_[i].left || started_beside(i) ? 1 : 0;

@@ -175,9 +175,9 @@ json SummaryBuilder::of_blocks() const {
       item["runout"] = std::hypot(b.end.x() - b.start.x(), b.end.y() - b.start.y());
       item["drop"] = b.start.z() - b.end.z();
       item["path_length"] = b.path;
-      item["max_speed"] = b.max_speed;
-      item["max_spin"] = b.max_spin;
-      item["max_kinetic"] = b.max_kinetic;
+      item["max_speed"] = b.peaks.speed;
+      item["max_spin"] = b.peaks.spin;
+      item["max_kinetic"] = b.peaks.kinetic;
       item["final_speed"] = b.velocity.norm();
       item["birth"] = b.birth;
       item["left"] = b.left ? json(b.time) : json();

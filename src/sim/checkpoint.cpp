@@ -158,6 +158,9 @@ Checkpoint Simulation::save() const {
   general(w.energy_start);
   general(w.energy_peak);
   general(s.stretch);
+  general(s.kinetic_peak);
+  Writer peaks(c.numbers["peaks"]);
+  for (const coupling::MotionPeaks& p : s.peaks) peaks(p.speed), peaks(p.spin), peaks(p.kinetic);
   Writer sums(c.numbers["sums"]);
   each_sum(
       w.system->sums(), [&](long n) { c.integers["sums"].push_back(n); }, sums);
@@ -292,6 +295,9 @@ void Simulation::restore(const Checkpoint& c) {
   general(w.energy_start);
   general(w.energy_peak);
   general(s.stretch);
+  general(s.kinetic_peak);
+  Reader peaks(numbers("peaks"));
+  for (coupling::MotionPeaks& p : s.peaks) peaks(p.speed), peaks(p.spin), peaks(p.kinetic);
   Reader sums(numbers("sums"));
   Counts sum_counts(integers("sums"));
   each_sum(

@@ -7,6 +7,7 @@
 #include "contact/geometry/surface.hpp"
 #include "contact/structures/structure.hpp"
 #include "core/types.hpp"
+#include "coupling/motion/motion.hpp"
 
 namespace talus::sim {
 
@@ -79,6 +80,8 @@ struct HistoryRow {
   std::vector<Eigen::Vector4d> orientation;  // w, x, y, z
   std::vector<Vec6> strain;
   std::vector<double> kinetic_translational, kinetic_rotational;
+  std::vector<coupling::MotionPeaks> peaks;  // over the steps up to this row; empty: not kept
+  double kinetic_peak = 0;                   // of the whole model, likewise [J]
   struct StructureRow {
     Vec3 base_force, base_moment;
     std::vector<Vec3> probe_displacement;

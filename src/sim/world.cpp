@@ -61,7 +61,7 @@ bool World::advance(double end, std::span<const double> rows, const std::atomic<
   if (!arrived) return false;
   // With that of structures, which costs as much as a step, where rows are taken.
   if (!rows_end_steps())
-    energy_peak = std::max(energy_peak, blocks_kinetic());
+    energy_peak = std::max({energy_peak, blocks_kinetic(), system->state().kinetic_peak});
   else if (!rows.empty() && rows.front() <= time())
     energy_peak = std::max(energy_peak, ledger(now()).kinetic);
   return true;
@@ -115,6 +115,15 @@ Moment World::paper_now() const {
   return now;
 }
 
+/// The scheme's steps have no islands that report them.
+void World::add_paper_peaks() {
+  coupling::SystemState& s = system->state();
+  const auto& blocks = system->model().blocks;
+  for (std::size_t i = 0; i < blocks.size(); ++i)
+    if (!blocks[i].fixed) s.peaks[i].add(blocks[i], dda::block_state(s.blocks, static_cast<int>(i)));
+  s.kinetic_peak = std::max(s.kinetic_peak, paper->kinetic);
+}
+
 /// Steps of equal length on the run's own clock, up to the first whose end reaches a row, or for as long as a
 /// macro step; structures of scheme "one-way" take the forces of each step. While nothing touches them they
 /// stay behind, at the system's time.
@@ -150,6 +159,7 @@ bool World::advance_paper(double end, std::span<const double> rows, const std::a
     p.contact_energy = r.contact;
     p.strain_energy = r.strain;
     p.kinetic = r.kinetic;
+    add_paper_peaks();
     std::vector<coupling::StructureContact> forces;
     for (const dda::Shi1988Load& load : r.loads)
       if (load.surface >= p.first_structure)
@@ -363,6 +373,7 @@ HistoryRow World::row(const Moment& moment) const {
     r.strain.push_back(s.eps[k]);
     r.kinetic_translational.push_back(e.translational);
     r.kinetic_rotational.push_back(e.rotational + e.straining);
+    r.peaks.push_back(system->state().peaks[k]);
   }
   for (const coupling::StructurePart& part : system->environment().structures) {
     HistoryRow::StructureRow q;
@@ -378,6 +389,7 @@ HistoryRow World::row(const Moment& moment) const {
     r.structures.push_back(std::move(q));
   }
   r.ledger = ledger(moment);
+  r.kinetic_peak = energy_peak;
   return r;
 }
 

@@ -107,6 +107,7 @@ class World {
   double foresee_strikes(double end);
   bool advance_paper(double end, std::span<const double> rows, const std::atomic<int>* stop);
   double blocks_kinetic() const;
+  void add_paper_peaks();
   Moment paper_now() const;
   Moment paper_before_;  // start of the last step that a row falls into
 };

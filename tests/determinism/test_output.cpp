@@ -110,6 +110,18 @@ double worst_residual(const Recorded& r) {
   return worst / peak;
 }
 
+/// What was reached between rows is told in the last of them.
+void expect_equal_peaks(const sim::HistoryRow& a, const sim::HistoryRow& b) {
+  ASSERT_EQ(a.peaks.size(), a.position.size());
+  ASSERT_EQ(b.peaks.size(), a.peaks.size());
+  EXPECT_EQ(a.kinetic_peak, b.kinetic_peak);
+  for (std::size_t i = 0; i < a.peaks.size(); ++i) {
+    EXPECT_EQ(a.peaks[i].speed, b.peaks[i].speed);
+    EXPECT_EQ(a.peaks[i].spin, b.peaks[i].spin);
+    EXPECT_EQ(a.peaks[i].kinetic, b.peaks[i].kinetic);
+  }
+}
+
 /// All intervals against the finest; the greatest residual of a row over the greatest kinetic energy.
 double same_at_any_interval(const std::string& scene) {
   const Recorded fine = run(with(scene, {1e-4, 1e-3}));
@@ -117,6 +129,7 @@ double same_at_any_interval(const std::string& scene) {
   for (const Intervals& every : {Intervals{1e-3, 1e-2}, Intervals{0.01, 0.05}, Intervals{0.1, 0.1},
                                  Intervals{0.07, 0.013}, Intervals{0, 0}}) {
     const Recorded coarse = run(with(scene, every));
+    expect_equal_peaks(fine.rows.back(), coarse.rows.back());
     EXPECT_GE(compare(fine, coarse), every.history > 0 ? static_cast<int>(coarse.rows.size()) : 2)
         << "every " << every.history << " s";
     if (::testing::Test::HasFailure()) break;
@@ -186,6 +199,18 @@ std::string on_soft_ground(bool ground_laws = true) {
 }
 
 TEST(Output, BouncingBlock) { EXPECT_LT(same_at_any_interval(bouncing()), 1e-3); }
+TEST(Output, SpeedAtAnImpactBetweenRows) {
+  SceneText s(Method::by_accuracy(1e-3), 1.0);
+  s.material("rock", 2600)
+      .interface("rock", "ground", 0.5, "normal_stiffness = \"hard\"\nrestitution = 0")
+      .plane(Vec3::UnitZ());
+  s.box("B", Vec3(1, 1, 1), Vec3(0, 0, 1.7), spin(Vec3::Zero()));
+  const sim::HistoryRow last = run(with(s.str(), {0, 0})).rows.back();
+  EXPECT_LT(last.velocity[0].norm(), 1e-9);
+  EXPECT_NEAR(last.peaks[0].speed, std::sqrt(2 * g * 1.2), 1e-9);
+  EXPECT_NEAR(last.peaks[0].kinetic / (2600 * g * 1.2), 1, 1e-9);
+  EXPECT_NEAR(last.kinetic_peak / (2600 * g * 1.2), 1, 1e-9);
+}
 TEST(Output, SlidingOntoRoughGround) { EXPECT_LT(same_at_any_interval(sliding_onto_rough()), 1e-3); }
 TEST(Output, TwoBlocksThatMeet) { EXPECT_LT(same_at_any_interval(two_blocks_meet()), 1e-3); }
 TEST(Output, PileOfTwenty) { EXPECT_LT(same_at_any_interval(pile(0.4)), 1e-3); }

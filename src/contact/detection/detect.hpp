@@ -69,8 +69,10 @@ class SurfaceIndex {
   /// Height of the surface's uppermost point above (x, y); NaN outside. For terrain.
   double height(double x, double y) const;
   /// The triangle nearest to a point on (or next to) the surface; of several the one that faces most along
-  /// `n`, then the lowest index.
-  int triangle_at(const Vec3& x, const Vec3& n = Vec3::Zero()) const;
+  /// `n`, then the one that lies `inwards` of the point, then the lowest index.
+  int triangle_at(const Vec3& x, const Vec3& n = Vec3::Zero(), const Vec3& inwards = Vec3::Zero()) const;
+  /// True if x, on this triangle, lies on the border to another material.
+  bool between_materials(int triangle, const Vec3& x) const;
 
   struct Impl;
   const Impl& impl() const { return *impl_; }

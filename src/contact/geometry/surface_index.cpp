@@ -154,22 +154,43 @@ bool SurfaceIndex::overlaps(const Box3& box) const {
       [&](int t) { return !s.triangle_box(t).intersects(box); });
 }
 
-int SurfaceIndex::triangle_at(const Vec3& x, const Vec3& n) const {
+bool SurfaceIndex::between_materials(int triangle, const Vec3& x) const {
   const Impl& s = *impl_;
-  const auto distance = [&](int t) {
+  const auto& material = s.surface.material;
+  if (material.empty()) return false;
+  const double same = tolerances().same_place * bounds().sizes().norm();
+  const auto& v = s.surface.triangles[static_cast<std::size_t>(triangle)];
+  const auto other = [&](int t) {
+    return material[static_cast<std::size_t>(t)] != material[static_cast<std::size_t>(triangle)];
+  };
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vec3 &a = s.surface.vertices[v[i]], &b = s.surface.vertices[v[(i + 1) % 3]];
+    const int across = s.twin[3 * static_cast<std::size_t>(triangle) + i];
+    if (across >= 0 && other(across / 3) && (b - a).cross(x - a).norm() <= same * (b - a).norm()) return true;
+    if ((x - a).norm() > same) continue;
+    for (int k = s.vertex_offset[v[i]]; k < s.vertex_offset[v[i] + 1]; ++k)
+      if (other(s.vertex_triangle[k])) return true;
+  }
+  return false;
+}
+
+int SurfaceIndex::triangle_at(const Vec3& x, const Vec3& n, const Vec3& inwards) const {
+  const Impl& s = *impl_;
+  const auto distance = [&](int t, const Vec3& from) {
     const auto& v = s.surface.triangles[static_cast<std::size_t>(t)];
     const Vec3 &a = s.surface.vertices[v[0]], &b = s.surface.vertices[v[1]], &c = s.surface.vertices[v[2]];
     const Vec3 normal = (b - a).cross(c - a);
-    Vec3 l(normal.dot((b - x).cross(c - x)), normal.dot((c - x).cross(a - x)),
-           normal.dot((a - x).cross(b - x)));
+    Vec3 l(normal.dot((b - from).cross(c - from)), normal.dot((c - from).cross(a - from)),
+           normal.dot((a - from).cross(b - from)));
     l = (l / normal.squaredNorm()).cwiseMax(0.0);
     l /= l.sum();
-    return (l[0] * a + l[1] * b + l[2] * c - x).norm();
+    return (l[0] * a + l[1] * b + l[2] * c - from).norm();
   };
   int best = -1;
-  double nearest = std::numeric_limits<double>::infinity();
+  double nearest = std::numeric_limits<double>::infinity(), off = nearest;
   double most = -1, size = 1e-3 * bounds().sizes().norm();
   const double same = tolerances().same_place * bounds().sizes().norm();
+  const Vec3 along = inwards - inwards.dot(n) * n, beside = x + std::sqrt(same * size) * along.normalized();
   for (int attempt = 0; attempt < 60 && best < 0; ++attempt, size *= 2) {
     const Box3 box(x.array() - size, x.array() + size);
     s.tree.traverse(
@@ -178,11 +199,13 @@ int SurfaceIndex::triangle_at(const Vec3& x, const Vec3& n) const {
         },
         [&](int t) {
           if (!s.triangle_box(t).intersects(box)) return true;
-          const double d = distance(t), facing = n.dot(s.normal[static_cast<std::size_t>(t)]);
-          const bool as_near = d <= nearest + same;
+          const double d = distance(t, x), facing = n.dot(s.normal[static_cast<std::size_t>(t)]),
+                       aside = distance(t, beside);
+          const bool as_near = d <= nearest + same,
+                     faces_as_well = as_near && facing >= most - tolerances().same_normal;
           if (d < nearest - same || (as_near && facing > most + tolerances().same_normal) ||
-              (as_near && facing >= most - tolerances().same_normal && t < best))
-            nearest = d, most = facing, best = t;
+              (faces_as_well && aside < off - same) || (faces_as_well && aside <= off + same && t < best))
+            nearest = d, most = facing, off = aside, best = t;
           return true;
         });
   }

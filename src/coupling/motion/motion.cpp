@@ -73,6 +73,19 @@ double dissipated(const Ledger& l) { return l.dissipated(); }
 
 }  // namespace
 
+double MotionPeaks::add(const dda::Model::Block& block, const dda::BlockState& state) {
+  const dda::BlockEnergy e = dda::energy(block, Vec3::Zero(), state);
+  const double now = e.translational + e.rotational + e.straining;
+  add({.speed = state.v.norm(), .spin = state.w.norm(), .kinetic = now});
+  return now;
+}
+
+void MotionPeaks::add(const MotionPeaks& other) {
+  speed = std::max(speed, other.speed);
+  spin = std::max(spin, other.spin);
+  kinetic = std::max(kinetic, other.kinetic);
+}
+
 MotionSegment motion_segment(const dda::Model& model, int block, double t0, double t1,
                              const dda::BlockState& start, const dda::BlockState& end, bool all_at_start,
                              double drag) {

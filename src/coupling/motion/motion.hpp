@@ -25,6 +25,14 @@
 
 namespace talus::coupling {
 
+/// Largest of a block over the steps that it took.
+struct MotionPeaks {
+  double speed = 0, spin = 0, kinetic = 0;  // of the centroid [m/s], [rad/s], [J]
+  /// Returns the kinetic energy of `state` [J].
+  double add(const dda::Model::Block& block, const dda::BlockState& state);
+  void add(const MotionPeaks& other);
+};
+
 struct MotionSegment {
   enum class Path : char { flight, trapezoid, straight };
   int block = 0;

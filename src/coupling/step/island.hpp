@@ -46,6 +46,8 @@ struct IslandReport {
   Counters counters;
   std::vector<StructureContact> rows;  // contacts on structures, one per contact and step
   AuditSums audit;
+  std::vector<MotionPeaks> peaks;      // of each block
+  double kinetic_peak = 0;             // of all blocks together, at the starts and ends of steps [J]
   IslandMotion motion;                 // over the steps that rows fall into
   std::vector<std::vector<Leg>> ways;  // of each watched block, leg by leg; of others empty
   std::vector<double> went;  // of each block, farthest that a point of it may have come from where it began,

@@ -27,11 +27,13 @@ void MotionRecord::begin(std::span<const double> rows) {
   rows_ = rows;
   began_.clear();
   for (const int b : in_.island->blocks) began_.push_back(dda::block_state(in_.state, b));
+  report_.peaks.assign(in_.island->blocks.size(), MotionPeaks{});
   report_.went.assign(in_.island->blocks.size(), 0.0);
   report_.ways.resize(in_.island->blocks.size());
 }
 
 void MotionRecord::begin_step(double t0, double t1) {
+  add_peaks(step_.saved);
   recorded_ = falls_into(rows_, t0, t1);
   if (!recorded_) return;
   WorkSegment& work = report_.motion.works.emplace_back();
@@ -46,18 +48,31 @@ void MotionRecord::begin_step(double t0, double t1) {
   }
 }
 
+// Between impulses a block's acceleration is that of one force, its speed largest at one of the ends.
+void MotionRecord::add_peaks(std::span<const dda::BlockState> states) {
+  double sum = 0;
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    const int b = step_.bodies[i].block;
+    sum += report_.peaks[i].add(in_.model.blocks[static_cast<std::size_t>(b)], states[i]);
+  }
+  report_.kinetic_peak = std::max(report_.kinetic_peak, sum);
+}
+
 void MotionRecord::end_step() {
+  std::vector<dda::BlockState> ends;
+  ends.reserve(step_.bodies.size());
+  for (const Body& body : step_.bodies) ends.push_back(dda::block_state(in_.state, body.block));
+  add_peaks(ends);
   if (!recorded_) return;
   WorkSegment& work = report_.motion.works.back();
   work.after = report_.ledger;
   work.after.contact = spring_energy_of_island(in_);
   for (std::size_t i = 0; i < step_.bodies.size(); ++i) {
     const int b = step_.bodies[i].block;
-    const dda::BlockState end = dda::block_state(in_.state, b);
     const dda::BlockEnergy e =
-        dda::energy(in_.model.blocks[static_cast<std::size_t>(b)], in_.model.gravity, end);
+        dda::energy(in_.model.blocks[static_cast<std::size_t>(b)], in_.model.gravity, ends[i]);
     work.energy_after += e.translational + e.rotational + e.straining + e.strain_energy + e.potential;
-    report_.motion.segments.push_back(motion_segment(in_.model, b, work.t0, work.t1, starts_[i], end,
+    report_.motion.segments.push_back(motion_segment(in_.model, b, work.t0, work.t1, starts_[i], ends[i],
                                                      step_.bodies[i].from_start, step_.bodies[i].drag));
   }
 }

@@ -1,5 +1,5 @@
-/// Motion and works of the steps that rows fall into, and how far blocks went: read off, no step depends on
-/// them.
+/// Motion and works of the steps that rows fall into, largest speeds and energies of all, and how far blocks
+/// went: read off, no step depends on them.
 #pragma once
 #include <span>
 #include <vector>
@@ -22,6 +22,9 @@ class MotionRecord {
   void measure_way(double from, double to, std::span<contact::Motion> made);
 
  private:
+  /// The peaks as far as the blocks of `states`.
+  void add_peaks(std::span<const dda::BlockState> states);
+
   const IslandContext& in_;
   const Step& step_;
   IslandReport& report_;

@@ -69,6 +69,7 @@ CoupledSystem::CoupledSystem(dda::Model model, SystemState state, Environment en
   state_.surface_contacts.resize(env_.structures.size());
   state_.asleep.resize(n, 0);
   state_.step.resize(n, 0.0);
+  state_.peaks.resize(n);
   if (remembers_way(env_.laws)) state_.blocks.slid.resize(n, 0.0);
   state_.structure_step.resize(env_.structures.size(), 0.0);
   settings_.step.threads = settings_.threads;
@@ -96,6 +97,7 @@ int CoupledSystem::add_block(const dda::Model::Block& block, const Vec3& c, cons
   state_.contacts.emplace_back();
   state_.asleep.push_back(0);
   state_.step.push_back(0);
+  state_.peaks.emplace_back();
   return static_cast<int>(model_.blocks.size()) - 1;
 }
 
@@ -277,6 +279,7 @@ bool CoupledSystem::note_ends(const MacroStep& m, Failure& failure) {
 
 /// Sums and states by what the islands report; blocks that rest fall asleep.
 void CoupledSystem::take_reports(const MacroStep& m) {
+  double kinetic = 0;
   for (std::size_t i = 0; i < m.reports.size(); ++i) {
     const IslandReport& r = m.reports[i];
     state_.ledger += r.ledger;
@@ -288,8 +291,11 @@ void CoupledSystem::take_reports(const MacroStep& m) {
     sums_.audit.work_on_blocks += r.ledger.blocks_contact_work;
     sums_.audit.work_on_structure += r.ledger.structure_contact_work;
     rows_.insert(rows_.end(), r.rows.begin(), r.rows.end());
-    for (int b : m.plan.islands[i].blocks) {
+    kinetic += r.kinetic_peak;
+    for (std::size_t j = 0; j < m.plan.islands[i].blocks.size(); ++j) {
+      const int b = m.plan.islands[i].blocks[j];
       const auto k = static_cast<std::size_t>(b);
+      state_.peaks[k].add(r.peaks[j]);
       state_.step[k] = r.next_step;
       if (!r.at_rest || !settings_.sleeping) continue;
       const dda::BlockEnergy e = dda::energy(model_, state_.blocks, b);
@@ -300,6 +306,7 @@ void CoupledSystem::take_reports(const MacroStep& m) {
       state_.asleep[k] = 1;
     }
   }
+  state_.kinetic_peak = std::max(state_.kinetic_peak, kinetic);
   std::fill(state_.structure_step.begin(), state_.structure_step.end(), 0.0);
   for (std::size_t i = 0; i < m.reports.size(); ++i)
     for (int q : m.plan.islands[i].structures)

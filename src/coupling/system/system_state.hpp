@@ -21,6 +21,8 @@ struct SystemState {
   double stretch =
       0;  // longest stretch that is tried next, after one had to be repeated; 0: the settings' [s]
   Ledger ledger;
+  std::vector<MotionPeaks> peaks;  // per block, over the steps so far
+  double kinetic_peak = 0;         // of all blocks: the islands' own within one stretch, added [J]
 };
 
 struct SystemSettings {

@@ -233,7 +233,9 @@ void find_points(const dda::Model& m, const dda::State& s, const Environment& en
   }
   for (const contact::ContactPoint& p : points) {
     FoundPoint& found = out.emplace_back(FoundPoint{p, index != nullptr && p.face_a < 0});
-    if (found.on_edge) found.at.face_a = index->triangle_at(p.point_a, p.normal);
+    // A block that ends where a material does stands on the one under it.
+    if (found.on_edge || (index != nullptr && index->between_materials(p.face_a, p.point_a)))
+      found.at.face_a = index->triangle_at(p.point_a, p.normal, pose_b.c - p.point_a);
   }
 }
 

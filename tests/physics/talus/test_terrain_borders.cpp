@@ -77,5 +77,29 @@ TEST_F(TerrainBorders, RollsOverACornerWithoutGain) {
   EXPECT_LT(most_gained(o), 1e-3 * o.rows.front().ledger.kinetic);
 }
 
+/// A cube slides along the border of two zones, flush with it: on either side it is the zone under it that
+/// brakes, whichever triangle names the corners on the border.
+TEST_F(TerrainBorders, WhatIsFlushWithTheBorderOfAZoneStandsOnOneAlone) {
+  const std::string zone = path_ + ".geojson";
+  std::ofstream(zone)
+      << R"({"type": "FeatureCollection", "features": [{"type": "Feature", "properties": {}, "geometry": )"
+      << R"({"type": "Polygon", "coordinates": [[[10, -20], [20, -20], [20, 20], [10, 20], [10, -20]]]}}]})";
+  for (const bool on_ice : {false, true}) {
+    SceneText s(Method::by_accuracy(1e-3), 0.3);
+    s.history(0.3)
+        .material("rock", 2500)
+        .material("ice", 900)
+        .interface("rock", "ground", 0.6, "normal_stiffness = \"hard\"")
+        .interface("rock", "ice", 0.1, "normal_stiffness = \"hard\"")
+        .raw("[site]\nterrain = \"" + path_ + "\"\nmaterial = \"ground\"\n[[site.area]]\npolygon = \"" +
+             zone + "\"\nmaterial = \"ice\"\n");
+    s.box("A", Vec3(2, 1, 1), Vec3(on_ice ? 11 : 9, -8, 0.5), velocity(Vec3(0, 2, 0)));
+    const Outcome o = run_scene(s.str());
+    ASSERT_TRUE(o.ok()) << o.result.message;
+    EXPECT_NEAR(o.last().velocity[0].y(), 2 - (on_ice ? 0.1 : 0.6) * g * 0.3, 1e-6);
+  }
+  std::filesystem::remove(zone);
+}
+
 }  // namespace
 }  // namespace talus::verify
