@@ -139,6 +139,11 @@ int command_capacity(const Options& options) {
     if (line.starts_with("push-")) tell("{}\n", line);
   });
   const std::vector<Structure*> structures = simulation.structures();
+  if (std::ranges::none_of(structures, [](const Structure* s) { return s != nullptr; }))
+    throw io::bad_file(
+        directory, "structure", "the run has no structure that gives way: nothing to press",
+        "name the directory of a run with a pier, column or box, coupling.scheme = \"two-way\" "
+        "or \"one-way\"");
   std::error_code none;
   const json summary = fs::exists(directory / "summary.json", none)
                            ? io::read_json(directory / "summary.json",

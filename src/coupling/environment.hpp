@@ -72,6 +72,14 @@ struct Environment {
   std::vector<Plane> planes;
   std::shared_ptr<const contact::SurfaceIndex> terrain;  // null: none; may be that of several worlds
   ContactLaws laws;
+  /// At structures of scheme "one-way": restitution of springs by dashpots, as at those that move, so that
+  /// the force recorded there has the duration that the spring gives it.
+  ContactLaws one_way_laws;
+  const ContactLaws& laws_at(const Partner& a) const {
+    return a.kind == Partner::Kind::structure && structures[static_cast<std::size_t>(a.index)].one_way
+               ? one_way_laws
+               : laws;
+  }
   std::vector<std::optional<ContactLaw>> joint_laws;  // by joint of the rock mass; empty: the materials' law
   std::vector<Bond> bonds;                            // sorted by (a, b, joint)
   double bond_stretch = 0;  // by which bonds on springs may part before they break [m]

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact/structures/refinable.hpp"
 #include "core/memory.hpp"
 #include "fem/discretisation/hanging.hpp"
 #include "fem/discretisation/lattice.hpp"
@@ -126,7 +127,8 @@ void StructureSetup::check_supports(const HexMesh& mesh) {
       loose_part(mesh, body_.supports, body_.bearings ? body_.bearings->springs() : std::vector<Spring>{});
   if (!loose) return;
   body_.finite = true;
-  if (!weighs() && !(body_.spec.damping_ratio > 0)) return;
+  const bool statics = weighs() || body_.spec.damping_ratio > 0;
+  if (loose->held && !statics) return;
   const Vec3 at = mesh.nodes[static_cast<std::size_t>(mesh.hexes[static_cast<std::size_t>(loose->first)][0])];
   const std::string part =
       loose->cells == static_cast<int>(mesh.hexes.size())
@@ -135,11 +137,18 @@ void StructureSetup::check_supports(const HexMesh& mesh) {
                         cell_name(mesh, loose->first), at.x(), at.y(), at.z());
   const std::string wanted =
       weighs() ? "preload = \"none\" if it is meant to move" : "no damping_ratio if it is meant to move";
+  if (loose->hinged)
+    bad(body_.spec, "support", part,
+        "it shares an edge or a corner with the others but no face: it is free to " + loose->motion,
+        "join the cells by faces, hold this part too, or write " + wanted);
   if (loose->held)
     bad(body_.spec, "support", part, "its supports leave it free to " + loose->motion,
         "hold more nodes or directions, or write " + wanted);
-  bad(body_.spec, "support", part, "nothing holds it: it shares no node with a part that is held",
-      "merge the nodes of the mesh that lie in one place, or hold this part too");
+  bad(body_.spec, "support", part,
+      "nothing holds it: it shares no node with a part that is held, and parts of one structure do not meet "
+      "in contact",
+      "merge the nodes of the mesh that lie in one place, hold this part too, or make it a structure of its "
+      "own, which an [[interface]] lets meet this one");
 }
 
 void StructureSetup::set_loads(const Box3& extent) {
@@ -233,6 +242,7 @@ Box3 StructureSetup::make_cells() {
   const auto settle = [this](const HexMesh& mesh) {
     body_.supports = find_supports(body_.spec, mesh);
     skin_.probe(find_probes(body_.spec, mesh));
+    loads_.probe(find_probes(body_.spec, mesh));
     body_.finite = body_.supports.none || body_.spec.damage != "none" || body_.spec.kind == "viaduct";
   };
   if (ranks() != nullptr) {

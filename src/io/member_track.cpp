@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <initializer_list>
 #include <nlohmann/json.hpp>
@@ -15,6 +16,7 @@ void MemberTrack::add(double time, const MemberState& s, const MemberPeaks& peak
   if (time_.empty()) first_drift_ = s.drift, first_shift_ = s.end_shift;
   time_.push_back(time);
   drift_.push_back({s.drift[0] - first_drift_[0], s.drift[1] - first_drift_[1]});
+  widest_ = std::max({widest_, peaks.crack_width, s.crack_width});  // rows may come between its samples
   peaks_ = peaks;
   last_ = s;
 }
@@ -36,7 +38,11 @@ MemberTrack::Verdict MemberTrack::verdict() const {
   const std::array<double, 2> drift = residual_drift();
   const double residual = std::hypot(drift[0], drift[1]) / member_.length;
   const double share = member_.volume > 0 ? last_.lost_volume / member_.volume : 0;
-  const double crack = 1e3 * peaks_.crack_width;  // [mm]
+  const double crack = 1e3 * std::max(widest_, peaks_.before.crack_width);  // [mm]
+  const MemberPeaks::Before& before = peaks_.before;
+  const double use_design = std::max(peaks_.use_design.value, before.use_design),
+               use_mean = std::max(peaks_.use_mean.value, before.use_mean);
+  const auto in_time = [](double now) { return now > 1 ? "" : " in the run that it goes on from"; };
   std::string basis;
   struct Reason {
     bool holds;
@@ -52,7 +58,9 @@ MemberTrack::Verdict MemberTrack::verdict() const {
                                         std::string(member_.span ? "deflection" : "drift") +
                                             (under_load_ ? " under a load that still acts" : ""),
                                         100 * residual),
-                    wide = fmt::format("a crack of {:.3g} mm", crack);
+                    wide =
+                        fmt::format("a crack of {:.3g} mm{}", crack,
+                                    widest_ < before.crack_width ? " in the run that it goes on from" : "");
   const auto bars = [](int count, const char* what) {
     return fmt::format("{} bar{} {}", count, count == 1 ? "" : "s", what);
   };
@@ -64,7 +72,7 @@ MemberTrack::Verdict MemberTrack::verdict() const {
             "not computed{}; V_dyn/V_Rd with design strengths {:.2f}, with mean strengths {:.2f} at most",
             last_.bars_yielded > 0 ? ", " + bars(last_.bars_yielded, "yielded") : "", peaks_.use_design.value,
             peaks_.use_mean.value),
-        peaks_.use_design.value};
+        use_design};
   int grade = 0;
   if (any_of({{top_came_off(), member_.span ? "a part of it has come off" : "its top has come off"},
               {last_.ends_unseated > 0,
@@ -75,16 +83,18 @@ MemberTrack::Verdict MemberTrack::verdict() const {
   else if (any_of({{last_.bars_broken > 0, bars(last_.bars_broken, "broken")},
                    {share > 0.01, gone},
                    {residual > 0.01, leans},
-                   {peaks_.use_mean.value > 1, "V_dyn above V_Rd with mean strengths"}}))
+                   {use_mean > 1,
+                    std::string("V_dyn above V_Rd with mean strengths") + in_time(peaks_.use_mean.value)}}))
     grade = 3;
   else if (any_of({{last_.bars_yielded > 0, bars(last_.bars_yielded, "yielded")},
                    {crack > 0.4, wide},
-                   {peaks_.use_design.value > 1, "V_dyn above the design V_Rd"}}))
+                   {use_design > 1,
+                    std::string("V_dyn above the design V_Rd") + in_time(peaks_.use_design.value)}}))
     grade = 2;
   else if (any_of({{crack > 0.1, wide}}))
     grade = 1;
   if (grade == 0) basis = "no crack above 0.1 mm, no bar yields";
-  return {grade, names[grade], std::move(basis), peaks_.use_design.value};
+  return {grade, names[grade], std::move(basis), use_design};
 }
 
 MemberTrack::Function MemberTrack::function() const {
@@ -131,7 +141,7 @@ json MemberTrack::summary() const {
           {"residual_drift_ratio",
            top_came_off() ? json() : json(std::hypot(residual[0], residual[1]) / member_.length)},
           {"top_came_off", top_came_off()},
-          {"crack_width_peak", peaks_.crack_width},
+          {"crack_width_peak", widest_},
           {"crack_width_end", last_.crack_width},
           {"bars_yielded", last_.bars_yielded},
           {"bars_broken", last_.bars_broken},

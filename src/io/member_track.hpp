@@ -9,6 +9,7 @@
 ///   3 severe    a bar is broken, 1 % of it is gone, drift > 1 %, V_dyn exceeds V_Rd with mean strengths
 ///   2 moderate  a bar has yielded, a crack exceeds 0.4 mm, or V_dyn exceeds the design resistance
 ///   1 slight    a crack exceeds 0.1 mm;  0 none;  drift: the residual one over the length
+/// V_dyn / V_Rd and cracks of the runs that this one goes on from count: damage stays.
 ///
 /// Function of a span, our own: the first that holds of
 ///   closed      class 3 or 4, an end has moved by more than 50 mm (the joint), deflection > 1/250 of length
@@ -56,6 +57,7 @@ class MemberTrack {
   Member member_;
   bool elastic_ = false, under_load_ = false;
   MemberPeaks peaks_;
+  double widest_ = 0;  // crack of samples and rows [m]
   MemberState last_;
   std::vector<double> time_;
   std::vector<std::array<double, 2>> drift_;  // without that of the first row

@@ -46,6 +46,10 @@ void member_peak_fields(auto& m, auto&& f) {
   f(m.axial_least), f(m.axial_largest), f(m.drift), f(m.crack_width);
 }
 
+void before_fields(auto& m, auto&& f) {
+  f(m.before.use_design), f(m.before.use_mean), f(m.before.crack_width);
+}
+
 void contact_fields(auto& c, auto&& f) {
   f(c.time), f(c.dt), f(c.block), f(c.structure), f(c.point), f(c.force), f(c.normal), f(c.area);
 }
@@ -154,6 +158,7 @@ std::vector<double> flat(const std::vector<Pose>& poses) {
 std::string encode_blocks(std::span<const RunHeader::BlockInfo> blocks) {
   ByteWriter w;
   put_list(w, blocks, [&](const auto& b) { block_fields(b, writing(w)); });
+  for (const auto& b : blocks) w.put(b.crushed);
   return w.bytes();
 }
 
@@ -164,6 +169,8 @@ std::vector<RunHeader::BlockInfo> decode_blocks(std::string_view bytes) {
     block_fields(b, reading(r));
     check_shape(b.shape);
   });
+  for (std::size_t i = 0; i < blocks.size() && r.left() > 0; ++i)
+    r.get(blocks[i].crushed);  // not in what earlier versions wrote
   return blocks;
 }
 
@@ -256,6 +263,10 @@ std::string RecordCodec::encode(const HistoryRow& row) {
   std::vector<double> peaks;
   for (const coupling::MotionPeaks& m : row.peaks) peaks.insert(peaks.end(), {m.speed, m.spin, m.kinetic});
   put_changed(w, peaks_, peaks, peaks_width);
+  for (const HistoryRow::StructureRow& s : row.structures)
+    put_list(w, s.peaks.probes, [&](const LoadPeak& p) { load_peak_fields(p, put); });
+  for (const HistoryRow::StructureRow& s : row.structures)
+    for (const MemberPeaks& m : s.peaks.members) before_fields(m, put);
   return w.bytes();
 }
 
@@ -292,6 +303,12 @@ HistoryRow RecordCodec::decode_history(std::string_view bytes) {
     for (std::size_t k = 0; k < peaks_.size(); k += peaks_width)
       row.peaks.push_back({.speed = peaks_[k], .spin = peaks_[k + 1], .kinetic = peaks_[k + 2]});
   }
+  if (r.left() > 0)
+    for (HistoryRow::StructureRow& s : row.structures)
+      get_list(r, s.peaks.probes, [&](LoadPeak& p) { load_peak_fields(p, get); });
+  if (r.left() > 0)
+    for (HistoryRow::StructureRow& s : row.structures)
+      for (MemberPeaks& m : s.peaks.members) before_fields(m, get);
   return row;
 }
 

@@ -135,7 +135,11 @@ void SummaryBuilder::add_structure(std::size_t i, const HistoryRow& row) {
     s.members[k].add(row.time, r.members[k], r.peaks.members[k]);
   for (std::size_t k = 0; k < r.probe_displacement.size() && k < s.probes.size(); ++k) {
     const double d = r.probe_displacement[k].norm();
-    if (d > s.probes[k].peak) s.probes[k].peak = d, s.probes[k].peak_time = row.time;
+    const auto keep = [&](double size, double time) {
+      if (size > s.probes[k].peak) s.probes[k].peak = size, s.probes[k].peak_time = time;
+    };
+    if (k < r.peaks.probes.size()) keep(r.peaks.probes[k].value, r.peaks.probes[k].time);
+    keep(d, row.time);
     s.probes[k].last = r.probe_displacement[k];
   }
 }

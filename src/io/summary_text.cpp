@@ -169,6 +169,7 @@ json SummaryBuilder::of_blocks() const {
                  {"volume", info.volume},
                  {"fixed", info.fixed},
                  {"fragment", info.fragment}};
+    if (info.fragment) item["crushed_mass"] = info.crushed;
     if (b.born) {
       item["start"] = vec(b.start);
       item["end"] = vec(b.end);

@@ -30,19 +30,20 @@ void Builder::refuse_what_is_missing() {
       const ContactLaw& law = s.laws(i, j);
       const std::string key = fmt::format("interface.{}/{}.", s.materials[static_cast<std::size_t>(i)].name,
                                           s.materials[static_cast<std::size_t>(j)].name);
-      const bool deforms = s.coupling.scheme == scene::Coupling::Scheme::two_way &&
-                           std::any_of(s.structures.begin(), s.structures.end(), [&](const StructureSpec& q) {
-                             return q.material == i || q.material == j;
-                           });
+      const bool at_structure =
+          std::any_of(s.structures.begin(), s.structures.end(),
+                      [&](const StructureSpec& q) { return q.material == i || q.material == j; });
+      const bool deforms = s.coupling.scheme == scene::Coupling::Scheme::two_way && at_structure,
+                 stepped = s.coupling.scheme != scene::Coupling::Scheme::rigid && at_structure;
       if (law.yield_gradient > 0 && deforms)
         missing(key + "contact_law.gradient", fmt::format("{:g} Pa/m", law.yield_gradient),
                 "leave it out where a block meets a deformable structure; thickness holds there");
-      if (law.restitution_half_speed > 0 && deforms && law.sprung() && law.damping_ratio == 0)
+      if (law.restitution_half_speed > 0 && stepped && law.sprung() && law.damping_ratio == 0)
         missing(
             key + "restitution_half_speed", fmt::format("{:g} m/s", law.restitution_half_speed),
             "where springs press on a deformable structure a dashpot gives one restitution for all speeds: "
             "give this pair an [[interface]] of its own without it");
-      if (law.restitution && *law.restitution < contact::least_restitution && deforms && law.sprung() &&
+      if (law.restitution && *law.restitution < contact::least_restitution && stepped && law.sprung() &&
           law.damping_ratio == 0)
         add_warnings(
             {{.severity = Problem::Severity::warning,
@@ -88,6 +89,12 @@ void Builder::complete_laws() {
       if (law.kind == ContactLaw::Kind::crushing && law.stiffness == ContactLaw::Stiffness::hard && i <= j)
         problem(key, "crushing", "a contact that crushes must be elastic before it does",
                 "give the interface a normal_stiffness, or the materials Young's moduli");
+    }
+  env_.one_way_laws = env_.laws;
+  for (ContactLaw& law : env_.one_way_laws.law)
+    if (law.sprung() && law.restitution) {
+      if (law.damping_ratio == 0) law.damping_ratio = contact::damping_ratio_for(*law.restitution);
+      law.restitution.reset();
     }
 }
 

@@ -32,16 +32,26 @@ Report Builder::report_of(const std::string& name) {
 
 namespace {
 
-/// Parts of a mesh file that lie on each other without common nodes. With a preload a part that nothing holds
-/// is an error of its own.
+/// Parts of a mesh file that lie on each other without common nodes; of a structure without supports any
+/// parts that share none. A part that nothing holds where others are is an error of its own.
 std::vector<Problem> unmerged_parts(const StructureSpec& spec) {
   if (spec.kind != "mesh" || !is_solid_mesh_file(spec.file)) return {};
   const UnmergedNodes found = unmerged_nodes(read_solid_mesh(spec.file));
-  if (found.count == 0) return {};
   Problem p;
   p.severity = Problem::Severity::warning;
   p.file = spec.file;
   p.key = fmt::format("structure.{}.file", spec.name);
+  if (found.count == 0) {
+    if (found.parts < 2 || !spec.supports.empty()) return {};
+    p.value = fmt::format("{} parts that share no node", found.parts);
+    p.rule =
+        "nothing ties them together, and parts of one structure do not meet in contact: they move "
+        "through each other";
+    p.remedy =
+        "merge coincident nodes (Gmsh: Coherence Mesh), or make each part a structure of its own, which "
+        "an [[interface]] lets meet the others";
+    return {p};
+  }
   p.value = fmt::format("{} node{}, one at [{:.6g}, {:.6g}, {:.6g}] of the file", found.count,
                         found.count == 1 ? "" : "s", found.first.x(), found.first.y(), found.first.z());
   p.rule = fmt::format(
@@ -49,6 +59,25 @@ std::vector<Problem> unmerged_parts(const StructureSpec& spec) {
       "together",
       found.parts);
   p.remedy = "merge coincident nodes (Gmsh: Coherence Mesh), unless the parts are to come apart";
+  return {p};
+}
+
+/// A structure of a mesh file larger than any that is built, or thicker in all directions than any pier, is
+/// one in millimetres or centimetres. Numbers of a scene are refused by the same limits
+/// (scene/plausible.cpp).
+std::vector<Problem> mesh_size_problems(const StructureSpec& spec, const Vec3& size) {
+  constexpr double longest = 3000, thickest = 100;  // [m]
+  if (spec.kind != "mesh" || (size.maxCoeff() <= longest && size.minCoeff() <= thickest)) return {};
+  Problem p;
+  p.severity = Problem::Severity::warning;
+  p.file = spec.file;
+  p.key = fmt::format("structure.{}.file", spec.name);
+  p.value = fmt::format("{:.4g} x {:.4g} x {:.4g} m", size.x(), size.y(), size.z());
+  p.rule = size.maxCoeff() > longest ? "no structure is that large" : "no structure is that thick";
+  p.remedy = fmt::format(
+      "lengths of mesh files are metres: in millimetres it would be {:.3g} x {:.3g} x {:.3g} m; "
+      "scale it in the program that made it",
+      1e-3 * size.x(), 1e-3 * size.y(), 1e-3 * size.z());
   return {p};
 }
 
@@ -114,6 +143,7 @@ void Builder::add_structures() {
                      ? std::make_unique<contact::SurfaceIndex>(part.structure->skin().surface())
                      : coupling::moving_index(part.structure->skin().surface());
     check_probes(spec, part.index->bounds());
+    add_warnings(mesh_size_problems(spec, part.index->bounds().sizes()));
     add_warnings(unmerged_parts(spec));
     add_warnings(fineness_problems(spec));
     if (!part.stepped() && !spec.loads.empty()) warn_of_unused_loads(spec);

@@ -27,6 +27,7 @@ struct RunHeader {
     Polyhedron shape;               // body axes
     double young = 0, poisson = 0;  // of its material [Pa], 1; 0: rigid
     int from = -1;                  // fragment: the structure it came off
+    double crushed = 0;             // fragment: as Fragment::crushed [kg]
   };
   std::vector<BlockInfo> blocks;
   TriangleSurface terrain;  // empty if none (decimated for the report by io)

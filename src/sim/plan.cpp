@@ -259,17 +259,42 @@ std::vector<std::string> standing_lines(const StructureSpec& spec, const Structu
   return lines;
 }
 
+/// How contacts of a fixed surface take restitution, and how long an impulse acts on what is behind it.
+void fixed_surface_lines(const coupling::StructurePart& part, const ContactLaw& law, const std::string& pair,
+                         std::vector<std::string>& lines) {
+  if (part.one_way && law.restitution && law.sprung() && law.damping_ratio == 0)
+    lines.push_back(fmt::format(
+        "  {}: restitution {:g} at it by dashpots, damping ratio {:.3f} of the contact's springs, which set "
+        "how long a blow lasts",
+        pair, *law.restitution, contact::damping_ratio_for(*law.restitution)));
+  if (part.one_way && !law.sprung())
+    lines.push_back(fmt::format(
+        "  {}: hard contact at it: a blow is an impulse, which acts on it within one explicit sub-step of "
+        "{:.3g} s; what it would last by the block and the structure giving way is not known, so that forces "
+        "are upper bounds. A normal_stiffness or scheme \"two-way\" gives it a duration",
+        pair, part.structure->critical_step()));
+  if (!part.one_way && law.restitution && law.sprung() && law.damping_ratio == 0)
+    lines.push_back(
+        fmt::format("  {}: restitution {:g} at it as an impulse: springs press in lasting contact alone, and "
+                    "the force of "
+                    "a blow is its mean over a step",
+                    pair, *law.restitution));
+}
+
 /// What interfaces at a structure ask for and do not get there, or get otherwise than elsewhere.
 std::vector<std::string> contact_lines(const World& w, std::size_t structure) {
   const scene::Scene& s = w.scene;
   const coupling::StructurePart& part = w.system->environment().structures[structure];
   std::vector<std::string> lines;
-  if (part.fixed_surface) return lines;
   for (const auto& [a, b] : s.law_pairs) {
     if (a != part.material && b != part.material) continue;
     const ContactLaw& law = s.laws(a, b);
     const std::string pair = fmt::format("{}/{}", s.materials[static_cast<std::size_t>(a)].name,
                                          s.materials[static_cast<std::size_t>(b)].name);
+    if (part.fixed_surface) {
+      fixed_surface_lines(part, law, pair, lines);
+      continue;
+    }
     if (law.restitution && !law.sprung())
       lines.push_back(
           fmt::format("  {}: restitution {:g} is not used at it: of a hard contact comes back what the "

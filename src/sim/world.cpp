@@ -250,7 +250,7 @@ std::vector<RunHeader::BlockInfo> World::take_fragments() {
       const double within = f.kinetic - kinetic;
       (within > 0 ? system->state().ledger.damping_work : system->state().ledger.algorithmic) += within;
       born.push_back({b.name, b.mass, b.volume, false, true, shape, scene.structures[q].young,
-                      scene.structures[q].poisson, static_cast<int>(q)});
+                      scene.structures[q].poisson, static_cast<int>(q), f.crushed});
     }
     structures[q].index = coupling::moving_index(structures[q].structure->skin().surface());
   }

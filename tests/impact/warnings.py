@@ -268,6 +268,26 @@ expect("its capacity", (done.returncode, done.stdout, done.stderr), 0, " lost ",
 member = json.loads((out / "snapped/capacity.json").read_text())["members"][0]
 require("no reserve", member["lost"] and member["reserve"] is None and member["capacity_now"] is None and member["ratio"] is None, member)
 
+# A run without a structure has no pier to press.
+plain = """schema = 1
+[simulation]
+duration = "10 ms"
+[[material]]
+name = "rock"
+density = 2600
+[[block]]
+name = "B"
+material = "rock"
+shape = "box"
+size = [1, 1, 1]
+position = [0, 0, 2]
+"""
+got, summary = run("plain", plain, "--set", "output.report=false")
+expect("a block alone", got, 0)
+done = subprocess.run([talus, "capacity", "plain"], cwd=out, capture_output=True, text=True, timeout=120)
+expect("its capacity", (done.returncode, done.stdout, done.stderr), 2, "structure", absent=["Load on the top"])
+require("no table of nothing", not (out / "plain/capacity.json").exists(), "capacity.json")
+
 # A resolved scene of talus impact holds the block where it starts; what it says goes by that.
 done = subprocess.run([talus, "impact", "snapped/scene.resolved.json", "-o", "again"], cwd=out, capture_output=True, text=True, timeout=120)
 expect("impact by a resolved scene", (done.returncode, done.stdout, done.stderr), 2, "talus run takes it")

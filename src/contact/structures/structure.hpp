@@ -109,6 +109,7 @@ struct Fragment {
   std::vector<Vec3> vertices;                 // world [m]
   std::vector<std::array<int, 3>> triangles;  // outward
   double mass = 0;                            // [kg]
+  double crushed = 0;  // of it, of cells that eroded beside it and whose nodes it has, and steel [kg]
   Vec3 centroid = Vec3::Zero();
   Vec3 linear_momentum = Vec3::Zero(), angular_momentum = Vec3::Zero();  // angular about its centroid
   double kinetic = 0;                                                    // what its nodes had [J]
@@ -165,6 +166,10 @@ struct MemberPeaks {
   LoadPeak use_design, use_mean;              // V_dyn / V_Rd, sqrt((V_x / V_Rd,x)^2 + (V_y / V_Rd,y)^2)
   double axial_least = 0, axial_largest = 0;  // compression positive [N]
   double drift = 0, crack_width = 0;          // [m]
+  /// V_dyn / V_Rd and crack width [m] of the runs that this one goes on from.
+  struct Before {
+    double use_design = 0, use_mean = 0, crack_width = 0;
+  } before;
 };
 
 /// What a structure had to carry so far, found in every step that it made and independent of how often
@@ -177,6 +182,7 @@ struct LoadPeaks {
   int moment_member = -1;           // the pier that stands on it, as members(); -1: none does
   StressPeak tension, compression;  // of an elastic concrete
   std::vector<MemberPeaks> members;  // as members()
+  std::vector<LoadPeak> probes;      // sizes of displacements, permanent load included [m]
 };
 
 /// A force of a single sub-step is set by that step where something hard meets a node that is held; what a

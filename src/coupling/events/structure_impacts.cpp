@@ -38,11 +38,19 @@ void StructureImpacts::note(const dda::Model& model, const Step& step, double ti
     }
 }
 
-void StructureImpacts::report(double t_end, double start, double duration, double usual_step,
-                              std::vector<StructureContact>& rows) {
+void StructureImpacts::report(const Environment& env, double t_end, double start, double duration,
+                              double usual_step, std::vector<StructureContact>& rows) {
   const double least = shortest * std::min(usual_step, duration), gone = t_end - start;
   const bool last = duration - gone <= contact::tolerances().same_instant * duration;
   std::erase_if(pending_, [&](StructureContact& row) {
+    const StructurePart& part = env.structures[static_cast<std::size_t>(row.structure)];
+    if (part.one_way) {
+      row.dt = std::min(part.structure->critical_step(), duration);
+      row.time = std::min(row.time + row.dt, start + duration);
+      row.force /= row.dt;
+      rows.push_back(row);
+      return true;
+    }
     const double since = t_end - row.time;
     if (since < least && !last) return false;
     row.time = t_end;

@@ -18,7 +18,9 @@ class StructureImpacts {
   /// Impulses of no duration, each as the mean since it was: over the step that it began, unless that is a
   /// sliver that ends at once, with the macro step or at the next impact. Then over no less than a tenth of
   /// what is usual. `usual_step`: the fixed step, or as long as the macro step, which began at `start` [s].
-  void report(double t_end, double start, double duration, double usual_step,
+  /// On a structure of scheme "one-way", whose load they are, each acts over one explicit sub-step of that
+  /// structure, whatever the step and the macro step are.
+  void report(const Environment& env, double t_end, double start, double duration, double usual_step,
               std::vector<StructureContact>& rows);
   const std::vector<StructureContact>& pending() const { return pending_; }
   void restore(std::vector<StructureContact> pending) { pending_ = std::move(pending); }

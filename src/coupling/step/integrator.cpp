@@ -177,7 +177,7 @@ bool IslandIntegrator::finish(const Trial& trial, double done, double taken) {
   const bool released = released_;  // at its start
   record_.begin_step(trial.start, start_ + (done + taken));
   commit_step(in_, step_, report_, shed_, start_ + done + taken, taken);
-  impacts_on_structures_.report(start_ + done + taken, start_, duration_,
+  impacts_on_structures_.report(in_.env, start_ + done + taken, start_, duration_,
                                 in_.settings.fixed_step > 0 ? in_.settings.fixed_step : duration_,
                                 report_.rows);
   released_ = false;

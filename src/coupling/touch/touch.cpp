@@ -265,7 +265,7 @@ void make_touches(const dda::Model& m, const dda::State& s, const Environment& e
     t.a = pair.a;
     t.b = pair.b;
     t.at = p;
-    t.law = &env.laws(material_of(m, env, pair.a, p.face_a), m.blocks[kb].material);
+    t.law = &env.laws_at(pair.a)(material_of(m, env, pair.a, p.face_a), m.blocks[kb].material);
     if (pair.a.kind == Partner::Kind::block && (!env.joint_laws.empty() || !env.bonds.empty())) {
       const int joint = joint_of(m, pair, p);
       if (joint >= 0 && joint < static_cast<int>(env.joint_laws.size()) &&

@@ -351,12 +351,13 @@ Fragment Fracture::detach(const std::vector<int>& whole_cells, const std::vector
   for (const double energy :
        body_.of_cells(whole_cells, 1, [this](int cell, double*to) { *to = cell_energy(cell); }))
     f.elastic += energy;
-  double smallest = std::numeric_limits<double>::infinity();
+  double smallest = std::numeric_limits<double>::infinity(), of_cells = 0;
   for (const int cell : cells) {
     const auto i = static_cast<std::size_t>(cell);
     const double volume = (apart != nullptr ? apart->cell_mass[i] : body_.cell_mass[i]) / body_.spec.density;
     body_.lost.detached_volume += volume;
     smallest = std::min(smallest, volume);
+    of_cells += volume * body_.spec.density;
   }
   const std::map<int, Leaving> nodes = leaving_nodes(mesh, cells, apart);
   for (const auto& [n, node] : nodes) {
@@ -366,6 +367,7 @@ Fragment Fracture::detach(const std::vector<int>& whole_cells, const std::vector
     f.kinetic += 0.5 * node.mass * node.velocity.squaredNorm();
   }
   f.centroid /= f.mass;
+  f.crushed = std::max(0.0, f.mass - of_cells);
   for (const auto& [n, node] : nodes)
     f.angular_momentum += node.mass * (node.position - f.centroid).cross(node.velocity);
   std::vector<SeatedNode> seated;
@@ -396,7 +398,12 @@ Fragment Fracture::detach(const std::vector<int>& whole_cells, const std::vector
       body_.gravity.dot(f.linear_momentum);  // the structure's potential is that of half steps,
                                              // the block's that of its place
   body_.report(
-      fmt::format("structure {}: {} cells came off, {:.4g} kg", body_.spec.name, whole_cells.size(), f.mass));
+      fmt::format("structure {}: {} cells came off, {:.4g} kg{}", body_.spec.name, whole_cells.size(), f.mass,
+                  f.crushed > 0.5e-3 * f.mass
+                      ? fmt::format(", {:.4g} kg of it the steel within and what crushed cells beside them "
+                                    "left at their nodes",
+                                    f.crushed)
+                      : std::string()));
   return f;
 }
 

@@ -242,6 +242,7 @@ bool CondensedMotion::correct(double t, double h, std::span<const NodeImpulse> i
   if (!body_.loads.empty()) energy_.works.external_work += external;
   energy_.works.algorithmic += whole + contact - damping - gained - by_laws;
   loads_.watch(t + h, h);
+  loads_.watch_probes(t + h);
   starting_ = false;
   energy_.stored_half = forces_.stored();
   fields_.reference_kinetic = std::max(fields_.reference_kinetic, kinetic);

@@ -27,6 +27,12 @@ void Forces::moved() {
 /// Weight and prescribed loads. The weight is written anew where it may differ: at all nodes once masses have
 /// changed, else at the loads'.
 void Forces::load(double t) {
+  factors_.clear();
+  for (const PatchLoad& load : body_.loads) factors_.push_back(load.factor(t));
+  load(factors_);
+}
+
+void Forces::load(std::span<const double> factors) {
   const auto weigh = [&](int i) {
     for (int c = 0; c < 3; ++c) fields_.f_ext[4 * i + c] = body_.mass[i] * body_.gravity[c];
   };
@@ -35,11 +41,11 @@ void Forces::load(double t) {
   weights_valid_ = true;
   for (const PatchLoad& load : body_.loads)
     for (int i : load.node) weigh(i);
-  for (const PatchLoad& load : body_.loads) {
-    const double factor = load.factor(t);
-    if (factor == 0) continue;
+  for (std::size_t l = 0; l < body_.loads.size(); ++l) {
+    const PatchLoad& load = body_.loads[l];
+    if (factors[l] == 0) continue;
     for (std::size_t k = 0; k < load.node.size(); ++k)
-      for (int c = 0; c < 3; ++c) fields_.f_ext[4 * load.node[k] + c] += factor * load.force[k][c];
+      for (int c = 0; c < 3; ++c) fields_.f_ext[4 * load.node[k] + c] += factors[l] * load.force[k][c];
   }
 }
 

@@ -16,7 +16,8 @@ class Forces {
 
   /// All of them at the present state and t [s].
   void evaluate(double t);
-  void load(double t);  // f_ext alone
+  void load(double t);                         // f_ext alone
+  void load(std::span<const double> factors);  // of every load
   /// The state changed: hanging nodes follow, what is kept is stale.
   void moved();
   void masses_changed() { weights_valid_ = false; }
@@ -32,6 +33,7 @@ class Forces {
   StructureBody& body_;
   NodalFields& fields_;
   std::vector<int> candidates_;
+  std::vector<double> factors_;  // of the loads
   bool valid_ = false, weights_valid_ = false, accepted_ = false;
   double time_ = 0, stored_ = 0;
 };

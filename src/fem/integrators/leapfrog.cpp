@@ -193,6 +193,7 @@ void Leapfrog::correct(double t, double h, std::span<const NodeImpulse> given) {
   account(h, kick, works);
   fields_.h_last = h;
   fields_.time = t + h;
+  loads_.watch_probes(t + h);
   fields_.reference_kinetic = std::max(fields_.reference_kinetic, works.kinetic);
   // Rounding alone never wakes a structure at rest.
   fields_.judge((works.kinetic > 1e-8 * fields_.reference_kinetic && works.kinetic > 1e-14 * works.stored) ||

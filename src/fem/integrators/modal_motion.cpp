@@ -32,6 +32,7 @@ constexpr double longest_memory =
 ModalMotion::Basis& ModalMotion::basis() {
   if (basis_.modes.omega.size() == std::min(modes_, body_.dofs.size)) return basis_;
   basis_ = {};
+  carried_ = {};
   running_ = false;
   Basis& l = basis_;
   const int n = body_.dofs.size, loads = static_cast<int>(body_.loads.size());
@@ -192,10 +193,14 @@ bool ModalMotion::enter(double t, bool forced) {
   return entered;
 }
 
+VecX ModalMotion::displacement(const VecX& q, const VecX& factor) const {
+  return basis_.gravity + basis_.correction * factor + basis_.modes.phi * q;
+}
+
 /// Writes the modal motion to the nodes.
 void ModalMotion::materialise() {
   Basis& l = basis_;
-  scatter(body_.dofs, l.gravity + l.correction * factor_ + l.modes.phi * q_, fields_.u);
+  scatter(body_.dofs, displacement(q_, factor_), fields_.u);
   scatter(body_.dofs, l.modes.phi * rate_ + rest_.amplitude * rest_.velocity, fields_.v);
   fields_.h_last = 0;
   forces_.moved();
@@ -222,6 +227,7 @@ void ModalMotion::advance(double t, double duration) {
     const double h = times[piece + 1] - times[piece];
     VecX next(loads);
     for (int k = 0; k < loads; ++k) next[k] = body_.loads[k].factor(times[piece + 1]);
+    if (loads_.track().begun()) watch(times[piece], h, next);
     const VecX p = l.participation * factor_, p1 = l.participation * next;
     for (int i = 0; i < modes; ++i) {
       const double start = p[i] * q_[i];
@@ -244,11 +250,6 @@ void ModalMotion::advance(double t, double duration) {
                         rest_.energy * rest_.amplitude * rest_.amplitude;
   fields_.judge(moving > 1e-8 * fields_.reference_kinetic, t);
   materialise();
-  // Forces are no by-product here: not more often than their mean moves.
-  if (!loads_.track().begun()) return;
-  if (!loads_.track().due(duration, load_window)) return loads_.track().pass_unheard(duration);
-  forces_.evaluate(fields_.time);
-  loads_.watch(fields_.time, duration);
 }
 
 /// A mode of amplitude A is off by (omega h)^2 / 12 of its phase omega t, and rings for a time

@@ -43,7 +43,17 @@ class ModalMotion : protected MovingStructure {
     MatX pattern, correction;  // P_l, r_l
     MatX participation;        // Phi^T P, m x l
   };
+  /// What feet, members and probes carry, f = f_g + D q + C c, rows as MemberLoads::carried(). Moments have
+  /// the arms that the permanent load leaves.
+  struct Carried {
+    VecX permanent;     // f_g
+    MatX modes, loads;  // D, C
+  };
   Basis& basis();
+  const Carried& carried();
+  bool at_rest(const VecX& next) const;
+  void watch(double t, double h, const VecX& next);
+  VecX displacement(const VecX& q, const VecX& factor) const;
   int modes_at_most() const;
   int modes_within(double duration) const;
   bool more_modes();
@@ -54,6 +64,7 @@ class ModalMotion : protected MovingStructure {
   Leapfrog& leapfrog_;
   CondensedFactors& factors_;
   Basis basis_;                 // empty until needed
+  Carried carried_;             // of that basis, likewise
   int modes_ = 24;              // asked for; more where the energy needs them
   double try_ = 100;            // lone steps after which modal motion is tried next
   double last_excess_ = 1e300;  // what was left out at the last try, over what may be

@@ -7,13 +7,13 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 
 #include "core/disjoint_sets.hpp"
 
 namespace talus::fem {
 namespace {
 
-using Mat6 = Eigen::Matrix<double, 6, 6>;
 using Vec6 = Eigen::Matrix<double, 6, 1>;
 
 /// The direction of a vector, its largest component positive.
@@ -32,34 +32,122 @@ std::string in_words(const Vec6& motion) {
                                           : "turn about an axis along " + direction(turn);
 }
 
-/// How a set of nodes is held, as a quadratic form of its rigid motions (translation, rotation times
-/// `length`) about its centre.
-struct Hold {
+/// Cells that move as one, and the rows of displacements that their rigid motion (translation, rotation times
+/// `length`) about their centre gives.
+struct Piece {
   std::vector<int> nodes;
   int cells = 0, first = 0;
+  Vec3 centre = Vec3::Zero();
+  double length = 0;
 
-  Mat6 form(const HexMesh& mesh, const Supports& supports, bool& held) const {
-    Vec3 centre = Vec3::Zero();
+  void measure(const HexMesh& mesh) {
+    const auto count = static_cast<double>(nodes.size());
+    for (const int n : nodes) centre += mesh.nodes[static_cast<std::size_t>(n)] / count;
     for (const int n : nodes)
-      centre += mesh.nodes[static_cast<std::size_t>(n)] / static_cast<double>(nodes.size());
-    double length_sq = 0;
-    for (const int n : nodes)
-      length_sq += (mesh.nodes[static_cast<std::size_t>(n)] - centre).squaredNorm() /
-                   static_cast<double>(nodes.size());
-    const double length = std::sqrt(length_sq);
-    Mat6 a = Mat6::Zero();
-    for (const int n : nodes)
-      for (int c = 0; c < 3; ++c) {
-        if (!supports.held[static_cast<std::size_t>(n)][static_cast<std::size_t>(c)]) continue;
-        const Vec3 axis = Vec3::Unit(c);
-        Vec6 row;
-        row << axis, (mesh.nodes[static_cast<std::size_t>(n)] - centre).cross(axis) / length;
-        a += row * row.transpose();
-        held = true;
-      }
-    return a;
+      length += (mesh.nodes[static_cast<std::size_t>(n)] - centre).squaredNorm() / count;
+    length = std::sqrt(length);
+  }
+  Vec6 row(const Vec3& at, int direction) const {
+    const Vec3 axis = Vec3::Unit(direction);
+    Vec6 row;
+    row << axis, (at - centre).cross(axis) / length;
+    return row;
   }
 };
+
+/// Pieces of a part by the name of the set that each cell is in, ascending.
+std::map<int, Piece> pieces_of(const HexMesh& mesh, const std::vector<int>& cells, DisjointSets& sets) {
+  std::map<int, Piece> pieces;
+  for (const int cell : cells) {
+    const auto [at, fresh] = pieces.try_emplace(sets.root(cell));
+    if (fresh) at->second.first = cell;
+    ++at->second.cells;
+    const auto& hex = mesh.hexes[static_cast<std::size_t>(cell)];
+    at->second.nodes.insert(at->second.nodes.end(), hex.begin(), hex.end());
+  }
+  for (auto& [set, piece] : pieces) {
+    std::sort(piece.nodes.begin(), piece.nodes.end());
+    piece.nodes.erase(std::unique(piece.nodes.begin(), piece.nodes.end()), piece.nodes.end());
+    piece.measure(mesh);
+  }
+  return pieces;
+}
+
+constexpr std::size_t most_pieces = 100;  // six unknowns each, of a dense problem
+
+/// Sets of cells joined by faces. Cells of two sizes that meet, and what springs tie, count as joined;
+/// without the table of faces all that share a node do.
+DisjointSets joined_by_faces(const HexMesh& mesh, const std::vector<Spring>& springs) {
+  DisjointSets sets(static_cast<int>(mesh.hexes.size()));
+  std::vector<std::vector<int>> tied;  // nodes
+  for (const HangingNode& h : mesh.hanging) {
+    tied.push_back({h.node});
+    for (const auto& [master, weight] : h.masters) tied.back().push_back(master);
+  }
+  for (const Spring& spring : springs) tied.emplace_back(spring.node.begin(), spring.node.end());
+  std::vector<int> first(mesh.nodes.size(), -1), group(mesh.nodes.size(), -1);
+  DisjointSets groups(static_cast<int>(tied.size()));
+  for (std::size_t k = 0; k < tied.size(); ++k)
+    for (const int n : tied[k]) {
+      int& of = group[static_cast<std::size_t>(n)];
+      of < 0 ? void(of = static_cast<int>(k)) : groups.join(of, static_cast<int>(k));
+    }
+  std::vector<int> cell_of(tied.size(), -1);
+  for (std::size_t cell = 0; cell < mesh.hexes.size(); ++cell) {
+    const int number = static_cast<int>(cell);
+    if (!mesh.across.empty())
+      for (const int other : mesh.across[cell])
+        if (other >= 0) sets.join(number, other);
+    for (const int n : mesh.hexes[cell]) {
+      const auto node = static_cast<std::size_t>(n);
+      if (group[node] < 0 && !mesh.across.empty()) continue;
+      int& same = group[node] < 0 ? first[node] : cell_of[static_cast<std::size_t>(groups.root(group[node]))];
+      same < 0 ? void(same = number) : sets.join(same, number);
+    }
+  }
+  return sets;
+}
+
+/// A piece of these, which share nodes, that can move with respect to what holds them.
+std::optional<LoosePart> loose_of(const HexMesh& mesh, const Supports& supports,
+                                  const std::vector<Piece>& pieces) {
+  const auto size = static_cast<Eigen::Index>(6 * pieces.size());
+  MatX form = MatX::Zero(size, size);
+  std::map<int, std::size_t> first_at;  // node: the first piece that has it
+  bool held = false;
+  for (std::size_t k = 0; k < pieces.size(); ++k)
+    for (const int n : pieces[k].nodes) {
+      const Vec3& at = mesh.nodes[static_cast<std::size_t>(n)];
+      const auto block = static_cast<Eigen::Index>(6 * k);
+      const auto [other, fresh] =
+          pieces.size() > 1 ? first_at.try_emplace(n, k) : std::pair(first_at.end(), true);
+      for (int c = 0; c < 3; ++c) {
+        const Vec6 row = pieces[k].row(at, c);
+        if (supports.held[static_cast<std::size_t>(n)][static_cast<std::size_t>(c)])
+          form.block<6, 6>(block, block) += row * row.transpose(), held = true;
+        if (fresh) continue;
+        const auto block0 = static_cast<Eigen::Index>(6 * other->second);
+        const Vec6 row0 = pieces[other->second].row(at, c);
+        form.block<6, 6>(block, block) += row * row.transpose();
+        form.block<6, 6>(block0, block0) += row0 * row0.transpose();
+        form.block<6, 6>(block, block0) -= row * row0.transpose();
+        form.block<6, 6>(block0, block) -= row0 * row.transpose();
+      }
+    }
+  const Eigen::SelfAdjointEigenSolver<MatX> motions(form);
+  if (motions.eigenvalues()[0] > 1e-12 * motions.eigenvalues()[size - 1]) return std::nullopt;
+  const VecX motion = motions.eigenvectors().col(0);
+  std::size_t most = 0;
+  const auto of = [&](std::size_t k) -> Vec6 { return motion.segment<6>(static_cast<Eigen::Index>(6 * k)); };
+  for (std::size_t k = 1; k < pieces.size(); ++k)
+    if (of(k).norm() > of(most).norm()) most = k;
+  LoosePart loose{pieces[most].cells, pieces[most].first, held, held && pieces.size() > 1,
+                  in_words(of(most))};
+  if (!held)  // all of them
+    loose.cells = std::accumulate(pieces.begin(), pieces.end(), 0,
+                                  [](int sum, const Piece& piece) { return sum + piece.cells; });
+  return loose;
+}
 
 }  // namespace
 
@@ -72,20 +160,19 @@ std::optional<LoosePart> loose_part(const HexMesh& mesh, const Supports& support
     for (const auto& [master, weight] : h.masters) sets.join(h.node, master);
   for (const Spring& spring : springs)
     for (const int n : spring.node) sets.join(spring.node.front(), n);
-  std::map<int, Hold> parts;
-  for (int cell = 0; cell < static_cast<int>(mesh.hexes.size()); ++cell) {
-    const auto [at, fresh] = parts.try_emplace(sets.root(mesh.hexes[static_cast<std::size_t>(cell)][0]));
-    if (fresh) at->second.first = cell;
-    ++at->second.cells;
-  }
-  for (int n = 0; n < static_cast<int>(mesh.nodes.size()); ++n)
-    if (const auto at = parts.find(sets.root(n)); at != parts.end()) at->second.nodes.push_back(n);
-  for (const auto& [root, part] : parts) {
-    LoosePart loose{part.cells, part.first, false, ""};
-    const Eigen::SelfAdjointEigenSolver<Mat6> motions(part.form(mesh, supports, loose.held));
-    if (motions.eigenvalues()[0] > 1e-12 * motions.eigenvalues()[5]) continue;
-    loose.motion = in_words(motions.eigenvectors().col(0));
-    return loose;
+  std::map<int, std::vector<int>> parts;  // cells
+  for (int cell = 0; cell < static_cast<int>(mesh.hexes.size()); ++cell)
+    parts[sets.root(mesh.hexes[static_cast<std::size_t>(cell)][0])].push_back(cell);
+  DisjointSets stiff = joined_by_faces(mesh, springs);
+  for (const auto& [root, cells] : parts) {
+    std::vector<Piece> pieces;
+    for (auto& [set, piece] : pieces_of(mesh, cells, stiff)) pieces.push_back(std::move(piece));
+    if (pieces.size() > most_pieces) {  // as one, which finds less
+      DisjointSets one(static_cast<int>(mesh.hexes.size()));
+      for (const int cell : cells) one.join(cells.front(), cell);
+      pieces = {pieces_of(mesh, cells, one).begin()->second};
+    }
+    if (const auto loose = loose_of(mesh, supports, pieces)) return loose;
   }
   return std::nullopt;
 }

@@ -10,14 +10,6 @@ namespace {
 
 constexpr std::size_t per_station = 5;
 
-std::vector<double> section_forces(std::span<const MemberState> states) {
-  std::vector<double> f;
-  for (const MemberState& s : states)
-    for (std::size_t k = 0; k < s.axial.size(); ++k)
-      f.insert(f.end(), {s.axial[k], s.shear[k][0], s.shear[k][1], s.moment[k][0], s.moment[k][1]});
-  return f;
-}
-
 void keep(LoadPeak& peak, double value, double time, double station = 0) {
   if (value > peak.value) peak = {value, time, station};
 }
@@ -31,10 +23,20 @@ void each_number(auto& peaks, auto&& f) {
   for (auto& m : peaks.members) {
     three(m.shear), three(m.moment), three(m.use_design), three(m.use_mean);
     f(m.axial_least), f(m.axial_largest), f(m.drift), f(m.crack_width);
+    f(m.before.use_design), f(m.before.use_mean), f(m.before.crack_width);
   }
+  for (auto& p : peaks.probes) three(p);
 }
 
 }  // namespace
+
+std::vector<double> section_forces(std::span<const MemberState> states) {
+  std::vector<double> f;
+  for (const MemberState& s : states)
+    for (std::size_t k = 0; k < s.axial.size(); ++k)
+      f.insert(f.end(), {s.axial[k], s.shear[k][0], s.shear[k][1], s.moment[k][0], s.moment[k][1]});
+  return f;
+}
 
 void LoadTrack::name_feet(std::span<const Vec3> at, std::span<const int> member) {
   foot_.assign(at.begin(), at.end());
@@ -79,16 +81,21 @@ void LoadTrack::begin_again(std::span<const double> reaction, std::span<const Me
                             std::span<const MemberState> states) {
   const std::vector<double> permanent = at_start_;
   const RunningMean so_far = reactions_;  // a reaction of the moment is no mean
+  const std::vector<MemberPeaks> earlier = peaks_.members;
   begin(reaction, members, states);
+  for (std::size_t k = 0; k < std::min(earlier.size(), peaks_.members.size()); ++k) {
+    const MemberPeaks& was = earlier[k];
+    peaks_.members[k].before = {std::max(was.before.use_design, was.use_design.value),
+                                std::max(was.before.use_mean, was.use_mean.value),
+                                std::max(was.before.crack_width, was.crack_width)};
+  }
   if (permanent.size() == at_start_.size()) at_start_ = permanent;
   if (so_far.begun()) reactions_ = so_far;
   count(0);  // what rests takes no step that would tell
 }
 
 void LoadTrack::react(double t, double duration, std::span<const double> reaction) {
-  const bool moved = reactions_.add(unheard_ + duration, reaction);
-  unheard_ = 0;
-  if (!moved) return;
+  if (!reactions_.add(duration, reaction)) return;
   count(std::max(0.0, t - 0.5 * load_window));
 }
 
@@ -110,19 +117,36 @@ void LoadTrack::count(double when) {
 
 void LoadTrack::sample(double t, double duration, std::span<const Member> members,
                        std::span<const MemberState> states) {
-  const std::vector<double> now = section_forces(states);
-  const bool moved = forces_.add(since_ + duration, now);
-  since_ = 0;
-  std::size_t at = 0;
+  bear(t, duration, members, section_forces(states));
   for (std::size_t k = 0; k < states.size(); ++k) {
+    sway(k, states[k].drift);
     MemberPeaks& p = peaks_.members[k];
-    p.drift = std::max(p.drift, std::hypot(states[k].drift[0] - first_drift_[k][0],
-                                           states[k].drift[1] - first_drift_[k][1]));
     p.crack_width = std::max(p.crack_width, states[k].crack_width);
-    const std::size_t width = per_station * states[k].axial.size();
-    if (moved) judge(std::max(0.0, t - 0.5 * load_window), k, members[k], forces_.mean().subspan(at, width));
+  }
+}
+
+void LoadTrack::bear(double t, double duration, std::span<const Member> members,
+                     std::span<const double> forces) {
+  const bool moved = forces_.add(since_ + duration, forces);
+  since_ = 0;
+  if (!moved) return;
+  std::size_t at = 0;
+  for (std::size_t k = 0; k < members.size(); ++k) {
+    const std::size_t width = per_station * members[k].stations.size();
+    judge(std::max(0.0, t - 0.5 * load_window), k, members[k], forces_.mean().subspan(at, width));
     at += width;
   }
+}
+
+void LoadTrack::sway(std::size_t member, const std::array<double, 2>& drift) {
+  MemberPeaks& p = peaks_.members[member];
+  p.drift =
+      std::max(p.drift, std::hypot(drift[0] - first_drift_[member][0], drift[1] - first_drift_[member][1]));
+}
+
+void LoadTrack::displace(double t, std::size_t probe, const Vec3& u) {
+  if (probe >= peaks_.probes.size()) peaks_.probes.resize(probe + 1);
+  keep(peaks_.probes[probe], u.norm(), t);
 }
 
 /// V_dyn / V_Rd along both axes, of a section without concrete none.
@@ -152,10 +176,11 @@ void LoadTrack::clear() {
 void LoadTrack::save(std::vector<double>& state) const {
   state.push_back(static_cast<double>(at_start_.size()));
   state.insert(state.end(), at_start_.begin(), at_start_.end());
-  state.insert(state.end(), {since_, unheard_, static_cast<double>(peaks_.moment_member),
-                             peaks_.moment_at.x(), peaks_.moment_at.y(), peaks_.moment_at.z()});
+  state.insert(state.end(), {since_, static_cast<double>(peaks_.moment_member), peaks_.moment_at.x(),
+                             peaks_.moment_at.y(), peaks_.moment_at.z()});
   state.push_back(static_cast<double>(first_drift_.size()));
   for (const auto& d : first_drift_) state.insert(state.end(), d.begin(), d.end());
+  state.push_back(static_cast<double>(peaks_.probes.size()));
   each_number(peaks_, [&](double v) { state.push_back(v); });
   reactions_.save(state);
   forces_.save(state);
@@ -165,12 +190,13 @@ void LoadTrack::restore(StateReader& state) {
   clear();
   at_start_.resize(state.count());
   for (double& value : at_start_) value = state.next();
-  since_ = state.next(), unheard_ = state.next();
+  since_ = state.next();
   peaks_.moment_member = static_cast<int>(state.next());
   for (int k = 0; k < 3; ++k) peaks_.moment_at[k] = state.next();
   first_drift_.resize(state.count());
   for (auto& d : first_drift_) d = {state.next(), state.next()};
   peaks_.members.resize(first_drift_.size());
+  peaks_.probes.resize(state.count());
   each_number(peaks_, [&](double& v) { v = state.next(); });
   reactions_.restore(state);
   forces_.restore(state);

@@ -189,18 +189,74 @@ void MemberLoads::watch_stress(double t) {
 
 /// What it carries now is what it carries for good.
 void MemberLoads::begin() {
-  if (body_.supports.none) return;
+  if (body_.supports.none) track_.clear();
+  if (body_.supports.none) return watch_probes(0);
   forces_.evaluate(fields_.time);
   if (!body_.divided()) find_feet(body_.mesh);
   track_.begin(foot_reactions(0), members_, states());
   watch_stress(0);
+  watch_probes(0);
 }
 
 void MemberLoads::begin_again() {
-  if (body_.supports.none) return;
+  if (body_.supports.none) return begin();
   forces_.evaluate(fields_.time);
   track_.begin_again(foot_reactions(0), members_, states());
   watch_stress(0);
+  watch_probes(0);
+}
+
+/// Each corner's displacement comes from the one rank that owns it.
+std::vector<Vec3> MemberLoads::displaced_probes() const {
+  std::vector<double> corners;
+  for (const ProbePoint& p : probes_)
+    for (const int whole : p.node) {
+      const int n = body_.node_here(whole);
+      for (int c = 0; c < 3; ++c)
+        corners.push_back(n >= 0 && body_.own_node(n) ? fields_.u[4 * static_cast<std::size_t>(n) + c] : 0.0);
+    }
+  body_.sum(corners);
+  std::vector<Vec3> displaced;
+  const double* corner = corners.data();
+  for (const ProbePoint& p : probes_) {
+    Vec3& u = displaced.emplace_back(Vec3::Zero());
+    for (const double weight : p.weight) u += weight * Vec3(corner), corner += 3;
+  }
+  return displaced;
+}
+
+void MemberLoads::watch_probes(double t) {
+  if (probes_.empty()) return;
+  const std::vector<Vec3> displaced = displaced_probes();
+  for (std::size_t k = 0; k < displaced.size(); ++k) track_.displace(t, k, displaced[k]);
+}
+
+long MemberLoads::forces_carried() const {
+  std::size_t stations = 0;
+  for (const Member& m : members_) stations += m.stations.size();
+  return static_cast<long>(6 + 3 * foot_centroid_.size() + 5 * stations);
+}
+
+VecX MemberLoads::carried() const {
+  std::vector<double> all = foot_reactions(0);
+  const std::vector<MemberState> members = find_states(false);
+  const std::vector<double> sections = section_forces(members);
+  all.insert(all.end(), sections.begin(), sections.end());
+  for (const MemberState& m : members) all.insert(all.end(), m.drift.begin(), m.drift.end());
+  for (const Vec3& u : displaced_probes()) all.insert(all.end(), u.begin(), u.end());
+  return Eigen::Map<const VecX>(all.data(), static_cast<long>(all.size()));
+}
+
+void MemberLoads::carry(double t, double duration, Eigen::Ref<const VecX> mean) {
+  const std::size_t reactions = 6 + 3 * foot_centroid_.size(), all = static_cast<std::size_t>(mean.size());
+  track_.react(t, duration, {mean.data(), reactions});
+  track_.bear(t, duration, members_, {mean.data() + reactions, all - reactions});
+}
+
+void MemberLoads::displace(double t, Eigen::Ref<const VecX> end) {
+  const double* at = end.data();
+  for (std::size_t k = 0; k < members_.size(); ++k, at += 2) track_.sway(k, {at[0], at[1]});
+  for (std::size_t k = 0; k < probes_.size(); ++k, at += 3) track_.displace(t, k, Vec3(at));
 }
 
 void MemberLoads::watch(double t, double h) {

@@ -1,5 +1,5 @@
 /// What the members and feet of a structure carry: sectional forces, drift, reactions, and the greatest of
-/// them so far.
+/// them and of the displacements of probes so far.
 #pragma once
 #include "fem/integrators/forces.hpp"
 #include "fem/members/load_track.hpp"
@@ -29,9 +29,20 @@ class MemberLoads : public StructureLoads {
   /// Once cells and bars are there.
   void complete();
   void find_segments();  // of members and their cuts
+  void probe(std::vector<ProbePoint> points) { probes_ = std::move(points); }
   void begin();
   void begin_again();
   void watch(double t, double h);  // of the step that has come to t, its impulses in place
+  void watch_probes(double t);     // as displaced at t
+  void watch_stress(double t);     // of elastic concrete
+  /// What the forces as they stand, without contact, make feet and members carry: reactions as
+  /// foot_reactions(0), section forces, drifts, displacements of probes, one after the other.
+  VecX carried() const;
+  /// The first of them, which are forces; the others are displacements.
+  long forces_carried() const;
+  /// Of a step of `duration` that ends at t: mean forces, displacements at its end, as carried().
+  void carry(double t, double duration, Eigen::Ref<const VecX> mean);
+  void displace(double t, Eigen::Ref<const VecX> end);
 
   const std::vector<Member>& members() const override { return members_; }
   const Place& place(std::size_t member) const { return places_[member]; }
@@ -50,7 +61,7 @@ class MemberLoads : public StructureLoads {
 
  private:
   Vec6 present_reaction() const;
-  void watch_stress(double t);  // of elastic concrete
+  std::vector<Vec3> displaced_probes() const;
   std::vector<MemberState> find_states(bool widths) const;
   MemberState state(std::size_t member, AlignedVector& force, bool widths) const;
   std::vector<double> sums_over(const std::vector<const std::vector<int>*>& lists) const;
@@ -64,6 +75,7 @@ class MemberLoads : public StructureLoads {
   mutable std::vector<Place> places_;        // which lanes of their packs count is set for every use
   mutable std::vector<MemberState> states_;  // of a revision of the fields
   mutable long states_of_ = -1;
+  std::vector<ProbePoint> probes_;
   std::vector<int> foot_of_;  // of each supported node, as Supports::nodes
   std::vector<Vec3> foot_centroid_;
 };

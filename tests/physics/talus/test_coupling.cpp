@@ -333,6 +333,47 @@ TEST(OneWay, PutsTheRecordedLoadsOnTheStructure) {
     EXPECT_LT(std::abs(r.ledger.residual), 1e-11 * o.rows.front().ledger.kinetic) << r.time;
 }
 
+/// A cube of 2.6 t that comes down on a slab of 0.5 m at 5 m/s, which it does not yield to.
+Outcome slab_struck(double every, const std::string& law, const std::string& scheme = "one-way") {
+  SceneText s(Method::by_accuracy(1e-3), 0.04, Vec3::Zero());
+  s.history(every)
+      .material("concrete", 2500, "young = 30e9\npoisson = 0.2")
+      .material("rock", 2600)
+      .interface("rock", "concrete", 0, law);
+  s.box("B", Vec3(1, 1, 1), Vec3(0, 0, 0.51), velocity(Vec3(0, 0, -5)));
+  s.raw(
+      structure_box("slab", Vec3(4, 4, 1), Vec3(0, 0, -0.5), {8, 8, 2}, "concrete", std::string(held_below)));
+  return run_scene(s.raw("[coupling]\nscheme = \"" + scheme + "\"\n").str());
+}
+
+/// An impulse acts for as long as the structure's step is, whatever rows are written: it was spread from the
+/// blow to the next row.
+TEST(OneWay, ABlowActsAsLongAtAnyHistoryInterval) {
+  for (const char* law : {"normal_stiffness = \"hard\"", "normal_stiffness = \"hard\"\nrestitution = 0.5",
+                          "normal_stiffness = \"1 GPa/m\"\nrestitution = 0.5"}) {
+    SCOPED_TRACE(law);
+    const Outcome often = slab_struck(1e-4, law), seldom = slab_struck(0.01, law);
+    ASSERT_TRUE(often.ok() && seldom.ok());
+    EXPECT_NEAR(seldom.result.audit.impulse_on_structure.z() / often.result.audit.impulse_on_structure.z(), 1,
+                0.01);
+    // Sub-steps end at rows: others.
+    EXPECT_NEAR(seldom.last().structures[0].peaks.force.value / often.last().structures[0].peaks.force.value,
+                1, 0.03);
+  }
+}
+
+/// Restitution by dashpots of the springs that are given, as at a structure that yields; it was an impulse,
+/// and the stiffness without effect.
+TEST(OneWay, RestitutionLeavesTheSpringItsDuration) {
+  const std::string law = "normal_stiffness = \"1 GPa/m\"\nrestitution = 0.5";
+  const Outcome apart = slab_struck(0.01, law), together = slab_struck(0.01, law, "two-way");
+  ASSERT_TRUE(apart.ok() && together.ok());
+  EXPECT_NEAR(apart.last().velocity[0].z(), 2.5, 0.05);
+  // The spring gives 1 GN/m, the slab some 50 GN/m: what it yields changes the force by some per cent.
+  EXPECT_NEAR(apart.last().structures[0].peaks.force.value / together.last().structures[0].peaks.force.value,
+              1, 0.05);
+}
+
 /// A column under a steady traction that no block touches, by this scheme.
 std::string loaded_column(const std::string& scheme) {
   SceneText s(Method::by_accuracy(1e-3), 0.02, Vec3(0, 0, -9.81));

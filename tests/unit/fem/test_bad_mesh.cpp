@@ -105,6 +105,30 @@ TEST(BadMesh, PartsThatNothingHolds) {
   for (const char* low : {"109,3,0,0", "110,4,0,0", "111,4,1,0", "112,3,1,0"})
     text.replace(text.find(low) + 8, 1, "0.5");
   expect_in(refused(from_text(text)), {"support", "1 cells", "cell 702", "shares no node"});
+  StructureSpec s = from_text(text);
+  s.gravity_preload = false;  // it would fall through the other, whatever begins the run
+  expect_in(refused(s),
+            {"support", "1 cells", "cell 702", "do not meet in contact", "a structure of its own"});
+}
+
+// Cells that share an edge or a corner with what is held turn about it; one more face in common holds them.
+TEST(BadMesh, CellsThatHangByAnEdgeOrACorner) {
+  const std::string text = std::string(sixteen_nodes) +
+                           "117,2,1,0\n118,2,2,0\n119,1,2,0\n120,2,1,1\n121,2,2,1\n122,1,2,1\n" +
+                           "123,1,1,2\n124,2,1,2\n125,2,2,2\n126,1,2,2\n127,2,0,0\n128,2,0,1\n" + first_cell;
+  const auto held_below_the_first = [](StructureSpec s) {
+    s.supports[0] = {"", "", Box3(Vec3(0, 0, 0), Vec3(1, 1, 0)), {true, true, true}};
+    return s;
+  };
+  StructureSpec s = held_below_the_first(from_text(text + "702,103,117,118,119,107,120,121,122\n"));
+  expect_in(refused(s), {"support", "1 cells", "cell 702", "no face", "turn about an axis along [0, 0, 1]"});
+  s.gravity_preload = false;  // it may turn then, and does so by any angle
+  EXPECT_EQ(refused(s), "accepted");
+  expect_in(refused(held_below_the_first(from_text(text + "702,107,120,121,122,123,124,125,126\n"))),
+            {"1 cells", "cell 702", "no face", "turn about an axis"});
+  EXPECT_EQ(refused(held_below_the_first(from_text(text + "702,103,117,118,119,107,120,121,122\n" +
+                                                   "703,102,127,117,103,106,128,120,107\n"))),
+            "accepted");
 }
 
 // Held along a line it turns about it, in a point about any axis, on rollers it moves along them; what swings

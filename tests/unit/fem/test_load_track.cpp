@@ -177,3 +177,38 @@ TEST(LoadTrack, GoesOnFromASavedStateAndStartsOver) {
   EXPECT_LE(one.loads().peaks().shear.value, before);
   EXPECT_GT((one.loads().base_force() - permanent.head<3>()).norm(), 1e3);
 }
+
+// What a section had to carry in the runs before stands beside what it carries in this one.
+TEST(LoadTrack, KeepsTheUseOfTheRunsBefore) {
+  Member pier;
+  pier.stations = {0};
+  pier.shear_design = {1e6, 1e6}, pier.shear_mean = {2e6, 2e6};
+  const std::array members{pier};
+  const auto carrying = [](double shear, double crack_width) {
+    MemberState s;
+    s.axial = {0}, s.shear = {{{shear, 0}}}, s.moment = {{{0, 0}}};
+    s.crack_width = crack_width;
+    return std::array{s};
+  };
+  LoadTrack track;
+  const std::array<double, 6> none{};
+  track.begin(none, members, carrying(0, 0));
+  track.sample(0.01, 0.01, members, carrying(3e6, 2e-3));
+  track.begin_again(none, members, carrying(0.5e6, 1e-3));
+  track.sample(0.01, 0.01, members, carrying(1e6, 0.5e-3));
+  const auto expect = [](const MemberPeaks& p, double design, double mean, double width) {
+    EXPECT_NEAR(p.before.use_design, design, 1e-12);
+    EXPECT_NEAR(p.before.use_mean, mean, 1e-12);
+    EXPECT_NEAR(p.before.crack_width, width, 1e-15);
+  };
+  expect(track.peaks().members.at(0), 3, 1.5, 2e-3);
+  EXPECT_NEAR(track.peaks().members[0].use_mean.value, 0.5, 1e-12);
+  track.begin_again(none, members, carrying(0, 0));  // the greatest of all
+  expect(track.peaks().members.at(0), 3, 1.5, 2e-3);
+  std::vector<double> state;
+  track.save(state);
+  LoadTrack other;
+  StateReader reader(state);
+  other.restore(reader);
+  expect(other.peaks().members.at(0), 3, 1.5, 2e-3);
+}

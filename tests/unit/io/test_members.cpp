@@ -172,6 +172,36 @@ TEST(MemberTrack, ClassesInTheirOrder) {
   EXPECT_EQ(grade([](MemberState& s, MemberPeaks&) { s.lost_volume = 3; }), 4);
 }
 
+// Shear beyond the resistance and cracks of the runs that this one goes on from: damage stays.
+TEST(MemberTrack, AClassIsOfTheRunsBeforeToo) {
+  const auto verdict = [](MemberPeaks::Before before) {
+    const MemberTrack track =
+        changed([&](MemberState&, MemberPeaks& p) { p = peaks(0.5, 0.3, 0), p.before = before; });
+    EXPECT_EQ(track.summary()["shear_utilisation_mean"]["value"], 0.3);  // of this run
+    EXPECT_EQ(track.summary()["crack_width_peak"], 0);
+    return track.verdict();
+  };
+  EXPECT_EQ(verdict({}).grade, 0);
+  EXPECT_EQ(verdict({1.6, 1.07, 0}).grade, 3);
+  EXPECT_EQ(verdict({1.6, 1.07, 0}).basis,
+            "V_dyn above V_Rd with mean strengths in the run that it goes on from");
+  EXPECT_EQ(verdict({1.2, 0.8, 0}).grade, 2);
+  EXPECT_EQ(verdict({0, 0, 0.5e-3}).basis, "a crack of 0.5 mm in the run that it goes on from");
+}
+
+// Samples are a millisecond apart: what a row has between two of them is wider.
+TEST(MemberTrack, TheWidestCrackIsNoLessThanThatOfARow) {
+  MemberTrack track(pier());
+  track.add(0, state(0, 0, 0), {});
+  MemberState s = state(0, 0, 0);
+  s.crack_width = 0.7e-3;
+  track.add(1, s, peaks(0.1, 0.1, 0.6e-3));
+  s.crack_width = 0.3e-3;
+  track.add(2, s, peaks(0.1, 0.1, 0.6e-3));
+  EXPECT_EQ(track.summary()["crack_width_peak"], 0.7e-3);
+  EXPECT_EQ(track.summary()["crack_width_end"], 0.3e-3);
+}
+
 TEST(MemberTrack, TellsWhatAClassRestsOn) {
   const auto basis = [](auto change) {
     const MemberTrack track = changed(change);
