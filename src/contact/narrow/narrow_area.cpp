@@ -94,6 +94,13 @@ void press_areas(const Search& s, const Polyhedron& b, std::vector<ContactPoint>
   AreaScratch& w = area_scratch;
   thread_local std::vector<int> seen;
   seen.clear();
+  // Blocks cut from natural ground have thousands of faces, many of them nearly parallel.
+  thread_local std::vector<std::vector<int>> of_face;
+  if (of_face.size() < b.face_normals.size()) of_face.resize(b.face_normals.size());
+  for (std::size_t i = 0; i < s.B.triangles.size(); ++i)
+    of_face[static_cast<std::size_t>(s.B.triangles[i].face)].clear();
+  for (std::size_t i = 0; i < s.B.triangles.size(); ++i)
+    of_face[static_cast<std::size_t>(s.B.triangles[i].face)].push_back(static_cast<int>(i));
   for (std::size_t i = 0; i < s.B.triangles.size(); ++i) {
     const int face = s.B.triangles[i].face;
     const Vec3 n = s.B.triangles[i].n;
@@ -127,8 +134,8 @@ void press_areas(const Search& s, const Polyhedron& b, std::vector<ContactPoint>
     double area = 0;
     for (const auto& t : s.A.triangles) {
       if (t.n.dot(n) > -tolerances().parallel_cosine()) continue;
-      for (const auto& q : s.B.triangles) {
-        if (q.face != face) continue;
+      for (const int i_q : of_face[static_cast<std::size_t>(face)]) {
+        const auto& q = s.B.triangles[static_cast<std::size_t>(i_q)];
         const double h0 = t.n.dot(q.a) - t.level, h1 = t.n.dot(q.b) - t.level, h2 = t.n.dot(q.c) - t.level;
         if (std::min({h0, h1, h2}) > s.margin || std::max({h0, h1, h2}) < deepest - s.touch) continue;
         area += clipped_area(w, t, q);
