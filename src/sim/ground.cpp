@@ -94,7 +94,7 @@ void roughen_beside(TriangleSurface& ground, const std::vector<char>& hollow, co
 /// space between two walls to the last digit can press on them as hard as it likes, and friction that nothing
 /// asks for would hold it (docs/theory/contact.md, Limits).
 Box3 with_play(const Box3& box) {
-  static const double part = getenv("PLAY") ? atof(getenv("PLAY")) : 1e-5;  // of its size in plan
+  constexpr double part = 1e-4;  // of its size in plan: beyond what positions drift by, far below a joint
   const Vec3 play = part * box.sizes().head<2>().norm() * Vec3(1, 1, 0);
   return {box.min() - play, box.max() + play};
 }

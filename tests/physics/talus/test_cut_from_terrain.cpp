@@ -131,6 +131,26 @@ TEST_F(CutFromTerrain, BlocksThatFrictionHoldsStayInTheirPlaces) {
     EXPECT_LE((o.last().position[i] - o.rows.front().position[i]).norm(), 1e-6) << i;
 }
 
+// Slices that fill a box side by side, from wall to wall: nothing presses them on its sides, so that the bed
+// alone holds them back.
+TEST_F(CutFromTerrain, SlicesBetweenTheSidesOfABoxSlideOutByTheClosedForm) {
+  const double friction = std::tan(15 * degree), t = 0.5,
+               a = g * (std::sin(25 * degree) - friction * std::cos(25 * degree));
+  const Outcome o = run_scene(scene(friction, t, R"(
+box = { min = [7, -3, 10], max = [24, 3, 32] }
+[[rock_mass.joint_set]]
+orientation = "0/90"
+spacing = 1.3
+[[rock_mass.joint_set]]
+orientation = "90/90"
+spacing = 3.1
+)"));
+  ASSERT_TRUE(o.ok()) << o.result.message;
+  ASSERT_GE(o.last().position.size(), 12u);
+  for (std::size_t i = 0; i < o.last().position.size(); ++i)
+    EXPECT_NEAR((o.last().position[i] - o.rows.front().position[i]).norm(), 0.5 * a * t * t, 2e-3) << i;
+}
+
 /// A rough slope of 1 m squares as an ESRI grid, and a slip surface that is it but for a spoon of 2 m.
 class NaturalTerrain : public ::testing::TestWithParam<const char*> {
  protected:
