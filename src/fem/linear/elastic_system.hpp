@@ -44,8 +44,7 @@ class ElasticSystem {
   /// A bound on the highest circular frequency, 1 % above Lanczos' value after 40 steps, which comes from
   /// below [rad/s].
   double highest_frequency(const std::vector<double>& mass, const AlignedVector& inverse_mass) const;
-  /// The lowest one, by locally optimal conjugate gradients [rad/s]. Throws NumericalFailure if it does not
-  /// converge.
+  /// The lowest one, by inverse iteration [rad/s]. Throws NumericalFailure if it does not converge.
   double first_frequency(const std::vector<double>& mass);
 
  private:

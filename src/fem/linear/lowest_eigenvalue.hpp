@@ -1,4 +1,5 @@
-/// Lowest eigenvalue of K x = lambda M x by locally optimal conjugate gradients [knyazev2001]:
+/// Lowest eigenvalue of K x = lambda M x by locally optimal conjugate gradients [knyazev2001], for systems
+/// too large to factor:
 ///
 ///   w = T (K x - lambda M x),   next x: least Rayleigh quotient in the span of x, w and the last step p
 #pragma once
