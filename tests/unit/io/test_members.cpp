@@ -384,6 +384,8 @@ TEST(Records, MembersComeThroughUnchanged) {
   row.structures[0].members[0].bars_broken = 4;
   row.structures[0].peaks.moment = {7e6, 0.25, 0};
   row.structures[0].peaks.members = {peaks(0.9, 0.6, 1e-4)};
+  row.structures[0].peaks.members[0].before = {1.1, 0.8, 2e-4};
+  row.structures[0].peaks.probes = {{0.012, 0.03, 0}};
   RecordCodec writer, reader;
   const sim::HistoryRow read = reader.decode_history(writer.encode(row));
   EXPECT_EQ(read.structures.at(0).spalled_volume, 0.25);
@@ -394,6 +396,38 @@ TEST(Records, MembersComeThroughUnchanged) {
   EXPECT_EQ(read.structures[0].peaks.members.at(0).use_mean.value, 0.6);
   EXPECT_EQ(read.structures[0].peaks.members[0].use_mean.station, 5);
   EXPECT_EQ(read.structures[0].peaks.members[0].crack_width, 1e-4);
+  EXPECT_EQ(read.structures[0].peaks.members[0].before.use_mean, 0.8);
+  EXPECT_EQ(read.structures[0].peaks.members[0].before.crack_width, 2e-4);
+  EXPECT_EQ(read.structures[0].peaks.probes.at(0).value, 0.012);
+  EXPECT_EQ(read.structures[0].peaks.probes[0].time, 0.03);
+}
+
+/// A probe's greatest displacement is that of the steps, though no row has it.
+TEST(Summary, ProbesAreToldOfAllSteps) {
+  sim::RunHeader header;
+  header.structures.resize(1);
+  header.structures[0].probes = {"top"};
+  SummaryBuilder builder(header, Steps::by_accuracy, Taken::both_ways);
+  sim::HistoryRow row;
+  row.structures.resize(1);
+  row.structures[0].probe_displacement = {Vec3::Zero()};
+  builder.add(row);
+  row.time = 1;
+  row.structures[0].probe_displacement = {Vec3(0.001, 0, 0)};
+  row.structures[0].peaks.probes = {{0.012, 0.43, 0}};
+  builder.add(row);
+  const json probe = json::parse(builder.text(nullptr))["structures"][0]["probes"][0];
+  EXPECT_EQ(probe["peak_displacement"], 0.012);
+  EXPECT_EQ(probe["peak_time"], 0.43);
+}
+
+TEST(Records, PiecesComeThroughUnchanged) {
+  std::vector<sim::RunHeader::BlockInfo> pieces(2);
+  pieces[1].name = "V.fragment1";
+  pieces[1].mass = 172, pieces[1].crushed = 96;
+  const auto read = decode_blocks(encode_blocks(pieces));
+  EXPECT_EQ(read.at(1).mass, 172);
+  EXPECT_EQ(read[1].crushed, 96);
 }
 
 /// Piers of 10 m, 20 m apart: who is meant by a place on them, and nobody above their tops.
