@@ -140,10 +140,7 @@ TEST_F(CutFromTerrain, SlicesBetweenTheSidesOfABoxSlideOutByTheClosedForm) {
 box = { min = [7, -3, 10], max = [24, 3, 32] }
 [[rock_mass.joint_set]]
 orientation = "0/90"
-spacing = 1.3
-[[rock_mass.joint_set]]
-orientation = "90/90"
-spacing = 3.1
+spacing = 0.5
 )"));
   ASSERT_TRUE(o.ok()) << o.result.message;
   ASSERT_GE(o.last().position.size(), 12u);
