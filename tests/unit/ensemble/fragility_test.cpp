@@ -192,7 +192,8 @@ TEST(Fragility, ClustersRunsAndProbabilities) {
   for (int k = 0; k < 24; ++k) {
     const Json s = json_of(out / "fragility" / fmt::format("pier-{}", k) / "summary.json");
     grades.push_back(s["structures"][0]["members"][0]["damage_class"].get<int>());
-    largest = std::max(largest, s["structures"][0]["peak_force"].get<double>());
+    for (const auto& impact : s["impacts"])
+      largest = std::max(largest, impact["filtered_force"].get<double>());
   }
   EXPECT_GT(*std::max_element(grades.begin(), grades.end()), *std::min_element(grades.begin(), grades.end()));
   EXPECT_EQ(f["peak_force"]["largest"].get<double>(), largest);
