@@ -352,14 +352,13 @@ TEST(OneWay, ABlowActsAsLongAtAnyHistoryInterval) {
   for (const char* law : {"normal_stiffness = \"hard\"", "normal_stiffness = \"hard\"\nrestitution = 0.5",
                           "normal_stiffness = \"1 GPa/m\"\nrestitution = 0.5"}) {
     SCOPED_TRACE(law);
-    const Outcome often = slab_struck(1e-4, law), seldom = slab_struck(0.01, law);
+    const Outcome often = slab_struck(1e-3, law), seldom = slab_struck(0.01, law);
     ASSERT_TRUE(often.ok() && seldom.ok());
     EXPECT_NEAR(seldom.result.audit.impulse_on_structure.z() / often.result.audit.impulse_on_structure.z(), 1,
                 0.01);
-    // A hard blow acts for one sub-step, and sub-steps end at rows: what it sends through the slab differs by
-    // 7 %; by 15 times when it acted until the next row.
+    // Sub-steps end at rows: others.
     EXPECT_NEAR(seldom.last().structures[0].peaks.force.value / often.last().structures[0].peaks.force.value,
-                1, 0.1);
+                1, 0.03);
   }
 }
 
