@@ -160,8 +160,8 @@ std::vector<std::string> write_comparison(const std::vector<fs::path>& directori
   }
   if (lines.empty())
     lines.emplace_back(
-        "They have no line and no member of a structure in common: the figures of each alone are in "
-        "compare.json and compare.html");
+        "No 95th percentile at a line and no probability of class 3 is known of two of them: all other "
+        "figures are in compare.json and compare.html");
   fs::create_directories(output);
   io::write_file(output / "compare.json", root.dump(2) + "\n");
   io::write_file(

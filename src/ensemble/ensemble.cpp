@@ -310,8 +310,7 @@ std::optional<Member> Ensemble::run(long index, const std::atomic<int>* stop) {
   m.end = centroids(*simulation);
   m.message = result.message;
   const sim::LedgerRow ledger = world.ledger(world.now());
-  const double largest = std::max(path.largest_kinetic(), world.energy_peak),
-               scale = largest > 0 ? 1 / largest : 0;
+  const double scale = world.energy_peak > 0 ? 1 / world.energy_peak : 0;
   m.energy_residual = scale * ledger.residual;
   m.numerical_gain = scale * std::max(0.0, -ledger.numerical_dissipation());
   m.reach_angle = reach_angle(m);

@@ -121,7 +121,6 @@ class Path::Watcher {
       system_.watch([this](const coupling::SystemState& before) {
         see(before.time, before.blocks, system_.state().time, &before);
       });
-    largest_ = kinetic(system_.state().blocks);
     const int n = system_.model().blocks.empty() ? 0 : static_cast<int>(system_.model().blocks.size());
     for (int b = 0; b < n; ++b)
       if (moves(b)) mark(moment(system_.model(), system_.state().blocks, b, 0));
@@ -130,8 +129,6 @@ class Path::Watcher {
     system_.watch({});
     world_.watch_paper = {};
   }
-
-  double largest_kinetic() const { return largest_; }
 
   std::vector<Crossing> take_crossings() {
     std::stable_sort(crossings_.begin(), crossings_.end(),
@@ -153,19 +150,8 @@ class Path::Watcher {
   const dda::Model& model() const { return system_.model(); }
   bool moves(int b) const { return model().blocks[static_cast<std::size_t>(b)].ndof() > 0; }
 
-  double kinetic(const dda::State& s) const {
-    double sum = 0;
-    for (int b = 0; b < s.size(); ++b) {
-      if (!moves(b)) continue;
-      const dda::BlockEnergy e = dda::energy(model(), s, b);
-      sum += e.translational + e.rotational + e.straining;
-    }
-    return sum;
-  }
-
   void see(double from, const dda::State& before, double to, const coupling::SystemState* start) {
     const dda::State& now = system_.state().blocks;
-    largest_ = std::max(largest_, kinetic(now));
     for (int b = 0; b < before.size(); ++b) {
       if (!moves(b)) continue;
       const Moment p = moment(model(), before, b, from), q = moment(model(), now, b, to);
@@ -366,7 +352,6 @@ class Path::Watcher {
   std::function<void()>& after_;
   std::vector<Segment> segments_;
   bool made_again_ = false;  // macro steps can be
-  double largest_ = 0;
   std::vector<Crossing> crossings_;
   struct AtVertex {
     int vertex = -1, block = 0;
@@ -437,7 +422,6 @@ Path::Path(sim::Simulation& simulation, const std::vector<PlanLine>& lines, Grou
     : watcher_(std::make_unique<Watcher>(simulation, lines, std::move(ground), origin, cell, after)) {}
 Path::~Path() = default;
 std::vector<Crossing> Path::take_crossings() { return watcher_->take_crossings(); }
-double Path::largest_kinetic() const { return watcher_->largest_kinetic(); }
 void Path::finish(Member& member) { watcher_->finish(member); }
 
 }  // namespace talus::ensemble

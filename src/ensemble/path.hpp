@@ -43,7 +43,6 @@ class Path {
   Path(const Path&) = delete;
   Path& operator=(const Path&) = delete;
 
-  double largest_kinetic() const;  // of all blocks together, at ends of macro steps [J]
   /// The crossings since the last call, in order of time.
   std::vector<Crossing> take_crossings();
   /// Crossings, hits and cells so far go into the member.

@@ -278,13 +278,11 @@ std::vector<Key> contact_keys() {
        .min = 0},
       {.path = "interface.contact_law.file",
        .type = Type::path,
-       .doc =
-           "CSV with two columns, indentation in m and force in N, from 0, 0 on; both grow, and beyond "
-           "the last point its slope goes on. It is the force of one contact point: a face of four corners "
-           "on a "
-           "plane presses with four times that, a face on a mesh or a finely faceted block with as many as "
-           "points touch. For a force of the whole that does not depend on the meshes take springs per area "
-           "or crushing.",
+       .doc = "CSV with two columns, indentation in m and force in N, from 0, 0 on; both grow, and beyond "
+              "the last point its slope goes on. It is the force of one contact point: a face of four "
+              "corners on a plane presses with four times that, a face on a mesh or a finely faceted block "
+              "with as many as points touch. For a force of the whole that does not depend on the meshes "
+              "take springs per area or crushing.",
        .required = "if kind is \"table\", unless points is given"},
       {.path = "interface.contact_law.points",
        .type = Type::pair_list,

@@ -50,9 +50,9 @@ std::vector<Key> rock_mass_keys() {
        .type = Type::quantity,
        .dimension = volume,
        .fallback = "0 m^3",
-       .doc = "Blocks below this volume are merged with the neighbour that they share most area with; the "
-              "mass is "
-              "kept. Pieces of a mass that is cut out of the terrain stay in the ground below this volume.",
+       .doc = "Blocks below this volume are merged with the neighbour that they share most area with; "
+              "the mass is kept. Pieces of a mass that is cut out of the terrain stay in the ground below "
+              "this volume.",
        .min = 0},
       {.path = "rock_mass.prefix",
        .type = Type::text,

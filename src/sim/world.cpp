@@ -59,10 +59,9 @@ bool World::advance(double end, std::span<const double> rows, const std::atomic<
   const bool arrived =
       paper ? advance_paper(end, rows, stop) : system->advance(foresee_strikes(end), stop, rows);
   if (!arrived) return false;
+  energy_peak = std::max(energy_peak, system->state().kinetic_peak);
   // With that of structures, which costs as much as a step, where rows are taken.
-  if (!rows_end_steps())
-    energy_peak = std::max({energy_peak, blocks_kinetic(), system->state().kinetic_peak});
-  else if (!rows.empty() && rows.front() <= time())
+  if (rows_end_steps() && !rows.empty() && rows.front() <= time())
     energy_peak = std::max(energy_peak, ledger(now()).kinetic);
   return true;
 }

@@ -51,8 +51,8 @@ class World {
   /// Gets every step of method dda-1988 with the time and the blocks before it; empty: nobody.
   std::function<void(double from, const dda::State& before)> watch_paper;
   double energy_start = 0;  // [J]
-  double energy_peak =
-      0;  // largest kinetic energy at the ends of macro steps so far, the residual's scale [J]
+  double energy_peak = 0;   // largest kinetic energy so far, of blocks over all steps, with structures at
+                            // rows: the residual's scale [J]
   bool built_energy = false;
   bool restored = false;  // goes on from a checkpoint: what is due at its time has been recorded
 
