@@ -320,8 +320,10 @@ class Structure {
   virtual bool quiet() const = 0;
   virtual StructureEnergy energy() const = 0;
   struct Damage {
-    double largest = 0, volume = 0, spalled = 0;
-  };  // greatest; with damage > 0.5, and eroded or come off as fragments [m^3]
+    double largest = 0;  // 0 to 1
+    double volume = 0;   // damaged beyond a half [m^3]
+    double spalled = 0;  // eroded or come off as fragments [m^3]
+  };
   virtual Damage damage() const = 0;
   virtual std::vector<BarLine> bars() const = 0;  // of files and rules
   virtual long dofs() const = 0;
