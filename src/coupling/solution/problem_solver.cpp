@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "contact/tolerances.hpp"
 #include "coupling/rows/contact_rows.hpp"
@@ -21,10 +22,6 @@ namespace {
 constexpr double may_sink = 1e-5;   // of a block: all of a large island, in a step whose solution is accepted
                                     // where iteration stagnates
 constexpr double may_creep = 2e-6;  // the same of one that moves by less than 1e-3 of its speed
-constexpr double far_off =
-    100;  // times the work allowed, from which on sweeps do not bring a large island near to it either
-constexpr double hopeless = 4;  // times the work allowed, from which on a large island is left as its sweeps
-                                // leave it: Newton's method got there in a tenth of all tries
 
 /// Sweeps from what solved a problem while they reduce the spurious work by a twentieth at a time, down to
 /// `most` [J], the residual within `limit` [m/s]. What is left of it in a pile at rest lies on thousands of
@@ -51,28 +48,27 @@ double sweep_while_it_pays(contact::ContactSolver& solver, contact::ContactProbl
 }
 
 /// On from what solved a problem, until its contacts do no more than `most` spurious work on what moves [J]
-/// or it gets no farther: by sweeps, by Newton's method, where it is far more and no `large` island by the
-/// whole iteration: near rest of a large one the interior-point method does not improve, Newton's method with
-/// a strong proximal term does. `scale`: a velocity beside which the residual is so small that Newton's
-/// method goes first [m/s].
+/// or it gets no farther: by sweeps and by a few steps of Newton's method with a strong proximal term. Near
+/// rest the interior-point method does not improve a warm start. `scale`: a velocity beside which the
+/// residual is so small that Newton's method goes first [m/s].
 contact::SolveReport solve_closer(contact::ContactSolver& solver, contact::ContactProblem& problem,
-                                  const contact::SolveSettings& settings, bool large, double scale,
-                                  double most, contact::SolveReport r) {
+                                  const contact::SolveSettings& settings, double scale, double most,
+                                  contact::SolveReport r) {
+  constexpr int few = 8;                  // factorisations: more than a hundred did not get there either
   r.residual *= settings.velocity_scale;  // in m/s until it is returned
   const double limit = std::max(r.residual, settings.tolerance * settings.velocity_scale);
   for (int round = 0; round < 3; ++round) {
     const double begun = unearned(problem, 0.5 * most);
-    if (large && begun > far_off * most) break;
     const double work = sweep_while_it_pays(solver, problem, limit, most, begun, r),
                  residual = r.residual / scale;
-    if (work <= most || (large && work > hopeless * most)) break;
+    if (work <= most) break;
     contact::SolveSettings closer = settings;
     closer.velocity_scale = scale;
     closer.stalled = 0;
     closer.tolerance = residual * most / work;
     closer.sufficient = std::max(closer.tolerance, (work > 10 * most ? 0.3 : 1.0) * residual);
-    closer.most_factorisations = large ? 8 : 20;  // more than a hundred did not get there either
-    if (large) closer.proximal = 1e-2;
+    closer.most_factorisations = few;
+    closer.proximal = 1e-2;
     const contact::SolveReport next = solver.solve(problem, closer);
     r.newton += next.newton;
     r.sweeps += next.sweeps;
@@ -102,6 +98,18 @@ contact::SolveReport solve_soundly(contact::ContactSolver& solver, contact::Cont
   searched.sweeps += r.sweeps;
   searched.outer += r.outer;
   return searched;
+}
+
+/// True if no point of the blocks moves faster than `still` by the solution of a step [m/s].
+bool rests(const dda::Model& model, const Step& step, double still) {
+  for (std::size_t i = 0; i < step.bodies.size(); ++i) {
+    const Body& b = step.bodies[i];
+    const Eigen::Map<const VecX> v(step.problem.v.data() + step.problem.bodies[i].offset, b.ndof);
+    const double radius = model.blocks[static_cast<std::size_t>(b.block)].shape->radius;
+    if (v.head<3>().norm() + radius * (v.segment<3>(3).norm() + v.tail(b.ndof - 6).norm()) > still)
+      return false;
+  }
+  return true;
 }
 
 }  // namespace
@@ -163,7 +171,7 @@ bool ProblemSolver::solve(double h, Effort effort) {
     // sunk: gravity would drive on what hardly moves, for ever; loads that part throw it. The spurious
     // work of all contacts together is to be a small part of the motion.
     if (r.converged && !r.stalled && moves)
-      r = solve_closer(solver_, step_.problem, settings, step.large, in_.scale.speed, most, r);
+      r = solve_closer(solver_, step_.problem, settings, in_.scale.speed, most, r);
     work_ += static_cast<double>(step_.problem.contacts.size()) *
              (5.0 + r.newton);  // what goes with a solution costs as much as a few factorisations
     n.newton += r.newton;
@@ -172,6 +180,14 @@ bool ProblemSolver::solve(double h, Effort effort) {
     return r;
   };
   contact::SolveReport r = attempt();
+  // Contact velocities as slow as rest may leave a body that few points hold a faster one.
+  if (r.converged && settings.sufficient > settings.tolerance && step.still && !small && h > 0 &&
+      !rests(in_.model, step_, step.at_rest)) {
+    const double suffices = std::exchange(settings.sufficient, 0.0);
+    r = attempt();
+    settings.sufficient = suffices;
+    r.converged = r.residual <= suffices;
+  }
   const bool last_resort = effort == Effort::last_resort,
              no_better =
                  last_resort || (effort == Effort::repeated && r.residual > 0.5 * step_.solution.residual);

@@ -32,7 +32,7 @@ contact::SolveSettings how_closely(const StepToSolve& s) {
   settings.tolerance =
       s.small ? (s.sub_step ? 1e-9 : 1e-12) * coarse
       : s.still
-          ? 1e-9
+          ? 1e-9 * s.speed / settings.velocity_scale
           : part * std::max(std::min(allowed,
                                      (blocks_in_sub_step ? contact::tolerances().solved : 1.0) * s.accuracy),
                             std::clamp(contact::tolerances().solved * s.accuracy, 1e-8, 1e-4));
