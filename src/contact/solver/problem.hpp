@@ -104,6 +104,11 @@ class ContactSolver {
   /// earlier calls (cached symbolic factors and buffers do not change a bit of the result) or on the thread
   /// count.
   SolveReport solve(ContactProblem& problem, const SolveSettings& settings);
+  /// Looks for impulses that hold every body as it is: of the convex problem, whose contacts slower than
+  /// `still` [m/s] count as closed and the others as open. Where nothing slips the De Saxce shift vanishes,
+  /// so that what it finds at rest solves the exact law. Fills problem.v and the impulses; whether the bodies
+  /// rest is the caller's to see.
+  SolveReport balance(ContactProblem& problem, double still);
   /// `count` Gauss-Seidel sweeps from the impulses of the problem, whatever their residual becomes. Fills
   /// what `solve` does; returns the residual [m/s].
   double sweep(ContactProblem& problem, int count);

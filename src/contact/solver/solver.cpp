@@ -202,6 +202,37 @@ SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& s
   return report;
 }
 
+SolveReport ContactSolver::balance(ContactProblem& problem, double still) {
+  constexpr double part = 0.01;  // of the speed of what rests, left by the iteration
+  ContactProblem closed = problem;
+  std::vector<std::size_t> from;
+  closed.contacts.clear();
+  for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
+    ProblemContact c = problem.contacts[i];
+    if (c.compliance.x() == 0) {
+      if (c.bias.x() > still) continue;
+      c.bias.x() = std::min(0.0, c.bias.x());
+    }
+    closed.contacts.push_back(c);
+    from.push_back(i);
+  }
+  SolveReport report;
+  Search& search = work_->search;
+  System& system = search.system;
+  system.assemble(closed, false);
+  start_from(closed, system, search.p);
+  system.velocities(search.p, search.v);
+  report.newton = search.balance(part * still);
+  report.residual = search.best;
+  report.converged = search.best <= part * still;
+  for (ProblemContact& c : problem.contacts) c.impulse.setZero();
+  for (int i = 0; i < system.contacts(); ++i)
+    problem.contacts[from[static_cast<std::size_t>(system.touch[i].id)]].impulse = search.p[i];
+  problem.v = problem.v_hat;
+  system.write(search.v, problem);
+  return report;
+}
+
 double coulomb_residual(const ContactProblem& problem, bool exact_coulomb) {
   System system;
   system.assemble(problem, exact_coulomb);

@@ -80,7 +80,11 @@ bool Search::interior(double distance) {
   const std::vector<Vec3> start = p;
   const double wanted = options.tolerance;
   std::vector<double> apart(v.size());
-  double lent = give;
+  // What it leaves is to be no more than is wanted.
+  double reach = 0;
+  for (std::size_t i = 0; i < p.size(); ++i)
+    reach = std::max(reach, square(system.touch[i].load) * system.touch[i].w * p[i].norm());
+  double lent = many && reach > 0 ? std::min(give, left * wanted / reach) : give;
   for (bool again = false;; again = true) {
     trial_p_ = start;
     system.velocities(trial_p_, trial_v_);
@@ -97,7 +101,8 @@ bool Search::interior(double distance) {
     const double own = system.residual_apart(trial_v_, apart, p), following = system.residual(v, p);
     consider(p, v, following);
     consider(p, trial_v_, own);
-    if (best <= tolerance_ || newton(give, 20)) return true;
+    if (best <= tolerance_ || (!many && newton(give, 20))) return true;
+    if (many && best <= sufficient_) return true;
     const double residual = std::min(own, following);
     if (again || outcome.residual > options.tolerance || residual <= 2 * wanted) return false;
     // So little that what it leaves suffices, and solved so closely that it still tells.
@@ -290,6 +295,18 @@ bool Search::unstressed(const SolveSettings& settings, SolveReport& report) {
   p = best_p;
   swept(6);  // to round-off
   return best <= tolerance_;
+}
+
+int Search::balance(double tolerance) {
+  hessian_.prepare(system);
+  InteriorOptions options;
+  options.tolerance = tolerance;
+  options.start = system.residual(v, p);
+  options.correctors = 2;
+  const InteriorOutcome outcome = interior_.run(system, p, v, options);
+  system.velocities(p, v);
+  best = outcome.residual;
+  return outcome.iterations;
 }
 
 bool Search::run(const SolveSettings& settings, SolveReport& report) {

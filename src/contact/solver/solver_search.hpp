@@ -41,6 +41,8 @@ class Search {
   /// The solution next to half of the warm start, to nothing where there is none: of forces that hold each
   /// other in balance no more than the load asks for.
   bool unstressed(const SolveSettings& settings, SolveReport& report);
+  /// From p on to the tolerance [m/s] by the interior point, of a convex problem. Iterations.
+  int balance(double tolerance);
   /// From p on. True if the best comes below what suffices.
   bool run(const SolveSettings& settings, SolveReport& report);
 

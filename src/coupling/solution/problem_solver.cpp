@@ -122,9 +122,7 @@ bool ProblemSolver::solve(double h, Effort effort) {
     step_.problem.v = step_.problem.v_hat;
     return true;
   }
-  const bool small = step_.problem.contacts.size() <= many_contacts && !in_.time_stepping,
-             still = step_.fastest <
-                     1e-6 * in_.scale.speed;  // a certificate of rest is only as good as its residual
+  const bool small = step_.problem.contacts.size() <= many_contacts && !in_.time_stepping;
   // What is left unsolved of a bond is a motion that the next step stops, by more than the bond may bear.
   const bool bonded =
       std::any_of(step_.problem.contacts.begin(),
@@ -132,7 +130,6 @@ bool ProblemSolver::solve(double h, Effort effort) {
                   [](const contact::ProblemContact& c) { return c.cohesion > 0 || c.tension > 0; });
   StepToSolve step{.h = h,
                    .small = small,
-                   .still = still,
                    .provisional = effort == Effort::provisional,
                    .heap = in_.time_stepped(),
                    .large = in_.very_large() && !bonded,
@@ -143,7 +140,6 @@ bool ProblemSolver::solve(double h, Effort effort) {
                    .sprung = step_.sprung,
                    .speed = in_.scale.speed,
                    .fastest = fastest_among(in_, step_),
-                   .at_rest = rest_speed(in_.model, h),
                    .length = in_.scale.length,
                    .gravity = in_.model.gravity.norm(),
                    .accuracy = in_.settings.accuracy};
@@ -156,12 +152,13 @@ bool ProblemSolver::solve(double h, Effort effort) {
     step.largest_bias = std::max(step.largest_bias, c.bias.cwiseAbs().maxCoeff());
   contact::SolveSettings settings = how_closely(step);
   Counters& n = report_.counters;
-  const bool moves = h > 0 && in_.time_stepped() && !small && !still;
+  const bool moves = h > 0 && in_.time_stepped() && !small;
   double weight = 0;  // [N]
   for (const Body& b : step_.bodies)
     weight += in_.model.blocks[static_cast<std::size_t>(b.block)].mass * in_.model.gravity.norm();
   const double most =
       in_.settings.accuracy * kinetic_energy(step_, &Body::v0);  // spurious work of a step [J]
+  if (in_.time_stepped() && !small && h > 0 && balanced(h)) return true;
   const auto attempt = [&] {
     contact::SolveReport r =
         solve_soundly(solver_, step_.problem, settings, most,
@@ -180,14 +177,6 @@ bool ProblemSolver::solve(double h, Effort effort) {
     return r;
   };
   contact::SolveReport r = attempt();
-  // Contact velocities as slow as rest may leave a body that few points hold a faster one.
-  if (r.converged && settings.sufficient > settings.tolerance && step.still && !small && h > 0 &&
-      !rests(in_.model, step_, step.at_rest)) {
-    const double suffices = std::exchange(settings.sufficient, 0.0);
-    r = attempt();
-    settings.sufficient = suffices;
-    r.converged = r.residual <= suffices;
-  }
   const bool last_resort = effort == Effort::last_resort,
              no_better =
                  last_resort || (effort == Effort::repeated && r.residual > 0.5 * step_.solution.residual);
@@ -213,6 +202,26 @@ bool ProblemSolver::solve(double h, Effort effort) {
   if (!r.converged) return false;  // the caller refines the rows or halves the step, tier D
   n.worst_residual = std::max(n.worst_residual, r.residual);
   (r.tier == 'A' ? n.tier_a : r.tier == 'B' ? n.tier_b : r.tier == 'C' ? n.tier_c : n.tier_e) += 1;
+  return true;
+}
+
+bool ProblemSolver::balanced(double h) {
+  // Rest is looked for where the motion that is left does not matter any more.
+  if (!(step_.fastest < in_.settings.accuracy * in_.scale.speed)) return false;
+  const double still = rest_speed(in_.model, h);
+  contact::ContactProblem asked = step_.problem;
+  const contact::SolveReport r = solver_.balance(step_.problem, still);
+  report_.counters.newton += r.newton;
+  work_ += static_cast<double>(step_.problem.contacts.size()) * r.newton;
+  if (!rests(in_.model, step_, still)) {
+    step_.problem = std::move(asked);
+    return false;
+  }
+  step_.solution.residual = r.residual / in_.scale.speed;
+  step_.solution.unsolved_speed = r.residual;
+  step_.solution.stagnated = false;
+  step_.solution.certified = true;
+  ++report_.counters.tier_b;
   return true;
 }
 

@@ -31,12 +31,10 @@ contact::SolveSettings how_closely(const StepToSolve& s) {
       std::clamp(s.accuracy / 1e-3, 1.0, 100.0);  // round-off is asked for at the finer accuracies alone
   settings.tolerance =
       s.small ? (s.sub_step ? 1e-9 : 1e-12) * coarse
-      : s.still
-          ? 1e-9 * s.speed / settings.velocity_scale
-          : part * std::max(std::min(allowed,
-                                     (blocks_in_sub_step ? contact::tolerances().solved : 1.0) * s.accuracy),
-                            std::clamp(contact::tolerances().solved * s.accuracy, 1e-8, 1e-4));
-  if (s.located > 0 && !s.small && !s.still && s.h > 0) {
+              : part * std::max(std::min(allowed, (blocks_in_sub_step ? contact::tolerances().solved : 1.0) *
+                                                      s.accuracy),
+                                std::clamp(contact::tolerances().solved * s.accuracy, 1e-8, 1e-4));
+  if (s.located > 0 && !s.small && s.h > 0) {
     settings.velocity_scale = s.speed;
     settings.tolerance = s.located / s.speed;
     settings.sufficient = 2 * settings.tolerance;
@@ -53,18 +51,11 @@ contact::SolveSettings how_closely(const StepToSolve& s) {
     settings.sufficient = s.provisional ? 1e-7 : 1e-10 * coarse;
   else if (blocks_in_sub_step)
     settings.sufficient = std::max(settings.tolerance, s.accuracy);  // where iteration stagnates
-  else if (s.still)  // where sticking contacts of a large island are over-constrained
-    settings.sufficient = s.at_rest / settings.velocity_scale;
   else if (s.h > 0 && s.heap)
     settings.sufficient = (2 / part) * settings.tolerance;
   // Impacts that propagate through a large island, and loads that shift in one that comes to rest, are solved
   // over the next steps: where hundreds of factorisations get no farther a fiftieth of what moves is taken.
-  if (s.large && !s.small && s.h > 0) {
-    if (s.still)
-      settings.most_factorisations = 200;
-    else
-      settings.stalled = std::max(settings.sufficient, 0.02);
-  }
+  if (s.large && !s.small && s.h > 0) settings.stalled = std::max(settings.sufficient, 0.02);
   // A loaded spring's row holds its elongation over h: of short steps that leaves no more than round-off of
   // it.
   const double round_off = std::numeric_limits<double>::epsilon() * s.largest_bias / settings.velocity_scale;
@@ -95,9 +86,6 @@ bool judge(const StepToSolve& s, const contact::SolveSettings& settings, Patienc
     take();
   if (r.converged && !s.small && r.residual > settings.tolerance) r.tier = 'C';
   const bool certified = r.converged && !stalled;
-  // A step like any other, though it proves no rest: far less than is accepted of a large island that creeps,
-  // and what shorter steps or the convex problem would leave no smaller.
-  if (!r.converged && s.still && !s.small && s.h > 0 && r.residual <= s.accuracy) take();
   return certified;
 }
 

@@ -6,8 +6,6 @@
 ///         = its fastest block's,      large ones, against the blocks' mean motion; at least 1e-4 of the
 ///                                     island's
 ///
-/// What is at rest is solved as closely as a proof of rest asks: to 1e-9 of the island's speed, or where the
-/// iteration stagnates, to 1e-6 g h, which is what a block at rest may move by.
 #pragma once
 #include "contact/solver/problem.hpp"
 
@@ -16,7 +14,6 @@ namespace talus::coupling {
 struct StepToSolve {
   double h = 0;        // [s]; 0: an impulse of no duration
   bool small = false;  // few contacts, or events are located: solved to round-off
-  bool still = false;  // nothing moves at its start
   double located = 0;  // what its solution may leave where events are located, and the step's error is known;
                        // 0: they are not [m/s]
   bool provisional = false;  // its rows are made again about its solution
@@ -27,7 +24,6 @@ struct StepToSolve {
   bool sprung =
       false;  // contacts on springs among blocks, which make steps far shorter than the accuracy asks for
   double speed = 0, fastest = 0;  // that the island can have, of its blocks against their mean motion [m/s]
-  double at_rest = 0;             // what a block at rest may move by in the step [m/s]
   double length = 0;              // of its smallest block [m]
   double gravity = 0;             // [m/s^2]
   double accuracy = 0;
