@@ -22,6 +22,7 @@
 /// by default.
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -104,11 +105,13 @@ class ContactSolver {
   /// earlier calls (cached symbolic factors and buffers do not change a bit of the result) or on the thread
   /// count.
   SolveReport solve(ContactProblem& problem, const SolveSettings& settings);
-  /// Looks for impulses that hold every body as it is: of the convex problem, whose contacts slower than
-  /// `still` [m/s] count as closed and the others as open. Where nothing slips the De Saxce shift vanishes,
-  /// so that what it finds at rest solves the exact law. Fills problem.v and the impulses; whether the bodies
-  /// rest is the caller's to see.
-  SolveReport balance(ContactProblem& problem, double still);
+  /// Looks for impulses under which bodies stay where they are, as the limit of contacts that give about the
+  /// last impulses found, at first about none: none are found that press for no load, and each round leaves a
+  /// part of the velocity before. Contacts slower than `still` [m/s] count as closed, others that open bear
+  /// nothing. Fills problem.v and the impulses. `fastest`: of the bodies by problem.v [m/s]. True if that
+  /// comes to at most `still`; not what is beyond `moving` [m/s] after the first round, or falls no longer.
+  bool balance(ContactProblem& problem, double still, double moving, const std::function<double()>& fastest,
+               SolveReport* report = nullptr);
   /// `count` Gauss-Seidel sweeps from the impulses of the problem, whatever their residual becomes. Fills
   /// what `solve` does; returns the residual [m/s].
   double sweep(ContactProblem& problem, int count);

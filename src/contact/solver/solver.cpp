@@ -202,35 +202,48 @@ SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& s
   return report;
 }
 
-SolveReport ContactSolver::balance(ContactProblem& problem, double still) {
-  constexpr double part = 0.01;  // of the speed of what rests, left by the iteration
+bool ContactSolver::balance(ContactProblem& problem, double still, double moving,
+                            const std::function<double()>& fastest, SolveReport* report) {
+  constexpr double part = 0.1;  // of the speed of what rests, left by the iteration
+  constexpr int most_rounds = 6;
   ContactProblem closed = problem;
   std::vector<std::size_t> from;
   closed.contacts.clear();
   for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
     ProblemContact c = problem.contacts[i];
-    if (c.compliance.x() == 0) {
+    if (c.compliance.isZero(0)) {
       if (c.bias.x() > still) continue;
-      c.bias.x() = std::min(0.0, c.bias.x());
+      if (c.bias.norm() <= still) c.bias.setZero();
     }
     closed.contacts.push_back(c);
     from.push_back(i);
   }
-  SolveReport report;
   Search& search = work_->search;
   System& system = search.system;
-  system.assemble(closed, false);
+  system.assemble(closed, true);
+  search.prepare();
   start_from(closed, system, search.p);
-  system.velocities(search.p, search.v);
-  report.newton = search.balance(part * still);
-  report.residual = search.best;
-  report.converged = search.best <= part * still;
-  for (ProblemContact& c : problem.contacts) c.impulse.setZero();
-  for (int i = 0; i < system.contacts(); ++i)
-    problem.contacts[from[static_cast<std::size_t>(system.touch[i].id)]].impulse = search.p[i];
-  problem.v = problem.v_hat;
-  system.write(search.v, problem);
-  return report;
+  std::vector<Vec3> about(search.p.size(), Vec3::Zero());
+  double before = moving;
+  for (int round = 0; round < most_rounds; ++round) {
+    system.velocities(search.p, search.v);
+    const int iterations = search.give_about(about, part * still);
+    for (ProblemContact& c : problem.contacts) c.impulse.setZero();
+    for (int i = 0; i < system.contacts(); ++i)
+      problem.contacts[from[static_cast<std::size_t>(system.touch[i].id)]].impulse = search.p[i];
+    problem.v = problem.v_hat;
+    system.write(search.v, problem);
+    const double speed = fastest();
+    if (report != nullptr) {
+      report->newton += iterations;
+      report->residual = search.best;
+    }
+    if (speed <= still) return true;
+    if (!(speed < before)) return false;
+    before = 0.5 * speed;
+    about = search.p;
+  }
+  return false;
 }
 
 double coulomb_residual(const ContactProblem& problem, bool exact_coulomb) {

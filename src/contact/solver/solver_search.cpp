@@ -44,24 +44,31 @@ bool Search::newton(double epsilon, int max_newton) {
 
 namespace {
 
-/// Contacts that give a little, until it is destroyed.
+/// Contacts that give a little about impulses, u + r (p - about), until it is destroyed.
 class Giving {
  public:
-  Giving(std::vector<Touch>& touches, double give) : touches_(touches) {
-    for (Touch& t : touches) {
-      own_.push_back(t.compliance);
+  Giving(std::vector<Touch>& touches, double give, const std::vector<Vec3>& about) : touches_(touches) {
+    own_.reserve(touches.size());
+    for (std::size_t i = 0; i < touches.size(); ++i) {
+      Touch& t = touches[i];
+      own_.push_back({t.compliance, t.bias});
       t.compliance = t.compliance.cwiseMax(give * square(t.load) * t.w);
+      if (!about.empty()) t.bias -= (t.compliance - own_[i].compliance).cwiseProduct(about[i]);
     }
   }
   ~Giving() {
-    for (std::size_t i = 0; i < own_.size(); ++i) touches_[i].compliance = own_[i];
+    for (std::size_t i = 0; i < own_.size(); ++i)
+      touches_[i].compliance = own_[i].compliance, touches_[i].bias = own_[i].bias;
   }
   Giving(const Giving&) = delete;
   Giving& operator=(const Giving&) = delete;
 
  private:
+  struct Own {
+    Vec3 compliance, bias;
+  };
   std::vector<Touch>& touches_;
-  std::vector<Vec3> own_;
+  std::vector<Own> own_;
 };
 
 }  // namespace
@@ -90,7 +97,7 @@ bool Search::interior(double distance) {
     system.velocities(trial_p_, trial_v_);
     InteriorOutcome outcome;
     {
-      const Giving giving(system.touch, lent);
+      const Giving giving(system.touch, lent, {});
       outcome = interior_.run(system, trial_p_, trial_v_, options);
     }
     report_->newton += outcome.iterations;
@@ -297,12 +304,12 @@ bool Search::unstressed(const SolveSettings& settings, SolveReport& report) {
   return best <= tolerance_;
 }
 
-int Search::balance(double tolerance) {
-  hessian_.prepare(system);
+int Search::give_about(const std::vector<Vec3>& about, double tolerance) {
   InteriorOptions options;
   options.tolerance = tolerance;
   options.start = system.residual(v, p);
   options.correctors = 2;
+  const Giving giving(system.touch, give, about);
   const InteriorOutcome outcome = interior_.run(system, p, v, options);
   system.velocities(p, v);
   best = outcome.residual;

@@ -41,8 +41,11 @@ class Search {
   /// The solution next to half of the warm start, to nothing where there is none: of forces that hold each
   /// other in balance no more than the load asks for.
   bool unstressed(const SolveSettings& settings, SolveReport& report);
-  /// From p on to the tolerance [m/s] by the interior point, of a convex problem. Iterations.
-  int balance(double tolerance);
+  /// Before `give_about`, of a new system.
+  void prepare() { hessian_.prepare(system); }
+  /// From p to the tolerance [m/s] by the interior point of contacts that give about the given impulses.
+  /// Iterations.
+  int give_about(const std::vector<Vec3>& about, double tolerance);
   /// From p on. True if the best comes below what suffices.
   bool run(const SolveSettings& settings, SolveReport& report);
 

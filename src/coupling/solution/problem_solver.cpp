@@ -100,16 +100,17 @@ contact::SolveReport solve_soundly(contact::ContactSolver& solver, contact::Cont
   return searched;
 }
 
-/// True if no point of the blocks moves faster than `still` by the solution of a step [m/s].
-bool rests(const dda::Model& model, const Step& step, double still) {
+/// The fastest point of the blocks by the solution of a step, a bound [m/s].
+double fastest_by_solution(const dda::Model& model, const Step& step) {
+  double fastest = 0;
   for (std::size_t i = 0; i < step.bodies.size(); ++i) {
     const Body& b = step.bodies[i];
     const Eigen::Map<const VecX> v(step.problem.v.data() + step.problem.bodies[i].offset, b.ndof);
     const double radius = model.blocks[static_cast<std::size_t>(b.block)].shape->radius;
-    if (v.head<3>().norm() + radius * (v.segment<3>(3).norm() + v.tail(b.ndof - 6).norm()) > still)
-      return false;
+    fastest =
+        std::max(fastest, v.head<3>().norm() + radius * (v.segment<3>(3).norm() + v.tail(b.ndof - 6).norm()));
   }
-  return true;
+  return fastest;
 }
 
 }  // namespace
@@ -207,13 +208,16 @@ bool ProblemSolver::solve(double h, Effort effort) {
 
 bool ProblemSolver::balanced(double h) {
   // Rest is looked for where the motion that is left does not matter any more.
-  if (!(step_.fastest < in_.settings.accuracy * in_.scale.speed)) return false;
-  const double still = rest_speed(in_.model, h);
+  const double moving = in_.settings.accuracy * in_.scale.speed;
+  if (!(step_.fastest < moving)) return false;
   contact::ContactProblem asked = step_.problem;
-  const contact::SolveReport r = solver_.balance(step_.problem, still);
+  contact::SolveReport r;
+  const bool found = solver_.balance(
+      step_.problem, rest_speed(in_.model, h), moving, [&] { return fastest_by_solution(in_.model, step_); },
+      &r);
   report_.counters.newton += r.newton;
   work_ += static_cast<double>(step_.problem.contacts.size()) * r.newton;
-  if (!rests(in_.model, step_, still)) {
+  if (!found) {
     step_.problem = std::move(asked);
     return false;
   }

@@ -25,9 +25,8 @@ class ProblemSolver {
 
  private:
   bool solve(double h, Effort effort);
-  /// Looks for impulses under which all blocks stand still, v = 0 of the convex problem: without slip it is
-  /// the exact law's, and it converges where that does not. True if it has them, as the step's solution;
-  /// otherwise the problem is as it was.
+  /// Looks for impulses under which all blocks stand still, where what moves is too slow to matter. True if
+  /// it has them, as the step's solution; otherwise the problem is as it was.
   bool balanced(double h);
 
   const IslandContext& in_;
