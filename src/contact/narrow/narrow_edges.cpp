@@ -66,8 +66,15 @@ std::optional<SegmentPair> crossing(const Search& s, const Patch::Edge& a, const
       r.cross(db).dot(across) / across.squaredNorm(), r.cross(da).dot(across) / across.squaredNorm(), {}, {}};
   m.a = a.a + m.s * da, m.b = b.a + m.t * db;
   if ((m.a - c.a).norm() > reach || (m.b - c.b).norm() > reach) return {};
-  if (!within(m.s, end_a) && !(goes_on(a, m.s) && (within(m.s, -end_a) || in_body(s, true, m.b)))) return {};
-  if (!within(m.t, end_b) && !(goes_on(b, m.t) && (within(m.t, -end_b) || in_body(s, false, m.a)))) return {};
+  // Where they are apart, both are at the end if they are no farther from it than from each other.
+  const double at_end = std::max(s.touch, (m.b - m.a).norm());
+  const auto crossed = [&](const Patch::Edge& e, const Vec3& on_edge, double at, double end, bool first,
+                           const Vec3& other) {
+    return within(at, end) ||
+           (goes_on(e, at) &&
+            (std::min((on_edge - e.a).norm(), (on_edge - e.b).norm()) <= at_end || in_body(s, first, other)));
+  };
+  if (!crossed(a, m.a, m.s, end_a, true, m.b) || !crossed(b, m.b, m.t, end_b, false, m.a)) return {};
   return m;
 }
 
