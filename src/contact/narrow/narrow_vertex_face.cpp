@@ -286,6 +286,8 @@ void Target::inside_body(const Patch::Vertex& v, std::size_t start) const {
       nearest = d, t_near = &t, foot_near = y, pseudo = t.n;
     } else if (d < nearest + s.touch) {
       pseudo += t.n;
+      // Of faces that share the nearest point it lies behind the one that gives the contact its name and law.
+      if (t.n.dot(y - v.x) > t_near->n.dot(foot_near - v.x) + s.touch) t_near = &t, foot_near = y;
     }
     if (interior && h < 0 && -h < admitted && -h <= s.depth && falling(V, v, t.n) >= -tolerances().steep)
       admitted = -h, t_admitted = &t, foot_admitted = y;

@@ -266,6 +266,34 @@ TEST(SurfaceContact, CubeThatTipsOutOfAChannelItFillsLiesOnTheLip) {
   }
 }
 
+/// A cube that has sunk into the floor of a pit as wide as itself: its lower corners are as near to the
+/// walls' feet as to the floor, and bear the floor's name, not that of the walls on which they slide.
+TEST(SurfaceContact, CubeBeneathTheFloorOfAPitItFillsIsInTheFloor) {
+  TriangleSurface s;
+  for (const double z : {2.0, 0.0})
+    for (const Vec3& at : {Vec3(-0.5, -0.5, z), Vec3(0.5, -0.5, z), Vec3(0.5, 0.5, z), Vec3(-0.5, 0.5, z)})
+      s.vertices.push_back(at);
+  for (const Vec3& at : {Vec3(-3, -3, 2), Vec3(3, -3, 2), Vec3(3, 3, 2), Vec3(-3, 3, 2)})
+    s.vertices.push_back(at);
+  for (int k = 0; k < 4; ++k) {
+    const int l = (k + 1) % 4;
+    s.triangles.insert(s.triangles.end(),
+                       {{8 + k, 8 + l, l}, {8 + k, l, k}, {k, l, 4 + l}, {k, 4 + l, 4 + k}});
+  }
+  s.triangles.insert(s.triangles.end(), {{4, 5, 6}, {4, 6, 7}});
+  const SurfaceIndex index(s);
+  for (const double depth : {1e-6, 1e-3, 0.06, 0.2}) {
+    int floor = 0;
+    for (const auto& c : on(index, cube, {Vec3(0, 0, 0.5 - depth), Mat3::Identity()}, 1e-4)) {
+      if (std::abs(c.normal.z()) < 0.5) continue;
+      ++floor;
+      EXPECT_NEAR(c.gap, -depth, 1e-9);
+      EXPECT_GE(c.face_a, 16) << "a wall, at depth " << depth;
+    }
+    EXPECT_EQ(floor, 4) << depth;
+  }
+}
+
 /// A wedge in a hollow of its own shape between two walls, its edges on those of the ground: held by bed and
 /// walls alone, not by the level ground and the cliff that go on beside.
 TEST(SurfaceContact, AWedgeInItsHollowIsNotHeldByTheGroundBeside) {
