@@ -282,16 +282,17 @@ TEST(SurfaceContact, CubeBeneathTheFloorOfAPitItFillsIsInTheFloor) {
   }
   s.triangles.insert(s.triangles.end(), {{4, 5, 6}, {4, 6, 7}});
   const SurfaceIndex index(s);
-  for (const double depth : {1e-6, 1e-3, 0.06, 0.2}) {
-    int floor = 0;
-    for (const auto& c : on(index, cube, {Vec3(0, 0, 0.5 - depth), Mat3::Identity()}, 1e-4)) {
-      if (std::abs(c.normal.z()) < 0.5) continue;
-      ++floor;
-      EXPECT_NEAR(c.gap, -depth, 1e-9);
-      EXPECT_GE(c.face_a, 16) << "a wall, at depth " << depth;
+  for (const double aside : {-1e-12, 0.0, 1e-12})
+    for (const double depth : {1e-6, 1e-3, 0.06, 0.2}) {
+      int floor = 0;
+      for (const auto& c : on(index, cube, {Vec3(aside, -aside, 0.5 - depth), Mat3::Identity()}, 1e-4)) {
+        if (std::abs(c.normal.z()) < 0.5) continue;
+        ++floor;
+        EXPECT_NEAR(c.gap, -depth, 1e-9);
+        EXPECT_GE(c.face_a, 16) << "a wall, at depth " << depth;
+      }
+      EXPECT_EQ(floor, 4) << depth;
     }
-    EXPECT_EQ(floor, 4) << depth;
-  }
 }
 
 /// A wedge in a hollow of its own shape between two walls, its edges on those of the ground: held by bed and
