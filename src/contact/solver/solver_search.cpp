@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "contact/solver/solver_sweep.hpp"
+#include "contact/tolerances.hpp"
 
 namespace talus::contact::detail {
 
