@@ -71,7 +71,6 @@ struct SolveSettings {
       0;  // what ends the search where an attempt at `tolerance` stops at round-off; 0: `tolerance`
   double velocity_scale = 1.0;  // [m/s]
   bool exact_coulomb = true;    // De Saxce correction
-  int max_newton = 60;
   int max_outer = 60;
 };
 
@@ -80,10 +79,10 @@ enum class Method { newton, interior_point };
 struct SolveReport {
   bool converged = false;
   Method method = Method::newton;  // that was needed, with whatever followed it
-  int newton = 0;        // Newton iterations (factorisations)
-  int sweeps = 0;        // Gauss-Seidel sweeps, if used
-  int outer = 0;         // proximal or De Saxce outer iterations
-  double residual = 0;   // exact-Coulomb residual, relative to velocity_scale
+  int newton = 0;                  // Newton iterations (factorisations)
+  int sweeps = 0;                  // Gauss-Seidel sweeps, if used
+  int outer = 0;                   // proximal or De Saxce outer iterations
+  double residual = 0;             // exact-Coulomb residual, relative to velocity_scale
 };
 
 /// Workspace that keeps factorisations' symbolic parts and buffers between calls. Not shared between threads.

@@ -181,7 +181,10 @@ bool Search::alternated(std::vector<Vec3> start) {
 }
 
 bool Search::path_from(double distance) {
-  if (interior(distance) || alternated(interior_.last_impulses())) return true;
+  constexpr double far_on = 1e-2;  // part of its work that a path has left
+  if (interior(distance)) return true;
+  // Visits from a path that was blocked before it got anywhere would find forces that hold each other.
+  if (interior_.work_left() < far_on && alternated(interior_.last_impulses())) return true;
   from_best();
   return newton(firm, 20) || polish();
 }

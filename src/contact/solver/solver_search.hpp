@@ -63,7 +63,7 @@ class Search {
   const SolveSettings* settings_ = nullptr;
   SolveReport* report_ = nullptr;
   double tolerance_ = 0, sufficient_ = 0;  // [m/s]
-  double least_ = 0;      // that is known to be left by whatever solves the problem [m/s]
+  double least_ = 0;                       // that is known to be left by whatever solves the problem [m/s]
   double round_off_ = 0;  // below which three iterations that do not halve the residual end a Newton method
                           // that may not stop at what suffices [m/s]
   double polished_ = 0;   // residual from which the last polish started [m/s]

@@ -43,8 +43,8 @@ double sweep_while_it_pays(contact::ContactSolver& solver, contact::ContactProbl
 }
 
 /// On from what solved a problem, until its contacts do no more than `most` spurious work on what moves [J]
-/// or it gets no farther: by sweeps, then by the whole iteration. `scale`: a velocity beside which the residual
-/// is so small that Newton's method goes first [m/s].
+/// or it gets no farther: by sweeps, then by the whole iteration. `scale`: a velocity beside which the
+/// residual is so small that Newton's method goes first [m/s].
 contact::SolveReport solve_closer(contact::ContactSolver& solver, contact::ContactProblem& problem,
                                   const contact::SolveSettings& settings, double scale, double most,
                                   contact::SolveReport r) {
@@ -138,11 +138,11 @@ bool ProblemSolver::solve(double h, Effort effort) {
   step_.solution.unsolved_speed = r.residual * settings.velocity_scale;
   step_.solution.stagnated = !r.converged;
   step_.solution.certified = r.converged;
-  long* count = !r.converged                                     ? &n.above_tolerance
+  long* count = !r.converged                                  ? &n.above_tolerance
                 : r.method == contact::Method::interior_point ? &n.interior_point
-                                                                 : &n.newton_method;
-  bool used = r.converged ||
-              accepted(step, settings, {.no_better = no_better, .last_resort = last_resort}, r);
+                                                              : &n.newton_method;
+  bool used =
+      r.converged || accepted(step, settings, {.no_better = no_better, .last_resort = last_resort}, r);
   if (!used && last_resort && h > 0) {  // impulses of no duration are left to the step
     // The convex problem alone: it has a solution always, which takes energy as it must but lifts what
     // slides.

@@ -27,12 +27,11 @@ contact::SolveSettings how_closely(const StepToSolve& s) {
   const double coarse =
       std::clamp(s.accuracy / 1e-3, 1.0, 100.0);  // round-off is asked for at the finer accuracies alone
   settings.tolerance =
-      s.small ? (s.sub_step ? 1e-9 : 1e-12) * coarse
-      : s.still
-          ? 1e-9
-          : std::max(
-                std::min(allowed, (blocks_in_sub_step ? contact::tolerances().solved : 1.0) * s.accuracy),
-                std::clamp(contact::tolerances().solved * s.accuracy, 1e-8, 1e-4));
+      s.small   ? (s.sub_step ? 1e-9 : 1e-12) * coarse
+      : s.still ? 1e-9
+                : std::max(std::min(allowed,
+                                    (blocks_in_sub_step ? contact::tolerances().solved : 1.0) * s.accuracy),
+                           std::clamp(contact::tolerances().solved * s.accuracy, 1e-8, 1e-4));
   // Where springs make hundreds of steps of one, what they leave adds up, of one sign here and of the other
   // there: so much less is left by each.
   if (s.sprung && !s.small && s.h > 0) settings.tolerance *= std::sqrt(std::min(1.0, s.h / ordinary));

@@ -21,8 +21,8 @@ struct StepToSolve {
                        // 0: they are not [m/s]
   bool provisional = false;  // its rows are made again about its solution
   bool heap = false;         // many blocks, no structure
-  bool sub_step = false;  // explicit, at a structure
-  bool blocks = false;    // some take part
+  bool sub_step = false;     // explicit, at a structure
+  bool blocks = false;       // some take part
   bool sprung =
       false;  // contacts on springs among blocks, which make steps far shorter than the accuracy asks for
   double speed = 0, fastest = 0;  // that the island can have, of its blocks against their mean motion [m/s]
