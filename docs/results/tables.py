@@ -20,7 +20,7 @@ def tables(report, suite=None):
             continue
         cases.add(r["id"])
         verdict = "absent" if not r["available"] else "pass" if r["passed"] else "**short**" if r["judged"] else "differs"
-        last = r["tiers"]["e"] if r["tiers"]["e"] and r["judged"] else ""
+        last = r["solutions"]["convex"] if r["solutions"]["convex"] and r["judged"] else ""
         lines.append(f"| {verdict} | {r['id']} | {r['method']} | {r['quantity']} | {show(r['expected'], '.8g')} | {show(r['measured'], '.8g')} | {show(r['error'], '.2e')} "
                      f"| {show(r['tolerance'], '.0e')} | {show(r['order'], '.2f')} | {r['cpu_seconds']:.3f} | {last} |")
     curves = [p for p in report["curves"] if not suite or p["id"] in cases]

@@ -20,7 +20,7 @@ void log_end(JsonLog& log, const sim::RunResult& result, double time) {
                    {"asleep_skipped", n.asleep_skipped},
                    {"flight_closed_form", n.flight_closed_form},
                    {"structure_asleep", n.structure_asleep},
-                   {"tier_e", n.tier_e},
+                   {"convex", n.convex},
                    {"worst_residual", n.worst_residual},
                    {"cpu_seconds", n.cpu_seconds}});
 }

@@ -8,7 +8,7 @@ namespace talus::coupling {
 
 struct Counters {
   long steps = 0, rejected = 0, contacts = 0, newton = 0, sweeps = 0, outer = 0, impacts = 0, projections = 0;
-  long tier_a = 0, tier_b = 0, tier_c = 0, tier_d = 0, tier_e = 0;
+  long newton_method = 0, interior_point = 0, above_tolerance = 0, halved = 0, convex = 0;
   long flights = 0, structure_steps = 0,
        condensed_steps = 0;  // steps of structures while blocks are at them: explicit, condensed
   double worst_residual = 0, worst_penetration = 0, last_step = 0;
@@ -27,11 +27,11 @@ struct Counters {
     outer += o.outer;
     impacts += o.impacts;
     projections += o.projections;
-    tier_a += o.tier_a;
-    tier_b += o.tier_b;
-    tier_c += o.tier_c;
-    tier_d += o.tier_d;
-    tier_e += o.tier_e;
+    newton_method += o.newton_method;
+    interior_point += o.interior_point;
+    above_tolerance += o.above_tolerance;
+    halved += o.halved;
+    convex += o.convex;
     flights += o.flights;
     structure_steps += o.structure_steps;
     condensed_steps += o.condensed_steps;

@@ -99,8 +99,8 @@ void each_sum(coupling::RunSums& sums, Count&& count, Number&& number) {
   coupling::Counters& c = sums.counters;
   for (long* n :
        {&c.steps, &c.rejected, &c.contacts, &c.newton, &c.sweeps, &c.outer, &c.impacts, &c.projections,
-        &c.tier_a, &c.tier_b, &c.tier_c, &c.tier_d, &c.tier_e, &c.flights, &c.structure_steps,
-        &c.condensed_steps, &sums.asleep_skipped, &sums.structure_asleep, &c.reduced})
+        &c.newton_method, &c.interior_point, &c.above_tolerance, &c.halved, &c.convex, &c.flights,
+        &c.structure_steps, &c.condensed_steps, &sums.asleep_skipped, &sums.structure_asleep, &c.reduced})
     count(*n);
   coupling::AuditSums& a = sums.audit;
   for (double* x : {&c.worst_residual, &c.worst_penetration, &c.last_step, &a.worst_force, &a.worst_moment,

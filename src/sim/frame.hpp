@@ -107,7 +107,7 @@ struct ContactRow {
 /// Step statistics for the progress line, log and summary.
 struct RunCounters {
   long steps = 0, rejected = 0, contacts = 0, newton = 0, sweeps = 0, outer = 0, impacts = 0;
-  long tier_a = 0, tier_b = 0, tier_c = 0, tier_d = 0, tier_e = 0;
+  long newton_method = 0, interior_point = 0, above_tolerance = 0, halved = 0, convex = 0;
   long asleep_skipped = 0, flight_closed_form = 0, structure_steps = 0, condensed_steps = 0,
        structure_asleep = 0;
   double worst_residual = 0;                // exact-Coulomb, relative

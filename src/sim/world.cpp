@@ -398,7 +398,7 @@ RunCounters World::counters() const {
     n.steps = paper->steps;
     n.newton = paper->iterations;
     n.rejected = paper->cuts;
-    n.tier_e = paper->unsettled;
+    n.convex = paper->unsettled;
     n.contacts = paper->contacts;
     n.worst_penetration = paper->worst_penetration;
     n.dt = scene.simulation.step.value_or(1e-4);
@@ -412,11 +412,11 @@ RunCounters World::counters() const {
   n.sweeps = c.sweeps;
   n.outer = c.outer;
   n.impacts = c.impacts;
-  n.tier_a = c.tier_a;
-  n.tier_b = c.tier_b;
-  n.tier_c = c.tier_c;
-  n.tier_d = c.tier_d;
-  n.tier_e = c.tier_e;
+  n.newton_method = c.newton_method;
+  n.interior_point = c.interior_point;
+  n.above_tolerance = c.above_tolerance;
+  n.halved = c.halved;
+  n.convex = c.convex;
   n.flight_closed_form = c.flights;
   n.structure_steps = c.structure_steps;
   n.condensed_steps = c.condensed_steps;

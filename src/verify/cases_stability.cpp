@@ -1,5 +1,5 @@
 // Stress scenes of blocks. After each: no intersection by the exact checker, nothing that is not a number, no
-// growth of energy, the contact problem solved without its last resort. The same scenes by the 1988 scheme,
+// growth of energy, Coulomb's law solved in every step. The same scenes by the 1988 scheme,
 // for comparison.
 #include <cmath>
 #include <numbers>

@@ -194,7 +194,7 @@ void painleve(CaseRun& c) {
       most = std::max(most, b.kinetic);
       growth = std::max(growth, b.kinetic + b.potential - a.kinetic - a.potential);
     }
-    c.holds(fmt::format("solves, mu {}", mu), "runs to its end, last resort never taken",
+    c.holds(fmt::format("solves, mu {}", mu), "runs to its end, Coulomb's law always solved",
             o.ok() && std::isfinite(o.last().position[0].norm()));
     c.absolute(fmt::format("energy gained, of the largest kinetic, mu {}", mu),
                "never grows, to a tenth of the accuracy", 0, std::max(0.0, growth) / most, 1e-5);

@@ -26,8 +26,8 @@ struct Method {
   std::string keys() const;  // lines of [simulation]
 };
 
-struct Tiers {
-  long a = 0, b = 0, c = 0, d = 0, e = 0;
+struct Solutions {
+  long newton = 0, interior_point = 0, above_tolerance = 0, halved = 0, convex = 0;
 };
 
 struct CaseResult {
@@ -40,7 +40,7 @@ struct CaseResult {
       0;  // worst relative defect of the interface or of free motion, where one is defined
   double worst_penetration = 0;  // [m]
   long steps = 0;
-  Tiers tiers;
+  Solutions solutions;
   bool available = true;  // false: the program cannot be asked this yet; counts as falling short
   bool judged = true;     // false: reported for comparison only (the 1988 scheme's defects)
   bool passed = false;

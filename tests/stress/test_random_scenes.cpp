@@ -179,7 +179,7 @@ TEST_P(RandomScenes, RunToTheirEnd) {
         "{} {}: exit {} cpu {:.2f} t {:.3f} steps {} rejected {} d {} e {} depth {:.1e}/{:.1e} growth {:.1e} "
         "at {:.2f} residual {:.1e} asleep {} {}{}\n",
         good ? "good " : "SHORT", scene.summary, result.exit_code, n.cpu_seconds, simulation.time(), n.steps,
-        n.rejected, n.tier_d, n.tier_e, m.depth, allowed, m.growth, m.growth_at, m.residual,
+        n.rejected, n.halved, n.convex, m.depth, allowed, m.growth, m.growth_at, m.residual,
         n.sleeping_blocks, m.finite ? "" : "not finite ", result.message);
     if (!good) fmt::print("{}", scene.text);
     std::fflush(stdout);

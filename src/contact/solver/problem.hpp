@@ -70,28 +70,21 @@ struct SolveSettings {
   double tolerance = 1e-10;  // on the exact-Coulomb residual, relative to `velocity_scale`
   double sufficient =
       0;  // what ends the search where an attempt at `tolerance` stops at round-off; 0: `tolerance`
-  double stalled = 0;           // what is taken of a large problem whose search gets no farther, relative to
-                                // `velocity_scale`; 0: what is sufficient
   double velocity_scale = 1.0;  // [m/s]
   bool exact_coulomb = true;    // De Saxce correction
-  int max_newton = 60;
+  bool at_hand = false;         // a few steps of Newton's method from the impulses given, and no more
   int max_outer = 60;
-  double proximal = 1e-4;  // compliance over that of the contact, of the first attempt in large problems: the
-                           // more, the surer and slower it gets nearer
-  int most_factorisations =
-      0;  // of the whole search, which ends unsolved soon after them; 0: as many as it takes
 };
 
-/// How the problem was solved. Tiers: A warm semismooth Newton, B interior point or cold start, C De Saxce
-/// outer loop, E accepted convex solution (never silently).
+enum class Method { newton, interior_point };
+
 struct SolveReport {
   bool converged = false;
-  char tier = 'A';
-  bool stalled = false;  // the search got no farther than this, short of what is sufficient
-  int newton = 0;        // Newton iterations (factorisations)
-  int sweeps = 0;        // Gauss-Seidel sweeps, if used
-  int outer = 0;         // proximal or De Saxce outer iterations
-  double residual = 0;   // exact-Coulomb residual, relative to velocity_scale
+  Method method = Method::newton;  // that was needed, with whatever followed it
+  int newton = 0;                  // Newton iterations (factorisations)
+  int sweeps = 0;                  // Gauss-Seidel sweeps, if used
+  int outer = 0;                   // proximal or De Saxce outer iterations
+  double residual = 0;             // exact-Coulomb residual, relative to velocity_scale
 };
 
 /// Workspace that keeps factorisations' symbolic parts and buffers between calls. Not shared between threads.

@@ -108,8 +108,7 @@ bool solve_in_parts(Search& search, std::vector<Touch>& every, std::vector<Vec3>
                                                Vec3::Zero(), t.scale(), 0));
     }
     const double sufficient = std::max(settings.tolerance, settings.sufficient) * settings.velocity_scale;
-    const double taken = done ? std::max(sufficient, settings.stalled * settings.velocity_scale) : sufficient;
-    if (whole || search.best <= taken) return search.best <= taken;
+    if (whole || search.best <= sufficient) return search.best <= sufficient;
     for (int i = 0; i < nc; ++i) {
       const Touch& t = every[i];
       if (!chosen[i])
@@ -195,10 +194,7 @@ SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& s
   for (int i = 0; i < nc; ++i) problem.contacts[system.touch[i].id].impulse = search.best_p[i];
   system.write(search.best_v, problem);
   report.residual = search.best / settings.velocity_scale;
-  report.converged = search.best <= std::max(sufficient, settings.stalled * settings.velocity_scale);
-  report.stalled = search.best > sufficient;
-  // A search that gave up has what suffices all the same.
-  report.tier = !report.converged ? 'E' : report.tier == 'E' ? 'C' : report.tier;
+  report.converged = search.best <= sufficient;
   return report;
 }
 

@@ -1,5 +1,4 @@
-/// The search for a solution of a contact problem: which method, from where, in which order (the tiers of
-/// problem.hpp).
+/// The search for a solution of a contact problem: which method, from where, in which order.
 #pragma once
 #include <vector>
 
@@ -17,9 +16,9 @@ class Search {
   /// Part of the velocity scale: large problems whose warm start is off by more change too many regions for
   /// Newton's method.
   /// Proximal compliance over that of the contact: where the regions are known but for a few; farther off.
-  static constexpr double soft = 1e-4, firm = 1e-3;
+  static constexpr double soft = 1e-4, firm = 1e-3, strong = 1e-2, loose = 0.1;
   static constexpr double near = 1e-4;
-  static constexpr int few_contacts = 60;  // up to which many ways are tried, each cheap
+  static constexpr int few_contacts = 60;  // up to which Newton's method costs little from wherever it starts
   static constexpr int few_unknowns = 48;  // up to which factorisations cost less than sweeps
   /// Compliance over the least w of the contacts which the interior point lends to all. Contacts that hold
   /// each other in balance, a row of blocks that fills the space between two walls, can press as hard as they
@@ -54,39 +53,25 @@ class Search {
   bool newton(double epsilon, int max_newton);
   /// The interior point of bodies that give a little, then Newton's method from there.
   bool interior(double distance);
-  bool alternated(const std::vector<Vec3>& start,
-                  int rounds);       // true, too, at what is taken where no more is to be had
-  bool polish(int iterations = 40);  // the last digits of a small problem, from the best
-  /// De Saxce: the convex problem with the shift held, then the shift from its solution; the exact Newton
-  /// method is tried from every convex solution, since it converges fast once the slip directions are right.
-  bool shifted(int rounds, int budget);
-  /// Friction above 1: from 1 up to its own by factors of `step`, from one solution to the next. Where none
-  /// is found the walk goes on from the best there: solutions end at some frictions in between, and others
-  /// begin. False: the best is what it was.
-  bool raised(double step);
-  void hold_shift();        // of every contact by its slip at p
-  bool solved_from_best();  // a problem whose laws have changed
+  /// Visits and Newton's method in turn: the former settle what is light or loose, over which the latter goes
+  /// round in a cycle, the latter what runs through many bodies.
+  bool alternated(std::vector<Vec3> start);
+  /// The interior point, then from where it ended the above, then from the best Newton's method.
+  bool path_from(double distance);
+  bool polish();  // the last digits of a small problem, from the best
   double swept(int count);
   double visited(int count);  // residual after sweeps from p
-  bool swept_while_it_pays();
-  bool from_near();  // by what is fast next to the solution
-
-  bool spent()
-      const;  // all factorisations that the search may have, or nothing that would be taken is to be had
-  /// Near to what suffices and still not there after so many factorisations, or all that was to be `tried`:
-  /// the rows contradict each other by that much. Better rows are the caller's, and cheaper. Or enough was
-  /// spent.
-  bool hopeless(int factorisations, bool tried = false) const;
+  /// Nothing that would suffice is to be had.
+  bool contradicted() const { return least_ > sufficient_; }
   void begin(const SolveSettings& settings, SolveReport& report);
 
   const SolveSettings* settings_ = nullptr;
   SolveReport* report_ = nullptr;
-  double tolerance_ = 0, sufficient_ = 0, stalled_ = 0;  // [m/s]
-  double least_ = 0;      // that is known to be left by whatever solves the problem [m/s]
+  double tolerance_ = 0, sufficient_ = 0;  // [m/s]
+  double least_ = 0;                       // that is known to be left by whatever solves the problem [m/s]
   double round_off_ = 0;  // below which three iterations that do not halve the residual end a Newton method
                           // that may not stop at what suffices [m/s]
-  double polished_ = 0;   // residual from which the last polish started [m/s], and its iterations
-  int polished_for_ = 0;
+  double polished_ = 0;   // residual from which the last polish started [m/s]
   Hessian hessian_;
   Newton newton_{hessian_};
   Interior interior_{hessian_};

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "contact/tolerances.hpp"
 #include "coupling/rows/contact_rows.hpp"
@@ -18,10 +17,6 @@
 
 namespace talus::coupling {
 namespace {
-
-constexpr double may_sink = 1e-5;   // of a block: all of a large island, in a step whose solution is accepted
-                                    // where iteration stagnates
-constexpr double may_creep = 2e-6;  // the same of one that moves by less than 1e-3 of its speed
 
 /// Sweeps from what solved a problem while they reduce the spurious work by a twentieth at a time, down to
 /// `most` [J], the residual within `limit` [m/s]. What is left of it in a pile at rest lies on thousands of
@@ -54,7 +49,6 @@ double sweep_while_it_pays(contact::ContactSolver& solver, contact::ContactProbl
 contact::SolveReport solve_closer(contact::ContactSolver& solver, contact::ContactProblem& problem,
                                   const contact::SolveSettings& settings, double scale, double most,
                                   contact::SolveReport r) {
-  constexpr int few = 8;                  // factorisations: more than a hundred did not get there either
   r.residual *= settings.velocity_scale;  // in m/s until it is returned
   const double limit = std::max(r.residual, settings.tolerance * settings.velocity_scale);
   for (int round = 0; round < 3; ++round) {
@@ -63,41 +57,20 @@ contact::SolveReport solve_closer(contact::ContactSolver& solver, contact::Conta
                  residual = r.residual / scale;
     if (work <= most) break;
     contact::SolveSettings closer = settings;
+    closer.at_hand = true;
     closer.velocity_scale = scale;
-    closer.stalled = 0;
     closer.tolerance = residual * most / work;
     closer.sufficient = std::max(closer.tolerance, (work > 10 * most ? 0.3 : 1.0) * residual);
-    closer.most_factorisations = few;
-    closer.proximal = 1e-2;
     const contact::SolveReport next = solver.solve(problem, closer);
     r.newton += next.newton;
     r.sweeps += next.sweeps;
     r.outer += next.outer;
-    r.tier = std::max(r.tier, next.converged ? next.tier : 'A');
+    if (next.converged) r.method = std::max(r.method, next.method);
     r.residual = next.residual * scale;
     if (!(next.residual < 0.5 * residual)) break;
   }
   r.residual /= settings.velocity_scale;
   return r;
-}
-
-/// A solution accepted where iteration stagnates has residuals of one sign, which add up along a tower: it
-/// sinks by them, is corrected, and would move by itself. Above `bearable` spurious work [J; `most` is what a
-/// step may have] the problem is solved by the whole iteration of smaller islands.
-contact::SolveReport solve_soundly(contact::ContactSolver& solver, contact::ContactProblem& problem,
-                                   const contact::SolveSettings& settings, double most, double bearable) {
-  if (!(settings.stalled > 0)) return solver.solve(problem, settings);
-  std::vector<contact::ProblemContact> asked = problem.contacts;
-  const contact::SolveReport r = solver.solve(problem, settings);
-  if (!r.converged || !r.stalled || unearned(problem, 0.5 * most) <= bearable) return r;
-  problem.contacts.swap(asked);
-  contact::SolveSettings whole = settings;
-  whole.stalled = 0;
-  contact::SolveReport searched = solver.solve(problem, whole);
-  searched.newton += r.newton;
-  searched.sweeps += r.sweeps;
-  searched.outer += r.outer;
-  return searched;
 }
 
 /// The fastest point of the blocks by the solution of a step, a bound [m/s].
@@ -133,7 +106,6 @@ bool ProblemSolver::solve(double h, Effort effort) {
                    .small = small,
                    .provisional = effort == Effort::provisional,
                    .heap = in_.time_stepped(),
-                   .large = in_.very_large() && !bonded,
                    // Explicit sub-steps at structures lie far below what the accuracy asks, and nothing is
                    // located within them: no round-off either.
                    .sub_step = h > 0 && !in_.condensed && !in_.island->structures.empty(),
@@ -154,22 +126,15 @@ bool ProblemSolver::solve(double h, Effort effort) {
   contact::SolveSettings settings = how_closely(step);
   Counters& n = report_.counters;
   const bool moves = h > 0 && in_.time_stepped() && !small;
-  double weight = 0;  // [N]
-  for (const Body& b : step_.bodies)
-    weight += in_.model.blocks[static_cast<std::size_t>(b.block)].mass * in_.model.gravity.norm();
   const double most =
       in_.settings.accuracy * kinetic_energy(step_, &Body::v0);  // spurious work of a step [J]
-  if (in_.time_stepped() && !small && h > 0 && balanced(h)) return true;
+  if (moves && balanced(h)) return true;
   const auto attempt = [&] {
-    contact::SolveReport r =
-        solve_soundly(solver_, step_.problem, settings, most,
-                      std::max(10 * most, (step_.fastest > 1e-3 * in_.scale.speed ? may_sink : may_creep) *
-                                              in_.scale.length * weight));
+    contact::SolveReport r = solver_.solve(step_.problem, settings);
     // In a tower residuals of one sign add up from block to block, and the projection lifts again what has
     // sunk: gravity would drive on what hardly moves, for ever; loads that part throw it. The spurious
     // work of all contacts together is to be a small part of the motion.
-    if (r.converged && !r.stalled && moves)
-      r = solve_closer(solver_, step_.problem, settings, in_.scale.speed, most, r);
+    if (r.converged && moves) r = solve_closer(solver_, step_.problem, settings, in_.scale.speed, most, r);
     work_ += static_cast<double>(step_.problem.contacts.size()) *
              (5.0 + r.newton);  // what goes with a solution costs as much as a few factorisations
     n.newton += r.newton;
@@ -183,13 +148,17 @@ bool ProblemSolver::solve(double h, Effort effort) {
                  last_resort || (effort == Effort::repeated && r.residual > 0.5 * step_.solution.residual);
   step_.solution.residual = r.residual;
   step_.solution.unsolved_speed = r.residual * settings.velocity_scale;
-  step_.solution.stagnated = r.stalled;
-  step_.solution.certified = judge(step, settings, {.no_better = no_better, .last_resort = last_resort}, r);
-  if (!r.converged && last_resort && h > 0) {  // impulses of no duration are left to the step
+  step_.solution.stagnated = !r.converged;
+  step_.solution.certified = r.converged;
+  long* count = !r.converged                                  ? &n.above_tolerance
+                : r.method == contact::Method::interior_point ? &n.interior_point
+                                                              : &n.newton_method;
+  bool used =
+      r.converged || accepted(step, settings, {.no_better = no_better, .last_resort = last_resort}, r);
+  if (!used && last_resort && h > 0) {  // impulses of no duration are left to the step
     // The convex problem alone: it has a solution always, which takes energy as it must but lifts what
     // slides.
     settings.exact_coulomb = false;
-    settings.stalled = 0;
     settings.sufficient = 1e-6;
     for (contact::ProblemContact& c :
          step_.problem.contacts) {  // small compliance: between friction cones an over-constrained body has
@@ -198,11 +167,12 @@ bool ProblemSolver::solve(double h, Effort effort) {
       c.impulse.setZero();
     }
     r = attempt();
-    r.tier = 'E';
+    used = r.converged;
+    count = &n.convex;
   }
-  if (!r.converged) return false;  // the caller refines the rows or halves the step, tier D
+  if (!used) return false;  // the caller refines the rows or halves the step
   n.worst_residual = std::max(n.worst_residual, r.residual);
-  (r.tier == 'A' ? n.tier_a : r.tier == 'B' ? n.tier_b : r.tier == 'C' ? n.tier_c : n.tier_e) += 1;
+  ++*count;
   return true;
 }
 
@@ -225,7 +195,7 @@ bool ProblemSolver::balanced(double h) {
   step_.solution.unsolved_speed = r.residual;
   step_.solution.stagnated = false;
   step_.solution.certified = true;
-  ++report_.counters.tier_b;
+  ++report_.counters.interior_point;
   return true;
 }
 

@@ -6,7 +6,7 @@
 namespace talus::coupling {
 
 /// repeated: rows anew about an end that was not solved; what they contradict each other by still is taken.
-/// last_resort: the convex problem's solution, tier E, rather than none.
+/// last_resort: the convex problem's solution rather than none.
 enum class Effort { provisional, full, repeated, last_resort };
 
 class ProblemSolver {

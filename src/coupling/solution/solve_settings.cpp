@@ -24,22 +24,13 @@ contact::SolveSettings how_closely(const StepToSolve& s) {
   const double lasting = std::max({s.h, fall, blocks_in_sub_step ? ordinary : 0.0});
   const double allowed =
       s.h > 0 ? contact::tolerances().solved * s.accuracy * s.length / lasting / settings.velocity_scale : 0;
-  const double part =
-      s.large && !s.small && s.h > 0 ? 2 : 1;  // of that: in large islands the interior-point method spends
-                                               // half of its work on the last factor of two
   const double coarse =
       std::clamp(s.accuracy / 1e-3, 1.0, 100.0);  // round-off is asked for at the finer accuracies alone
   settings.tolerance =
       s.small ? (s.sub_step ? 1e-9 : 1e-12) * coarse
-              : part * std::max(std::min(allowed, (blocks_in_sub_step ? contact::tolerances().solved : 1.0) *
-                                                      s.accuracy),
-                                std::clamp(contact::tolerances().solved * s.accuracy, 1e-8, 1e-4));
-  if (s.located > 0 && !s.small && s.h > 0) {
-    settings.velocity_scale = s.speed;
-    settings.tolerance = s.located / s.speed;
-    settings.sufficient = 2 * settings.tolerance;
-    return settings;
-  }
+              : std::max(
+                    std::min(allowed, (blocks_in_sub_step ? contact::tolerances().solved : 1.0) * s.accuracy),
+                    std::clamp(contact::tolerances().solved * s.accuracy, 1e-8, 1e-4));
   // Where springs make hundreds of steps of one, what they leave adds up, of one sign here and of the other
   // there: so much less is left by each.
   if (s.sprung && !s.small && s.h > 0) settings.tolerance *= std::sqrt(std::min(1.0, s.h / ordinary));
@@ -52,10 +43,7 @@ contact::SolveSettings how_closely(const StepToSolve& s) {
   else if (blocks_in_sub_step)
     settings.sufficient = std::max(settings.tolerance, s.accuracy);  // where iteration stagnates
   else if (s.h > 0 && s.heap)
-    settings.sufficient = (2 / part) * settings.tolerance;
-  // Impacts that propagate through a large island, and loads that shift in one that comes to rest, are solved
-  // over the next steps: where hundreds of factorisations get no farther a fiftieth of what moves is taken.
-  if (s.large && !s.small && s.h > 0) settings.stalled = std::max(settings.sufficient, 0.02);
+    settings.sufficient = 2 * settings.tolerance;
   // A loaded spring's row holds its elongation over h: of short steps that leaves no more than round-off of
   // it.
   const double round_off = std::numeric_limits<double>::epsilon() * s.largest_bias / settings.velocity_scale;
@@ -64,29 +52,16 @@ contact::SolveSettings how_closely(const StepToSolve& s) {
   return settings;
 }
 
-bool judge(const StepToSolve& s, const contact::SolveSettings& settings, Patience patience,
-           contact::SolveReport& r) {
-  const auto take = [&] {
-    r.converged = true;
-    r.tier = 'C';
-  };
-  const bool stalled =
-      r.converged &&
-      r.stalled;  // taken where its search got no farther: of another step it would be asked closer
-  // Where touches contradict each other by so little no other rows would help, and where events are located
-  // the error of the step is a hundred times as large: taken as it is.
-  if (!r.converged && patience.no_better && s.small &&
+bool accepted(const StepToSolve& s, const contact::SolveSettings& settings, Patience patience,
+              const contact::SolveReport& r) {
+  // Where contacts contradict each other by so little no other rows would help, and where events are located
+  // the error of the step is a hundred times as large.
+  if (patience.no_better && s.small &&
       r.residual <= std::max(100 * std::max(settings.tolerance, settings.sufficient),
                              s.located / settings.velocity_scale))
-    take();
-  // Of sub-steps at structures no shorter one would be solved closer: a tenth of the accuracy, as large
-  // islands are.
-  if (!r.converged && patience.last_resort && s.sub_step &&
-      r.residual <= contact::tolerances().solved * s.accuracy)
-    take();
-  if (r.converged && !s.small && r.residual > settings.tolerance) r.tier = 'C';
-  const bool certified = r.converged && !stalled;
-  return certified;
+    return true;
+  // Of sub-steps at structures no shorter one would be solved closer: a tenth of the accuracy.
+  return patience.last_resort && s.sub_step && r.residual <= contact::tolerances().solved * s.accuracy;
 }
 
 }  // namespace talus::coupling

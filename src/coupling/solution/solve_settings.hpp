@@ -18,9 +18,8 @@ struct StepToSolve {
                        // 0: they are not [m/s]
   bool provisional = false;  // its rows are made again about its solution
   bool heap = false;         // many blocks, no structure
-  bool large = false;  // near rest the interior-point method does not improve a warm start of so many blocks
-  bool sub_step = false;  // explicit, at a structure
-  bool blocks = false;    // some take part
+  bool sub_step = false;     // explicit, at a structure
+  bool blocks = false;       // some take part
   bool sprung =
       false;  // contacts on springs among blocks, which make steps far shorter than the accuracy asks for
   double speed = 0, fastest = 0;  // that the island can have, of its blocks against their mean motion [m/s]
@@ -38,9 +37,8 @@ struct Patience {
   bool last_resort = false;  // no shorter step is left
 };
 
-/// Marks what of a solution that did not get there is taken all the same, as tier C. True if the solution
-/// proves rest: it is as close as `settings` ask.
-bool judge(const StepToSolve& step, const contact::SolveSettings& settings, Patience patience,
-           contact::SolveReport& report);
+/// True if a solution that did not meet the tolerance is used all the same. It proves no rest.
+bool accepted(const StepToSolve& step, const contact::SolveSettings& settings, Patience patience,
+              const contact::SolveReport& report);
 
 }  // namespace talus::coupling

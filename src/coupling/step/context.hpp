@@ -56,9 +56,6 @@ struct IslandContext {
   /// Whose positions are known to 1e-8 of a block: of so many contacts one always lies a little beyond a
   /// closer tolerance.
   bool large() const { return time_stepped() && island->blocks.size() >= 96; }
-  /// Near rest the interior-point method does not improve a warm start; walls and towers of fewer blocks come
-  /// to rest by it.
-  bool very_large() const { return time_stepped() && island->blocks.size() >= 256; }
   /// For the rest of the macro step: the island is time-stepped, and no row asks for motion.
   static constexpr int most_unsolved = 2;
   bool over_constrained() const { return unsolved >= (island->structures.empty() ? most_unsolved : 1); }

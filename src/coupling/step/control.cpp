@@ -149,7 +149,7 @@ bool StepControl::refused(Trial& trial, const SmoothStep::Outcome& o) {
   if (o.ok && !(trial.adaptive && o.error > limit && may_shorten(trial))) return false;
   reject_step(in_, step_, report_);
   if (!o.ok) {
-    ++report_.counters.tier_d, ++trial.halved, ++in_.unsolved;
+    ++report_.counters.halved, ++trial.halved, ++in_.unsolved;
     if (!trial.time_stepped && in_.over_constrained()) {  // goes on as large islands do
       trial.time_stepped = true;
       trial.adaptive = false;

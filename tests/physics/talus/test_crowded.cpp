@@ -27,7 +27,7 @@ void costs(const Outcome& o, long factorisations, long steps) {
   const auto& n = o.result.counters;
   EXPECT_LT(n.newton, factorisations);
   EXPECT_LT(n.steps + n.rejected, steps);
-  EXPECT_EQ(n.tier_e, 0);
+  EXPECT_EQ(n.convex, 0);
   EXPECT_LT(n.worst_penetration, 1e-9);
 }
 

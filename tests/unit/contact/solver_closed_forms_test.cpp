@@ -15,8 +15,8 @@ SolveReport solve(Builder& b, double tolerance = 1e-12, bool exact = true, doubl
   settings.exact_coulomb = exact;
   settings.velocity_scale = scale;
   const SolveReport report = solver.solve(b.problem, settings);
-  EXPECT_TRUE(report.converged) << "tier " << report.tier << " residual " << report.residual << " newton "
-                                << report.newton << " outer " << report.outer;
+  EXPECT_TRUE(report.converged) << "residual " << report.residual << " newton " << report.newton << " outer "
+                                << report.outer;
   EXPECT_LE(coulomb_residual(b.problem, exact), 2 * tolerance * scale);
   return report;
 }
