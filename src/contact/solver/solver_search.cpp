@@ -191,7 +191,8 @@ bool Search::path_from(double distance) {
 
 bool Search::run(const SolveSettings& settings, SolveReport& report) {
   begin(settings, report);
-  if ((few() || best <= near * settings.velocity_scale) && (newton(soft, 20) || polish())) return true;
+  if ((few() || best <= near * settings.velocity_scale) && (newton(soft, few() ? 20 : 8) || polish()))
+    return true;
   report.method = Method::interior_point;
   p = best_p;
   if (contradicted()) return false;
