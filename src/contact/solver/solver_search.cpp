@@ -216,7 +216,8 @@ int Search::give_about(const std::vector<Vec3>& about, double tolerance) {
 bool Search::run(const SolveSettings& settings, SolveReport& report) {
   begin(settings, report);
   if (settings.at_hand) return newton(strong, 8);
-  if ((few() || best <= near * settings.velocity_scale) && (newton(soft, 20) || polish())) return true;
+  if ((few() || best <= near * settings.velocity_scale) && (newton(soft, few() ? 20 : 8) || polish()))
+    return true;
   report.method = Method::interior_point;
   p = best_p;
   if (contradicted()) return false;
