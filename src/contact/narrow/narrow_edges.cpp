@@ -145,7 +145,7 @@ void vertex_edge(const Search& s, const Patch& E, const Patch& V, bool first,
     const Vec3 d = e.b - e.a;
     const double l = d.norm();
     for (const auto& v : V.vertices) {
-      if ((v.x.array() > hi.array()).any() || (v.x.array() < lo.array()).any()) continue;
+      if (v.straight || (v.x.array() > hi.array()).any() || (v.x.array() < lo.array()).any()) continue;
       const double t = d.dot(v.x - e.a) / (l * l);
       if (t * l <= s.touch || (1 - t) * l <= s.touch) continue;
       const Vec3 foot = e.a + t * d, r = v.x - foot;
@@ -168,7 +168,7 @@ void vertex_vertex(const Search& s, std::vector<ContactPoint>& out) {
     for (const auto& b : s.B.vertices) {
       const Vec3 r = b.x - a.x;
       const double sq = r.squaredNorm();
-      if (sq > s.margin * s.margin || sq <= s.touch * s.touch) continue;
+      if (a.straight || sq > s.margin * s.margin || sq <= s.touch * s.touch) continue;
       const double gap = std::sqrt(sq);
       const Vec3 n = r / gap;
       if (falling(s.A, a, -n) * gap <= s.touch || falling(s.B, b, n) * gap <= s.touch) continue;

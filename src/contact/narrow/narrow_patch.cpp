@@ -174,6 +174,21 @@ void find_triangles(const View& view, const Box3& world, std::vector<int>& ids) 
   }
 }
 
+/// Of a skin that bends: its nodes are pressed one by one, so that no edge goes on beyond its own. Where a
+/// ridge is straight at a vertex its crossings say it all but of faces.
+void find_straight(const View& view, int v, Patch& patch, Patch::Vertex& q) {
+  const SurfaceIndex::Impl& s = view.s;
+  const auto& X = s.surface.vertices;
+  q.straight =
+      q.count == 2 && patch.directions[q.first].dot(patch.directions[q.first + 1]) < 0 &&
+      patch.directions[q.first].cross(patch.directions[q.first + 1]).norm() <= tolerances().true_edge;
+  // Two opposite edges bound no cone: its faces do.
+  for (int i = s.vertex_offset[v]; q.straight && i < s.vertex_offset[v + 1]; ++i, ++q.count) {
+    const auto& t = s.surface.triangles[s.vertex_triangle[i]];
+    patch.directions.push_back(((X[t[0]] + X[t[1]] + X[t[2]]) / 3 - X[v]).normalized());
+  }
+}
+
 /// The edge along side h, where it meets the box.
 void add_edge(const View& view, int h, bool rim, const Box3& box, Patch& patch) {
   const SurfaceIndex::Impl& s = view.s;
@@ -225,6 +240,7 @@ void add_corner(const View& view, int v, Patch& patch) {
                   0,
                   static_cast<int>(patch.face_normals.size()),
                   0};
+  int convex = 0;
   for (int i = s.vertex_offset[v]; i < s.vertex_offset[v + 1]; ++i) {
     const int t = s.vertex_triangle[i];
     patch.face_normals.push_back(view.normal(t));
@@ -239,10 +255,13 @@ void add_corner(const View& view, int v, Patch& patch) {
       const bool flat = w >= 0 && view.flipped(t) == view.flipped(w / 3) &&
                         s.normal[t].cross(s.normal[w / 3]).norm() <= tolerances().true_edge;
       if (flat) continue;
+      convex += view.side_kind(h) > 0;
       patch.directions.push_back(d);
       ++q.count;
     }
   }
+  if (convex == 0) return;
+  if (!s.surface.nodes.empty()) find_straight(view, v, patch, q);
   patch.vertices.push_back(q);
 }
 
@@ -297,8 +316,9 @@ void gather(const SurfaceIndex::Impl& s, const Vec3& origin, const Box3& box, Pa
   for (const int v : corners) __builtin_prefetch(&s.vertex_triangle[s.vertex_offset[v]]);
   for (const int v : corners)
     for (int i = s.vertex_offset[v]; i < s.vertex_offset[v + 1]; ++i) view.announce(s.vertex_triangle[i]);
-  find_ends(view, box, patch, corners);
-  for (const int v : corners) add_corner(view, v, patch);
+  if (s.surface.nodes.empty()) find_ends(view, box, patch, corners);
+  for (const int v : corners)
+    if (box.contains(view.place(v))) add_corner(view, v, patch);
 }
 
 }  // namespace talus::contact::narrow

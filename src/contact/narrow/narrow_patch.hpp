@@ -34,6 +34,8 @@ struct Patch {
     Vec3 x;
     int first, count;       // into directions: unit vectors along the true edges at it
     int first_face, faces;  // into face_normals
+    bool straight = false;  // of a skin that bends, within a straight ridge, whose crossings say it all but
+                            // of faces
   };
   std::vector<Triangle> triangles;
   std::vector<Edge> edges;

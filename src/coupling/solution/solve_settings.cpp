@@ -43,7 +43,8 @@ contact::SolveSettings how_closely(const StepToSolve& s) {
   else if (blocks_in_sub_step)
     settings.sufficient = std::max(settings.tolerance, s.accuracy);  // where iteration stagnates
   else if (s.h > 0 && s.heap)
-    settings.sufficient = 2 * settings.tolerance;
+    settings.sufficient =
+        0.5 / contact::tolerances().solved * settings.tolerance;  // half of all that a step may be off
   // A loaded spring's row holds its elongation over h: of short steps that leaves no more than round-off of
   // it.
   const double round_off = std::numeric_limits<double>::epsilon() * s.largest_bias / settings.velocity_scale;

@@ -34,7 +34,7 @@ TEST(RestAtStructures, WhatFrictionHoldsDoesNotCreep) {
   EXPECT_GT(o.result.counters.structure_steps, 1000);
   const sim::HistoryRow& settled = o.rows[o.rows.size() - 6];  // 0.1 s before
   EXPECT_LT((o.last().position[0] - settled.position[0]).norm(), 1e-7);
-  EXPECT_LT(o.last().velocity[0].norm(), 1e-7);
+  EXPECT_LT(o.last().velocity[0].norm(), 1e-3 * 1.9e-4);  // a thousandth of the creep
   // Velocities of what is pressed are those of half steps: its energy is less by h/2 m g . v.
   const double half_step = 0.5 * end / static_cast<double>(o.result.counters.structure_steps),
                mass = 2500 * 0.6 * 0.6 * 0.3;
