@@ -88,7 +88,10 @@ function answers(judged, graded, strike, loaded) {
   if (lost.length || gone.length) answer("Will it stand?", "No", `${lost.length ? lost.map((m) => m.label).join(", ") : gone.map((r) => r.member).join(", ")} lost`, "hit");
   else if (reserves.length) {
     const least = reserves.reduce((a, b) => (b.reserve < a.reserve ? b : a));
-    answer("Will it stand?", least.reserve >= 1 ? "Yes" : "No", `${least.member} bears ${number(least.reserve, 3)} times its permanent load as a member by itself`, least.reserve >= 1 ? "safe" : "hit");
+    const severe = worst && worst.damage_class >= 3;
+    answer("Will it stand?", least.reserve < 1 ? "No" : severe ? "In doubt" : "Yes",
+      `${least.member} bears ${number(least.reserve, 3)} times its permanent load along its axis, by itself, between plates that hold its ends${severe ? `; ${worst.label} is ${worst.damage_class_name}` : ""}`,
+      least.reserve < 1 || severe ? "hit" : "safe");
   } else if (worst && worst.damage_class >= 3) answer("Will it stand?", "In doubt", "severe damage; talus capacity DIR computes what its members still bear", "hit");
   else answer("Will it stand?", worst ? "It does at the end" : "Not computed", worst ? "what it still bears: talus capacity DIR" : "a damage law and talus capacity DIR tell");
   const levels = (summary.confidence || []).filter((c) => c.level === "extrapolated" && /damage|base force|section|peak contact|impulse/.test(c.quantity)).map((c) => c.quantity.replace(/ \(.*/, ""));

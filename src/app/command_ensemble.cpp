@@ -17,6 +17,7 @@
 #include "ensemble/maps.hpp"
 #include "ensemble/report.hpp"
 #include "ensemble/results.hpp"
+#include "ensemble/statistics.hpp"
 #include "io/files.hpp"
 
 namespace talus::app {
@@ -24,10 +25,6 @@ namespace talus::app {
 namespace fs = std::filesystem;
 
 namespace {
-
-/// Of n values the largest lies above the 95th percentile with 95 % certainty from 59 on: 1 - 0.95^59 = 0.951
-/// [Wilks 1941]. With fewer the percentile has no upper bound that the sample knows of.
-constexpr long enough_for_p95 = 59;
 
 void print_summary(const ensemble::Summary& s, const fs::path& directory) {
   fmt::print("{} members: {} done, {} suspect, {} over the limit, {} failed; {:.4g} s CPU\n", s.asked, s.done,
@@ -43,9 +40,9 @@ void print_summary(const ensemble::Summary& s, const fs::path& directory) {
     fmt::print("  95th percentile: energy {:.4g} kJ ({:.4g} to {:.4g}), height {:.3g} m ({:.3g} to {:.3g})\n",
                energy.value / 1e3, energy.low / 1e3, energy.high / 1e3, height.value, height.low,
                height.high);
-    if (line.members < enough_for_p95)
+    if (line.members < ensemble::enough_for_p95)
       fmt::print("  of {} members: too few to bound a 95th percentile, which takes {} that cross\n",
-                 line.members, enough_for_p95);
+                 line.members, ensemble::enough_for_p95);
   }
   for (const ensemble::StructureSummary& hit : s.structures) {
     if (s.done + s.suspect == 0) continue;

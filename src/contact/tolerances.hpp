@@ -33,6 +33,7 @@ inline double square(double x) { return x * x; }
   X(gentle_height, 0.1, "accuracy L", "a rebound to this height is beneath the accuracy")                   \
   X(gentle_speed, 0.1, "accuracy V", "the same without gravity")                                            \
   X(rest_fall, 1e-6, "g h", "what rests moves slower: a millionth of what it would fall by in the step")    \
+  X(gives, 1e-2, "g h", "contacts that give by 1e-5 of what bodies fall by leave them less, if they rest")  \
   /* Gaps */                                                                                                \
   X(touch_gap, 1e-7, "L", "closed: far above round-off at a kilometre, far below any accuracy")             \
   X(near_gap, 1e-3, "accuracy L", "closed as well, if it moves slower than a bounce that shows")            \

@@ -177,9 +177,10 @@ bool ProblemSolver::solve(double h, Effort effort) {
 }
 
 bool ProblemSolver::balanced(double h) {
-  // Rest is looked for where the motion that is left does not matter any more.
-  const double moving = in_.settings.accuracy * in_.scale.speed;
-  if (!(step_.fastest < moving)) return false;
+  // Rest is looked for where the motion that is left does not matter any more, and found only where what the
+  // contacts give at first is far less than what the bodies would fall by.
+  if (!(step_.fastest < in_.settings.accuracy * in_.scale.speed)) return false;
+  const double moving = contact::tolerances().gives * in_.model.gravity.norm() * h;
   contact::ContactProblem asked = step_.problem;
   contact::SolveReport r;
   const bool found = solver_.balance(

@@ -40,8 +40,8 @@ contact::SolveSettings how_closely(const StepToSolve& s) {
     settings.sufficient = std::max(1e-7, 1e-3 * s.accuracy);
   else if (s.small)
     settings.sufficient = s.provisional ? 1e-7 : 1e-10 * coarse;
-  else if (blocks_in_sub_step)
-    settings.sufficient = std::max(settings.tolerance, s.accuracy);  // where iteration stagnates
+  else if (s.blocks && !s.heap && s.h > 0)  // beside a structure
+    settings.sufficient = std::max(settings.tolerance, s.accuracy);
   else if (s.h > 0 && s.heap)
     settings.sufficient =
         0.5 / contact::tolerances().solved * settings.tolerance;  // half of all that a step may be off

@@ -258,11 +258,13 @@ class Figures {
         x.push_back(std::log(runs_.tasks[t].event->energy));
         y.push_back(grade(runs_.outcomes[t]) >= k);
       }
+      const auto reached = static_cast<std::size_t>(std::accumulate(y.begin(), y.end(), 0));
       Json curve{{"class", k},
                  {"hits", only_own ? "on this member" : "anywhere"},
                  {"runs", x.size()},
-                 {"reached", std::accumulate(y.begin(), y.end(), 0)}};
-      const Logistic fit = fit_logistic(x, y);
+                 {"reached", reached}};
+      // Where all hits or none reach the class they say nothing of how it depends on their energy.
+      const Logistic fit = reached > 0 && reached < y.size() ? fit_logistic(x, y) : Logistic{};
       curve["fitted"] = fit.fitted;
       if (fit.fitted) {
         curve["law"] = "P = 1 / (1 + exp(-(a + b ln(E / 1 J))))";

