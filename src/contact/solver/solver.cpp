@@ -234,7 +234,8 @@ bool ContactSolver::balance(ContactProblem& problem, double still, double moving
       report->newton += iterations;
       report->residual = search.best;
     }
-    if (speed <= still) return true;
+    // A path that stopped short may be on its way to forces that hold each other.
+    if (speed <= still && search.best <= part * still) return true;
     if (!(speed < before)) return false;
     before = 0.5 * speed;
     about = search.p;
