@@ -45,6 +45,8 @@ contact::SolveSettings how_closely(const StepToSolve& s) {
   else if (s.h > 0 && s.heap)  // half of all that a step may be off, or twice the part of what moves
     settings.sufficient = std::max(2 * settings.tolerance,
                                    std::min(0.5 / contact::tolerances().solved * allowed, 2 * s.accuracy));
+  // A loaded spring's row holds its elongation over h: of short steps that leaves no more than round-off of
+  // it.
   const double round_off = std::numeric_limits<double>::epsilon() * s.largest_bias / settings.velocity_scale;
   settings.tolerance = std::max(settings.tolerance, 16 * round_off);
   settings.sufficient = std::max(settings.sufficient, 4096 * round_off);
