@@ -40,7 +40,7 @@ TEST(Standing, NudgedTowerComesToRest) {
     EXPECT_LT(o.last().velocity[i].norm(), 1e-5)
         << i;  // [m/s]; 0.03 when the residuals of fifty joints added up to a sway that gravity drove
     EXPECT_LT((o.last().position[i] - Vec3(0, 0, 0.5 + static_cast<double>(i))).norm(),
-              i == 49 ? 0.5 * v / 60 + 2e-5 : 1e-5)
+              i == 49 ? 0.5 * v / 60 + 2e-5 : 3e-5)  // a thirtieth of what the accuracy allows a cube
         << i;
   }
 }
