@@ -37,6 +37,16 @@ int inside(const Patch::Triangle& t, const Vec3& x, double touch) {
   return result;
 }
 
+/// True if a convex side of the triangle goes through x across d.
+bool crossed(const Patch::Triangle& t, const Vec3& x, const Vec3& d, double touch) {
+  const Vec3* p[3] = {&t.a, &t.b, &t.c};
+  for (int k = 0; k < 3; ++k) {
+    const Vec3 e = (*p[(k + 1) % 3] - *p[k]).normalized();
+    if (t.sharp[k] && std::abs(e.cross(t.n).dot(x - *p[k])) <= touch && !along(e, d)) return true;
+  }
+  return false;
+}
+
 Vec3 closest_on_triangle(const Patch::Triangle& t, const Vec3& x, bool& interior) {
   interior = inside(t, x, 0) >= 0;
   if (interior) return x - (t.n.dot(x) - t.level) * t.n;
@@ -205,7 +215,7 @@ bool Target::before_faces(const Patch::Vertex& v) const {
   for (std::size_t k = 0; k < T.triangles.size(); ++k) {
     const auto& t = T.triangles[k];
     const double h = t.n.dot(v.x) - t.level;
-    if (h > s.margin || (behind && h < -s.touch)) continue;
+    if (h > s.margin || ((behind || v.straight) && h < -s.touch)) continue;
     // Behind a notch lies what projects beside both its faces: as far beside as it is deep, and a few times
     // that where the notch is sharp.
     const double beside = h < -s.touch ? -sharpest_notch * h : 0;
@@ -217,7 +227,7 @@ bool Target::before_faces(const Patch::Vertex& v) const {
       continue;
     }
     const int where = inside(t, v.x, s.touch);
-    if (where < 0) continue;
+    if (where < 0 || (v.straight && !crossed(t, v.x, V.directions[v.first], s.touch))) continue;
     const double fall = falling(V, v, t.n);
     if (fall < -tolerances().steep && facing(V, v, t.n) > -tolerances().lean)
       continue;  // the far side of the other body
@@ -286,8 +296,6 @@ void Target::inside_body(const Patch::Vertex& v, std::size_t start) const {
       nearest = d, t_near = &t, foot_near = y, pseudo = t.n;
     } else if (d < nearest + s.touch) {
       pseudo += t.n;
-      // Of faces that share the nearest point it lies behind the one that gives the contact its name and law.
-      if (t.n.dot(y - v.x) > t_near->n.dot(foot_near - v.x) + s.touch) t_near = &t, foot_near = y;
     }
     if (interior && h < 0 && -h < admitted && -h <= s.depth && falling(V, v, t.n) >= -tolerances().steep)
       admitted = -h, t_admitted = &t, foot_admitted = y;
@@ -333,32 +341,14 @@ bool Whole::holds(const Vec3& x) const {
   return sum > 2 * std::numbers::pi;
 }
 
-namespace {
-
-/// How far the surface of a body is from x.
-double distance_to(const Patch& p, const Vec3& x) {
+bool inside_by(const Search& s, bool first, const Vec3& x, double depth) {
+  const Patch& p = first ? s.A : s.B;
   Nearest nearest{.foot = x};
   for (const auto& t : p.triangles)
     if (std::abs(t.n.dot(x) - t.level) <= nearest.distance) nearest.visit(t, x, 0);
-  return nearest.distance;
-}
-
-/// True if x is inside, where the surface is so far away.
-bool behind(const Search& s, bool first, const Vec3& x, double distance) {
+  if (nearest.distance <= depth) return false;
   const Whole* whole = first ? s.whole_a : s.whole_b;
-  return whole != nullptr ? whole->holds(x) : behind_surface(s, x, distance);
-}
-
-}  // namespace
-
-bool inside_by(const Search& s, bool first, const Vec3& x, double depth) {
-  const double distance = distance_to(first ? s.A : s.B, x);
-  return distance > depth && behind(s, first, x, distance);
-}
-
-bool in_body(const Search& s, bool first, const Vec3& x) {
-  const double distance = distance_to(first ? s.A : s.B, x);
-  return distance <= s.touch || (s.told() && behind(s, first, x, distance));
+  return whole != nullptr ? whole->holds(x) : behind_surface(s, x, nearest.distance);
 }
 
 void vertex_face(const Search& s, const Patch& T, const Patch& V, bool first,
