@@ -27,6 +27,7 @@ import measure
 import scenes
 
 HERE = pathlib.Path(__file__).resolve().parent
+SOLUTIONS = ("newton", "interior_point", "above_tolerance", "halved", "convex")
 
 
 def run(command, limit, environment=None):
@@ -52,7 +53,8 @@ def talus(scene, name, options, directory):
     n = summary["counters"]
     out = measure.measure(scene, *frames)
     out.update(code="Talus", step=None, cpu=summary["time"]["cpu_seconds"], steps=n["steps"], contacts=n["contacts"] / max(1, n["steps"]),
-               solutions=[n["solutions"][k] for k in ("newton", "interior_point", "above_tolerance", "halved", "convex")], residual=abs(summary["energy"]["residual_worst"]), rejected=n["rejected"], algorithmic=summary["energy"]["algorithmic"],
+               solutions=[n["solutions"][k] for k in SOLUTIONS],
+               residual=abs(summary["energy"]["residual_worst"]), rejected=n["rejected"], algorithmic=summary["energy"]["algorithmic"],
                memory=float(usage.read_text().split()[-1]) / 1024, status=summary["status"])
     return out
 
@@ -90,7 +92,8 @@ def median_cpu(runs):
 
 
 HEAD = ["scene", "code", "step", "CPU s", "Talus / peer", "us per block and step", "steps", "contacts", "overlap boxes, ground mm",
-        "ledger residual / released", "solutions: Newton, interior point, above tolerance, halved, convex", "own figure"]
+        "ledger residual / released",
+        "solutions: Newton, interior point, above tolerance, halved, convex", "own figure"]
 
 
 def row(name, blocks, r, ours):
@@ -109,7 +112,8 @@ def row(name, blocks, r, ours):
     ledger = f"{r['residual'] / r['released']:.1e}" if "residual" in r and r["released"] > 1 else (f"{r['residual']:.1e} J" if "residual" in r else "")
     return [name, r["code"], "own" if r["step"] is None else f"1/{1 / r['step']:.0f}", f"{r['cpu']:.3g}", ratio,
             f"{1e6 * r['cpu'] / max(1, r['steps']) / blocks:.3g}", str(r["steps"]), f"{r['contacts']:.0f}",
-            f"{1e3 * r['boxes']:.2g}, {1e3 * r['ground']:.2g}", ledger, " ".join(map(str, r["solutions"])) if "solutions" in r else "", figure]
+            f"{1e3 * r['boxes']:.2g}, {1e3 * r['ground']:.2g}", ledger,
+            " ".join(map(str, r.get("solutions", []))), figure]
 
 
 def main():
