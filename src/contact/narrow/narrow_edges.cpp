@@ -1,4 +1,6 @@
 /// Edges against edges, and what separated vertices are nearest to.
+#include <optional>
+
 #include "contact/narrow/narrow_features.hpp"
 #include "contact/tolerances.hpp"
 
@@ -49,6 +51,34 @@ bool share(const Search& s, const Patch::Edge& a, const Patch::Edge& b, const Ve
   return x.allFinite() && inside_by(s, true, x, between * half) && inside_by(s, false, x, between * half);
 }
 
+/// Where two edges cross; none where one of them ends before. An edge that goes on beyond its end inside its
+/// own body is crossed there by what has gone into that body, as far as it does not leave it: of surfaces
+/// that are plane but for their digits the one stands out of the other far from where they meet.
+std::optional<SegmentPair> crossing(const Search& s, const Patch::Edge& a, const Patch::Edge& b,
+                                    double reach) {
+  const auto c = closest_segments(a.a, a.b, b.a, b.b);
+  const Vec3 da = a.b - a.a, db = b.b - b.a;
+  const double end_a = s.touch / da.norm(), end_b = s.touch / db.norm();
+  const auto within = [](double at, double end) { return at > end && at < 1 - end; };
+  if (within(c.s, end_a) && within(c.t, end_b)) return c;
+  const auto goes_on = [](const Patch::Edge& e, double at) { return at < 0.5 ? e.on_at_a : e.on_at_b; };
+  const Vec3 across = da.cross(db), r = b.a - a.a;
+  SegmentPair m{
+      r.cross(db).dot(across) / across.squaredNorm(), r.cross(da).dot(across) / across.squaredNorm(), {}, {}};
+  m.a = a.a + m.s * da, m.b = b.a + m.t * db;
+  if ((m.a - c.a).norm() > reach || (m.b - c.b).norm() > reach) return {};
+  // Where they are apart, both are at the end if they are no farther from it than from each other.
+  const double at_end = std::max(s.touch, (m.b - m.a).norm());
+  const auto crossed = [&](const Patch::Edge& e, const Vec3& on_edge, double at, double end, bool first,
+                           const Vec3& other) {
+    return within(at, end) ||
+           (goes_on(e, at) && (std::min((on_edge - e.a).norm(), (on_edge - e.b).norm()) <= at_end ||
+                               (in_body(s, first, other) && in_body(s, first, on_edge))));
+  };
+  if (!crossed(a, m.a, m.s, end_a, true, m.b) || !crossed(b, m.b, m.t, end_b, false, m.a)) return {};
+  return m;
+}
+
 bool beyond(const Box3& box, const Vec3& lo, const Vec3& hi) {
   return (box.min().array() > hi.array()).any() || (box.max().array() < lo.array()).any();
 }
@@ -63,7 +93,6 @@ void edge_edge(const Search& s, std::vector<ContactPoint>& out) {
   for (const auto& a : s.A.edges) {
     const Vec3 lo = a.a.cwiseMin(a.b).array() - reach, hi = a.a.cwiseMax(a.b).array() + reach;
     const Vec3 da = a.b - a.a;
-    const double la = da.norm();
     for (std::size_t i = 0; i < s.B.edges.size(); ++i) {
       if (i % edges_together == 0 && beyond(bunches[i / edges_together], lo, hi)) {
         i += edges_together - 1;
@@ -73,14 +102,13 @@ void edge_edge(const Search& s, std::vector<ContactPoint>& out) {
       const auto& b = s.B.edges[i];
       const Vec3 db = b.b - b.a;
       if (along(da, db)) continue;  // their ends are vertex-edge contacts
-      const double lb = db.norm();
       Vec3 n = da.cross(db).normalized();
       if (n.dot(a.left + a.right) < 0) n = -n;
       double gap = n.dot(b.a - a.a);
       if (gap > s.margin || gap < -s.depth) continue;
-      const auto c = closest_segments(a.a, a.b, b.a, b.b);
-      const double end_a = s.touch / la, end_b = s.touch / lb;
-      if (c.s <= end_a || c.s >= 1 - end_a || c.t <= end_b || c.t >= 1 - end_b) continue;
+      const std::optional<SegmentPair> met = crossing(s, a, b, reach);
+      if (!met) continue;
+      const SegmentPair& c = *met;
       const double al = n.dot(a.into_left), ar = n.dot(a.into_right), bl = -n.dot(b.into_left),
                    br = -n.dot(b.into_right);
       if (std::max({al, ar, bl, br}) > tolerances().lean) continue;
