@@ -9,8 +9,7 @@ namespace {
 
 /// Eight edges that follow each other, which lie beside each other for the most part, and the box about them.
 constexpr std::size_t edges_together = 8;
-constexpr double as_deep = 0.1;   // of the overlap of crossed edges, how deep each lies in the other body:
-                                  // sine of half the angle of a sharp one,
+constexpr double as_deep = 0.1;   // of the overlap of crossed edges, how deep one lies in the other body,
 constexpr double between = 0.05;  // and the point midway, over half of the overlap
 
 void enclose(const std::vector<Patch::Edge>& edges, std::vector<Box3>& own, std::vector<Box3>& bunches) {
@@ -123,13 +122,13 @@ void edge_edge(const Search& s, std::vector<ContactPoint>& out) {
       gap = n.dot(c.b - c.a);
       if (gap > s.margin || gap < -s.depth) continue;
       // Edges far behind a rim are not crossed, and those on the far sides of two neighbours look it, or on
-      // the sides of a notch and of what fills it: if they are crossed, each edge runs inside the other body,
-      // about as deep as they overlap, or the bodies share a point between them. Those of a skin that
-      // bends need not.
+      // the sides of a notch and of what fills it: if they are crossed, one of them runs inside the other body
+      // about as deep as they overlap (both but for sharp ones), or the bodies share a point between them.
+      // Those of a skin that bends need not.
       if (gap < -16 * s.touch &&
           ((c.b - c.a).squaredNorm() > reach * reach ||
            (s.told() &&
-            !(inside_by(s, true, c.b, -as_deep * gap) && inside_by(s, false, c.a, -as_deep * gap)) &&
+            !inside_by(s, true, c.b, -as_deep * gap) && !inside_by(s, false, c.a, -as_deep * gap) &&
             !share(s, a, b, across, c.a, c.b))))
         continue;
       p.point_a = c.a, p.point_b = c.b, p.normal = n, p.gap = gap, p.area = 0;
