@@ -122,14 +122,13 @@ void edge_edge(const Search& s, std::vector<ContactPoint>& out) {
       gap = n.dot(c.b - c.a);
       if (gap > s.margin || gap < -s.depth) continue;
       // Edges far behind a rim are not crossed, and those on the far sides of two neighbours look it, or on
-      // the sides of a notch and of what fills it: if they are crossed, one of them runs inside the other body
-      // about as deep as they overlap (both but for sharp ones), or the bodies share a point between them.
-      // Those of a skin that bends need not.
+      // the sides of a notch and of what fills it: if they are crossed, one of them runs inside the other
+      // body about as deep as they overlap (both but for sharp ones), or the bodies share a point between
+      // them. Those of a skin that bends need not.
       if (gap < -16 * s.touch &&
           ((c.b - c.a).squaredNorm() > reach * reach ||
-           (s.told() &&
-            !inside_by(s, true, c.b, -as_deep * gap) && !inside_by(s, false, c.a, -as_deep * gap) &&
-            !share(s, a, b, across, c.a, c.b))))
+           (s.told() && !inside_by(s, true, c.b, -as_deep * gap) &&
+            !inside_by(s, false, c.a, -as_deep * gap) && !share(s, a, b, across, c.a, c.b))))
         continue;
       p.point_a = c.a, p.point_b = c.b, p.normal = n, p.gap = gap, p.area = 0;
       p.key = make_key(Form::edge_edge, a.id, b.id);

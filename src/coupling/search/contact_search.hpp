@@ -83,7 +83,7 @@ class ContactSearch {
   std::vector<LooseSpring> loose_;
   std::vector<PairWatch> watches_;  // per pair, while skins are followed
   bool carried_ = false;
-  bool at_start_ = true;            // the touches are those of the state that the memory belongs to
+  bool at_start_ = true;  // the touches are those of the state that the memory belongs to
 };
 
 }  // namespace talus::coupling
