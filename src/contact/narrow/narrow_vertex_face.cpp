@@ -327,14 +327,18 @@ bool Target::behind_sides(const Patch::Vertex& v, std::size_t start, const Patch
     return plane.n.dot(t.a + t.b + t.c) / 3 - plane.level;
   };
   bool any = false;
-  for (const auto& t : T.triangles) {
+  for (std::size_t k = 0; k < T.triangles.size(); ++k) {
+    const auto& t = T.triangles[k];
     const double h = t.n.dot(v.x) - t.level;
     if (h >= 0 || -h > s.depth) continue;
-    bool interior;
-    if (&t != &near &&
-        ((v.x - closest_on_triangle(t, v.x, interior)).norm() * t.n.cross(near.n).norm() > depth + s.touch ||
-         above(t, near) <= 0 || above(near, t) <= 0))
-      continue;
+    if (&t != &near) {
+      const double sine = t.n.cross(near.n).norm();
+      const auto too_far = [&](double distance) { return distance * sine > depth + s.touch; };
+      bool interior;
+      if (too_far((v.x - balls[k].centre).norm() - balls[k].radius) || above(t, near) <= 0 ||
+          above(near, t) <= 0 || too_far((v.x - closest_on_triangle(t, v.x, interior)).norm()))
+        continue;
+    }
     if (falling(V, v, t.n) < -tolerances().steep) continue;
     emit(v, start, t, t.n, v.x - h * t.n, h);
     any = true;
