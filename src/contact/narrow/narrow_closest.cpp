@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "contact/narrow/narrow_manifold.hpp"
 #include "contact/tolerances.hpp"
 
@@ -63,7 +65,10 @@ void emit_closest(const HullPair& pair, const Separation& sep, std::vector<Conta
       };
       emit(a0 + lo * d, at(lo), key(lo, true));
       emit(a0 + hi * d, at(hi), key(hi, false));
-      return;
+      // Edges that are not quite parallel may be closest elsewhere, or those beside them.
+      if (std::any_of(points.begin(), points.end(),
+                      [&](const ContactPoint& c) { return c.gap <= sep.distance + pair.touch; }))
+        return;
     }
   }
   FeatureKey key;

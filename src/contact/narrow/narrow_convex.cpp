@@ -10,43 +10,45 @@ namespace talus::contact::narrow {
 namespace {
 
 struct ConvexScratch {
-  Hull a, b;
+  Hull a, b, moved;
   ManifoldScratch clip;
   std::vector<ContactPoint> points, corners;
 };
 thread_local ConvexScratch convex_scratch;
 
-/// Touching or overlapping: the crossing edges, the faces' manifold, or the deepest vertex along the best
-/// face axis.
-void meet(const HullPair& pair, const Axis& of_a, const Axis& of_b, const EdgeAxis& edge,
+/// What two that touch or overlap by `gap` along the axis n of least overlap would meet by, moved apart along
+/// it: their closest points.
+void meet_apart(const HullPair& pair, const Vec3& n, double gap, Hull& moved,
+                std::vector<ContactPoint>& points) {
+  constexpr double touches = 1e3;  // that they are then apart
+  const Vec3 shift = (touches * pair.touch - gap) * n;
+  moved = pair.B;
+  moved.move(shift);
+  const Separation sep = gjk(pair.A, moved, n, 2 * touches * pair.touch);
+  if (sep.beyond || sep.overlap) return;
+  emit_closest({pair.s, pair.A, moved, 2 * touches * pair.touch, pair.touch}, sep, points);
+  for (ContactPoint& c : points) {
+    c.point_b -= shift;
+    c.gap = c.normal.dot(c.point_b - c.point_a);
+  }
+}
+
+/// Touching or overlapping: the crossing edges, the faces' manifold, or what meets first.
+void meet(const HullPair& pair, const Axis& of_a, const Axis& of_b, const EdgeAxis& edge, Hull& moved,
           std::vector<ContactPoint>& points) {
   const bool first = of_b.gap <= of_a.gap + pair.touch;
   const double face_gap = std::max(of_a.gap, of_b.gap);
+  const bool edges = edge.edge_a >= 0 && edge.gap > face_gap + pair.touch;
+  const bool crossed =
+      edges && crossing({pair.s, pair.A, pair.B, pair.margin, pair.touch + 2 * std::abs(edge.gap)}, edge);
   // Edges that cross along a face stand for an edge lying on it: the face's manifold holds both of its ends.
   const Vec3 face_normal = first ? pair.A.normal(of_a.face) : Vec3(-pair.B.normal(of_b.face));
-  const bool by_edge = edge.edge_a >= 0 && edge.gap > face_gap + pair.touch &&
-                       edge.normal.dot(face_normal) < tolerances().parallel_cosine();
-  if (by_edge && crossing({pair.s, pair.A, pair.B, pair.margin, pair.touch + 2 * std::abs(edge.gap)}, edge))
+  if (crossed && edge.normal.dot(face_normal) < tolerances().parallel_cosine())
     return emit_edges(pair, edge, points);
-  const bool realised = tied_faces(pair, face_gap, points);
-  if ((points.empty() || (!realised && edge.gap > face_gap + pair.touch)) && edge.edge_a >= 0) {
-    points.clear();
-    emit_edges(pair, edge, points);
-  }
-  if (!points.empty()) return;
-  const Hull &R = first ? pair.A : pair.B, &Q = first ? pair.B : pair.A;  // wherever the vertex projects
-  const int f = first ? of_a.face : of_b.face;
-  const Vec3 n = R.normal(f);
-  const int q = Q.lowest(n);
-  ContactPoint c;
-  const Vec3 x = Q.vertex(q), foot = x - face_gap * n;
-  c.normal = first ? n : Vec3(-n);
-  c.point_a = first ? foot : x;
-  c.point_b = first ? x : foot;
-  c.gap = face_gap;
-  c.area = 0;
-  c.key = first ? make_key(Form::face_vertex, f, q) : make_key(Form::vertex_face, q, f);
-  points.push_back(c);
+  if (tied_faces(pair, face_gap, points)) return;
+  points.clear();
+  if (crossed) return emit_edges(pair, edge, points);
+  meet_apart(pair, edges ? edge.normal : face_normal, edges ? edge.gap : face_gap, moved, points);
 }
 
 /// Faces near to parallel that are apart, their closest points on the rim of what they share: with them its
@@ -130,7 +132,7 @@ int convex_convex(const Polyhedron& a, const Pose& pose_a, const Polyhedron& b, 
     done = edge.gap > face_gap + touch && nearly_flat(pair, of_a, of_b, edge, points);
     if (!done) points.clear();
     if (!done && std::max(face_gap, edge.gap) <= touch) {
-      meet(pair, of_a, of_b, edge, points);
+      meet(pair, of_a, of_b, edge, s.moved, points);
       done = true;
     } else if (!done && edge.edge_a >= 0 && edge.gap > face_gap + touch && crossing(pair, edge)) {
       emit_edges(pair, edge, points);

@@ -85,6 +85,9 @@ struct Hull {
     }
     for (int i = count; i < padded; ++i) x[i] = x[0], y[i] = y[0], z[i] = z[0];
   }
+  void move(const Vec3& way) {
+    for (int i = 0; i < padded; ++i) x[i] += way.x(), y[i] += way.y(), z[i] += way.z();
+  }
   Vec3 vertex(int i) const { return {x[i], y[i], z[i]}; }
   void compute_normals() {
     const std::size_t faces = p->face_normals.size();

@@ -2,6 +2,7 @@
 
 #include <set>
 
+#include "contact/narrow/narrow_axes.hpp"
 #include "core/turn.hpp"
 #include "detect_shapes.hpp"
 
@@ -444,6 +445,62 @@ TEST(PlaneContact, NeedleTouchesWithItsTip) {
   for (const auto& x : needle.vertices) low = std::min(low, x.z());
   EXPECT_EQ(plane_block(Plane{}, needle, {Vec3(0, 0, -low + 1e-4)}, 1e-3, c), 1);
   EXPECT_NEAR(c.at(0).gap, 1e-4, 1e-15);
+}
+
+/// Boxes, some with corners rounded to 0.1 mm, whose sides are two nearly coplanar triangles, meet on all
+/// kinds of nearly flat features: the least gap of their contacts is how far they are apart, or how deep they
+/// overlap along the best of all axes.
+TEST(ConvexContact, LeastGapIsThatOfThePair) {
+  std::mt19937 rng(6);
+  std::uniform_real_distribution<double> u(-1, 1);
+  const auto rounded = [&] {
+    const Vec3 half(1 + 0.5 * u(rng), 1 + 0.5 * u(rng), 0.5 + 0.4 * u(rng));
+    std::vector<Vec3> corners;
+    for (int k = 0; k < 8; ++k) {
+      Vec3 x = half.cwiseProduct(Vec3(k & 1 ? 1 : -1, k & 2 ? 1 : -1, k & 4 ? 1 : -1));
+      for (int i = 0; i < 3; ++i) x[i] += 1e-4 * u(rng);
+      corners.push_back(x);
+    }
+    return hull(corners);
+  };
+  constexpr double margin = 1e-6;
+  int off = 0, overlaps = 0, near = 0;
+  double worst = 0;
+  for (int trial = 0; trial < 4000; ++trial) {
+    const Polyhedron a = trial % 3 == 0 ? box(1.3, 2.1, 0.7) : rounded(),
+                     b = trial % 3 == 1 ? box(1.1, 1.9, 0.9) : rounded();
+    // Nearly aligned three times out of four, so that edges lie along faces and each other.
+    const Mat3 Qa = random_rotation(rng),
+               tilt = turn(Vec3(u(rng), u(rng), u(rng)), std::pow(10, -5 + 3 * u(rng))),
+               Qb = trial % 4 != 0 ? Mat3(tilt * Qa) : random_rotation(rng);
+    const Vec3 aside = Qa * Vec3(1.5 * u(rng), 1.5 * u(rng), 0), way = Qa.col(2);
+    narrow::Hull ha, hb;
+    ha.set(a, Vec3::Zero(), Qa);
+    const auto depth = [&](double s) {  // along the best axis, negative: overlap
+      hb.set(b, aside + s * way, Qb);
+      return narrow::signed_axis(ha, hb).gap;
+    };
+    double apart = 8, in = 0;
+    while (apart - in > 1e-12) {
+      const double s = 0.5 * (apart + in);
+      (depth(s) > 0 ? apart : in) = s;
+    }
+    for (const double s : {1e-7, 1e-8, 1e-10, -1e-10, -1e-9, -1e-8, -1e-7, -1e-6, -1e-5, -1e-4}) {
+      std::vector<ContactPoint> points;
+      block_block(a, {Vec3::Zero(), Qa}, b, {aside + (apart + s) * way, Qb}, margin, points);
+      if (points.empty() && s > 0) break;  // they pass each other; the axes do not tell
+      const double least = least_gap(points), right = depth(apart + s);
+      ++(right < 0 ? overlaps : near);
+      // Apart the axes tell less than the distance, which falls by no more than the motion.
+      const double error =
+          right < 0 ? std::abs(least - right) : std::max({0.0, right - least, least - s - 1e-9});
+      worst = std::max(worst, error);
+      off += error > 4e-9 + 1e-4 * std::abs(right);
+    }
+  }
+  EXPECT_GT(overlaps, 20000);
+  EXPECT_GT(near, 8000);
+  EXPECT_EQ(off, 0) << "of " << overlaps + near << ", the worst by " << worst << " m";
 }
 
 }  // namespace
