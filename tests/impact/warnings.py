@@ -145,7 +145,7 @@ for size, expected, absent in (("0.68 m", "Damage of P: 3 cells across its small
     expect(f"cells of {size} with damage", check(base + column % ("6", size) + 'damage = "concrete"\n'), 0, expected, absent=[absent])
 # A round section by its facets: what a blow meets.
 round_column = column.replace("section = [2, 2]", 'section = "round"\ndiameter = "1.5 m"')
-for size, expected, absent in (("0.25 m", "Round section of P: 20 facets of 0.24 m around, 7 cells across.", "wants"), ("0.5 m", "Round section of P: 12 facets of 0.39 m around, 5 cells across; a blow wants 16 facets or more (cells of 0.29 m or less)", "finer")):
+for size, expected, absent in (("0.2 m", "Round section of P: 24 facets of 0.2 m around, 8 cells across.", "wants"), ("0.5 m", "Round section of P: 12 facets of 0.39 m around, 5 cells across; a blow wants 24 facets or more (cells of 0.19 m or less)", "finer")):
     expect(f"round, cells of {size}", check(base + round_column % ("6", size)), 0, expected, absent=[absent])
 expect("cells of 1 m without damage", check(base + column % ("6", "1 m")), 0, "No problems found", absent=["Damage of P"])
 expect("fragments off", check(base + column % ("6", "0.33 m") + 'damage = "concrete"\n[coupling]\nfragments = false\n'), 0, "No problems found", "Fragments: off; parts that lose their support stay in the mesh")
