@@ -196,11 +196,11 @@ void SummaryBuilder::member_lines(std::size_t i, std::vector<std::string>& lines
     return;
   }
   const auto& [worst, verdict] = members.front();
-  lines.push_back(
-      fmt::format("{}: damage class {} of 4, {} ({}). Shear V_dyn/V_Rd = {:.2f} at most (design resistance, "
-                  "EN 1992-1-1 6.2).",
-                  whole(*worst), verdict.grade, verdict.grade == 0 ? "no damage" : verdict.name,
-                  verdict.basis, verdict.use_design));
+  lines.push_back(fmt::format(
+      "{}: damage class {} of 4, {} ({}{}). Shear V_dyn/V_Rd = {:.2f} at most (design resistance, "
+      "EN 1992-1-1 6.2).",
+      whole(*worst), verdict.grade, verdict.grade == 0 ? "no damage" : verdict.name, verdict.basis,
+      verdict.doubt().empty() ? "" : "; near a limit: " + verdict.doubt(), verdict.use_design));
   if (members.size() < 2) return;
   std::string others;
   std::size_t told = 0;

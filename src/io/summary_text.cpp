@@ -284,10 +284,17 @@ json SummaryBuilder::of_confidence() const {
     bool computed = false;  // damage
     for (std::size_t i = 0; i < structures_.size(); ++i)
       computed = computed || (header_.structures[i].f_cm > 0 && !elastic(i));
+    std::string flips;  // members near a limit of their class
+    for (const StructureTrack& s : structures_)
+      for (const MemberTrack& m : s.members)
+        if (m.has_verdict() && !m.elastic())
+          if (const std::string doubt = m.verdict().doubt(); !doubt.empty())
+            flips += "; " + m.name() + ": " + doubt;
     if (computed)
       say("damage", "extrapolated",
           "material law calibrated on standard tests, not on this structure; where and how much depends on "
-          "the size of the cells");
+          "the size of the cells and of the time steps" +
+              flips);
   }
   return confidence;
 }
