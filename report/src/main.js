@@ -269,7 +269,7 @@ function choose(pick) {
     if (y.height.some((v) => v !== null)) plot({ title: "Centroid above ground", unit: "m", data: [t, y.height], series: [{ label: "height", color: c }] });
   } else {
     const s = structures[pick.index], r = (summary.structures || []).find((x) => x.name === s.name) || {};
-    panel.append(make("h2", { textContent: s.name }), make("p", { className: "sub", textContent: r.hit ? "was hit" : r.loaded ? "under its prescribed load" : r.loaded_through ? `was not struck itself, loaded through ${r.loaded_through}` : "was not hit" }),
+    panel.append(make("h2", { textContent: s.name }), make("p", { className: "sub", textContent: r.hit ? "was hit" : r.loaded ? "under its prescribed load" : r.loaded_through ? `was not struck itself, loaded through ${r.loaded_through}` : r.met ? `met ${r.met.with}; no block struck it` : "was not hit" }),
       list([["impulse", text(norm(r.impulse), "N s")], ["peak contact force, single sub-step", text(r.peak_force, "N")], ["base shear, added", text(r.peak_base_shear, "N")], ["base moment, added", text(r.peak_base_moment, "N m")], ["greatest damage", number(r.damage_max)], ["damaged volume", text(r.damaged_volume, "m^3")]]));
     for (const c of meta.curves || []) if (c.structure === s.name && !c.member) plot(spec(c));
   }

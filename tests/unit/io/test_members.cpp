@@ -283,6 +283,8 @@ TEST(Headline, JudgesEveryMember) {
                          "V_dyn/V_Rd = 1.62 at most"),
             std::string::npos)
       << several;
+  EXPECT_NE(several.find("Near a limit: class 2 to 3 with other time steps or cells."), std::string::npos)
+      << several;
   EXPECT_NE(several.find("Other members of V: P1 1 slight (V_dyn/V_Rd 0.30), 1 more of class 0."),
             std::string::npos)
       << several;
