@@ -82,7 +82,7 @@ function answers(judged, graded, strike, loaded) {
   const bare = touched.filter((s) => !(s.damage_max > 0) && !graded.some((m) => m.of === s.name)).length === touched.length;
   const worst = graded.length ? graded.reduce((a, b) => (b.damage_class > a.damage_class ? b : a)) : null;
   const sheared = judged.length ? judged.reduce((a, b) => (b.shear_utilisation_design.value > a.shear_utilisation_design.value ? b : a)) : null;
-  if (worst) answer("How bad?", `${worst.label}: ${worst.damage_class_name}`, `damage class ${worst.damage_class} of 4${worst.damage_class_basis ? `: ${worst.damage_class_basis}` : ""}`, worst.damage_class >= 3 ? "hit" : worst.damage_class === 0 ? "safe" : "");
+  if (worst) answer("How bad?", `${worst.label}: ${worst.damage_class_name}`, `damage class ${worst.damage_class} of 4${worst.damage_class_basis ? `: ${worst.damage_class_basis}` : ""}${worst.damage_class_range && worst.damage_class_range[0] < worst.damage_class_range[1] ? `; near a limit, class ${worst.damage_class_range.join(" to ")} with other time steps or cells` : ""}`, worst.damage_class >= 3 ? "hit" : worst.damage_class === 0 ? "safe" : "");
   else answer("How bad?", bare ? "Not computed" : "Damaged", bare ? `no damage law${sheared ? `; V_dyn/V_Rd ${number(sheared.shear_utilisation_design.value, 3)} at ${sheared.label}` : ""}` : `greatest damage ${number(Math.max(...touched.map((s) => s.damage_max)), 2)}`, sheared && sheared.shear_utilisation_design.value > 1 ? "hit" : "");
   const reserves = (meta.capacity || []).filter((r) => typeof r.reserve === "number"), lost = graded.filter((m) => m.damage_class === 4), gone = (meta.capacity || []).filter((r) => r.lost);
   if (lost.length || gone.length) answer("Will it stand?", "No", `${lost.length ? lost.map((m) => m.label).join(", ") : gone.map((r) => r.member).join(", ")} lost`, "hit");
@@ -269,7 +269,7 @@ function choose(pick) {
     if (y.height.some((v) => v !== null)) plot({ title: "Centroid above ground", unit: "m", data: [t, y.height], series: [{ label: "height", color: c }] });
   } else {
     const s = structures[pick.index], r = (summary.structures || []).find((x) => x.name === s.name) || {};
-    panel.append(make("h2", { textContent: s.name }), make("p", { className: "sub", textContent: r.hit ? "was hit" : r.loaded ? "under its prescribed load" : r.loaded_through ? `was not struck itself, loaded through ${r.loaded_through}` : "was not hit" }),
+    panel.append(make("h2", { textContent: s.name }), make("p", { className: "sub", textContent: r.hit ? "was hit" : r.loaded ? "under its prescribed load" : r.loaded_through ? `was not struck itself, loaded through ${r.loaded_through}` : r.met ? `met ${r.met.with}; no block struck it` : "was not hit" }),
       list([["impulse", text(norm(r.impulse), "N s")], ["peak contact force, single sub-step", text(r.peak_force, "N")], ["base shear, added", text(r.peak_base_shear, "N")], ["base moment, added", text(r.peak_base_moment, "N m")], ["greatest damage", number(r.damage_max)], ["damaged volume", text(r.damaged_volume, "m^3")]]));
     for (const c of meta.curves || []) if (c.structure === s.name && !c.member) plot(spec(c));
   }

@@ -1,6 +1,7 @@
 /// Plain sums that an island reports.
 #pragma once
 #include <algorithm>
+#include <vector>
 
 #include "core/types.hpp"
 
@@ -65,10 +66,24 @@ struct StructureContact {
 };
 
 /// Sums over both sides of the interface, from the impulses that were really applied.
+/// What a structure got from others that it can touch.
+struct Met {
+  double first = -1;            // when it first did; < 0: never [s]
+  Vec3 impulse = Vec3::Zero();  // of all contacts with them [N s]
+};
+
 struct AuditSums {
   double worst_force = 0, worst_moment = 0;                                    // relative imbalance of a step
   Vec3 impulse_on_structure = Vec3::Zero(), impulse_on_blocks = Vec3::Zero();  // [N s]
   double work_on_blocks = 0, work_on_structure = 0;                            // [J]
+  std::vector<Met> met;  // by structure; empty: none touched another
+
+  void meet(int structure, double time, const Vec3& impulse) {
+    const auto q = static_cast<std::size_t>(structure);
+    if (met.size() <= q) met.resize(q + 1);
+    if (met[q].first < 0) met[q].first = time;
+    met[q].impulse += impulse;
+  }
 };
 
 /// Sums over the whole run.

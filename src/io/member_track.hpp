@@ -36,6 +36,8 @@ class MemberTrack {
     const char* name = "";
     std::string basis;
     double use_design = 0;
+    int least = 0, most = 0;    // what the class would be with the scatter of time steps and cells
+    std::string doubt() const;  // that in words, empty where it is one class
   };
   bool has_verdict() const { return member_.shear_design[0] > 0; }
   bool elastic() const { return elastic_; }

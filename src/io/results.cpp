@@ -182,6 +182,7 @@ void outcome_fields(auto& o, auto&& f) {
 std::string encode_outcome(const Outcome& o) {
   ByteWriter w;
   outcome_fields(o, [&](const auto& value) { w.put(value); });
+  for (const coupling::Met& met : o.audit.met) w.put(met.first), w.put(met.impulse);
   return w.bytes();
 }
 
@@ -189,6 +190,10 @@ Outcome decode_outcome(std::string_view bytes) {
   ByteReader r(bytes);
   Outcome o;
   outcome_fields(o, [&](auto& value) { r.get(value); });
+  while (r.left() > 0) {
+    coupling::Met& met = o.audit.met.emplace_back();
+    r.get(met.first), r.get(met.impulse);
+  }
   return o;
 }
 

@@ -160,6 +160,8 @@ void SummaryBuilder::add(const HistoryRow& row) {
   last_ = row.ledger;
   springs_ = springs_ || row.ledger.contact != 0;
   kinetic_peak_ = std::max({kinetic_peak_, row.ledger.kinetic, row.kinetic_peak});
+  strain_moved_ = std::max(strain_moved_,
+                           std::abs(row.ledger.strain + row.ledger.contact - first_.strain - first_.contact));
   if (std::abs(row.ledger.residual) > std::abs(residual_worst_))
     residual_worst_ = row.ledger.residual, residual_worst_time_ = row.time;
 }
@@ -186,6 +188,18 @@ SummaryBuilder::Through SummaryBuilder::loaded_through(std::size_t structure) co
         known = 1, ring.emplace_back(static_cast<std::size_t>(other), by >= 0 ? by : other);
   }
   return {};
+}
+
+const coupling::Met* SummaryBuilder::met(std::size_t structure) const {
+  return structure < met_.size() && met_[structure].first >= 0 ? &met_[structure] : nullptr;
+}
+
+std::string SummaryBuilder::others_met(std::size_t structure) const {
+  std::string others;
+  for (const int k : header_.structures[structure].meets)
+    if (met(static_cast<std::size_t>(k)) != nullptr)
+      others += (others.empty() ? "" : ", ") + header_.structures[static_cast<std::size_t>(k)].name;
+  return others;
 }
 
 bool SummaryBuilder::is_own(int block, int structure) const {
@@ -223,9 +237,9 @@ std::string SummaryBuilder::against_algorithmic() const {
 std::string SummaryBuilder::algorithmic_warning() const {
   const double sum = last_.numerical_dissipation();
   std::string text =
-      fmt::format("numerical {} of {}, {:.2g} % of the largest kinetic energy, {} (energy.algorithmic)",
+      fmt::format("numerical {} of {}, {:.2g} % of the {}, {} (energy.algorithmic)",
                   sum > 0 ? "dissipation" : "energy gain", engineering(std::abs(sum), "J"),
-                  100 * std::abs(sum) / kinetic_peak_, engineering(kinetic_peak_, "J"));
+                  100 * std::abs(sum) / moved_energy(), moved_name(), engineering(moved_energy(), "J"));
   if (algorithmic_step_ / sum > 0.5)
     text += fmt::format(", most of it between t = {:.6g} and {:.6g} s", algorithmic_from_, algorithmic_to_);
   text += ".";
@@ -234,9 +248,13 @@ std::string SummaryBuilder::algorithmic_warning() const {
   if (contacts) text += " Contacts: " + against_algorithmic() + ".";
   if (!structures_.empty())
     text += fmt::format(
-        " Structures choose their own sub-steps: try {}a lower "
-        "structure.critical_step_fraction.",
+        " At structures finer cells help most (of a round section: facets); they choose their own sub-steps: "
+        "try {}a lower structure.critical_step_fraction.",
         header_.blocks.empty() ? "" : "a higher coupling.exchanges_per_rise or ");
+  if (contacts && springs_ && sum > 0 && !structures_.empty())
+    text +=
+        " What springs per area hold below a face that folds away is lost; "
+        "normal_stiffness = \"hard\" holds nothing.";
   text.pop_back();
   return text;
 }
@@ -271,13 +289,13 @@ double SummaryBuilder::least_kinetic() const {
 }
 
 std::vector<std::string> SummaryBuilder::warnings(const json& formulas) const {
-  constexpr double allowed = 0.01;  // of the largest kinetic energy
+  constexpr double allowed = 0.01;  // of the energy that was moved
   std::vector<std::string> list;
   for (std::size_t i = 0; i < structures_.size(); ++i)
     if (std::string beyond = elastic_warning(i); !beyond.empty()) list.push_back(std::move(beyond));
   list.insert(list.end(), header_.warnings.begin(), header_.warnings.end());
   const double scale =
-      std::max(kinetic_peak_, std::abs(last_.external_work));  // a load that is put on slowly moves little
+      std::max(moved_energy(), std::abs(last_.external_work));  // a load that is put on slowly moves little
   if (std::abs(last_.numerical_dissipation()) > allowed * scale && kinetic_peak_ > least_kinetic())
     list.push_back(algorithmic_warning());
   for (std::size_t i = 0; i < structures_.size(); ++i)

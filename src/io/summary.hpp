@@ -130,6 +130,10 @@ class SummaryBuilder {
     double struck = 0;
   };
   Through loaded_through(std::size_t structure) const;
+  /// What a structure got from others that it touched; null: nothing.
+  const coupling::Met* met(std::size_t structure) const;
+  /// Those of them, "A, B".
+  std::string others_met(std::size_t structure) const;
   bool elastic(std::size_t structure) const;
   /// How bad: damage class and V_dyn / V_Rd of every member, the worst first.
   void member_lines(std::size_t structure, std::vector<std::string>& lines) const;
@@ -152,6 +156,12 @@ class SummaryBuilder {
   std::string elastic_warning(std::size_t structure) const;  // empty: its concrete bears what the run found
   std::string against_algorithmic() const;
   std::string algorithmic_warning() const;
+  /// The most energy that was moved: the largest kinetic energy, or what springs, cells and bars took up or
+  /// gave (prestress that is let go, a structure that settles), in words as well [J].
+  double moved_energy() const { return std::max(kinetic_peak_, strain_moved_); }
+  const char* moved_name() const {
+    return strain_moved_ > kinetic_peak_ ? "largest change of stored energy" : "largest kinetic energy";
+  }
   double least_kinetic() const;  // kinetic energy below which nothing moves that could be judged [J]
   std::vector<std::string> warnings(const nlohmann::ordered_json& formulas) const;
   nlohmann::ordered_json of_structures() const;
@@ -174,10 +184,11 @@ class SummaryBuilder {
   std::vector<Impact> impacts_;
   std::vector<std::vector<Open>> open_of_;
   sim::LedgerRow first_, last_;
+  std::vector<coupling::Met> met_;      // by structure, of the run's end
   bool any_ = false, springs_ = false;  // a row was there; contacts held energy
   double algorithmic_step_ = 0, algorithmic_from_ = 0, algorithmic_to_ = 0,
          ledger_time_ = 0;  // between which rows the numerical energy error was largest [J], [s]
-  double time_ = 0, kinetic_peak_ = 0, residual_worst_ = 0, residual_worst_time_ = 0;
+  double time_ = 0, kinetic_peak_ = 0, strain_moved_ = 0, residual_worst_ = 0, residual_worst_time_ = 0;
 };
 
 /// What a summary.json warns of, a sentence each.

@@ -130,6 +130,12 @@ void SummaryBuilder::not_hit_line(std::size_t i, std::vector<std::string>& lines
                                 info.name, added, others));
     return member_lines(i, lines);
   }
+  if (const coupling::Met* meeting = met(i)) {
+    lines.push_back(fmt::format("No block struck {}; it met {} at {:.4g} s, impulse of all contacts {}.",
+                                info.name, others_met(i), meeting->first,
+                                engineering(meeting->impulse.norm(), "N s")));
+    return member_lines(i, lines);
+  }
   lines.push_back(fmt::format("{} was not hit.", info.name));
   if (s.damage > 0) member_lines(i, lines);
 }
@@ -198,9 +204,13 @@ void SummaryBuilder::member_lines(std::size_t i, std::vector<std::string>& lines
   const auto& [worst, verdict] = members.front();
   lines.push_back(
       fmt::format("{}: damage class {} of 4, {} ({}). Shear V_dyn/V_Rd = {:.2f} at most (design resistance, "
-                  "EN 1992-1-1 6.2).",
+                  "EN 1992-1-1 6.2).{}",
                   whole(*worst), verdict.grade, verdict.grade == 0 ? "no damage" : verdict.name,
-                  verdict.basis, verdict.use_design));
+                  verdict.basis, verdict.use_design,
+                  verdict.least == verdict.most
+                      ? ""
+                      : fmt::format(" Near a limit: class {} to {} with other time steps or cells.",
+                                    verdict.least, verdict.most)));
   if (members.size() < 2) return;
   std::string others;
   std::size_t told = 0;

@@ -137,6 +137,10 @@ json SummaryBuilder::of_structures() const {
          {"hit", std::any_of(impacts_.begin(), impacts_.end(),
                              [&](const Impact& m) { return m.structure == static_cast<int>(i); })},
          {"loaded_through", by < 0 ? json() : json(header_.structures[static_cast<std::size_t>(by)].name)},
+         {"met",
+          met(i) == nullptr
+              ? json()
+              : json{{"first", met(i)->first}, {"impulse", vec(met(i)->impulse)}, {"with", others_met(i)}}},
          {"impulse", vec(s.impulse)},
          {"peak_force", s.peak_force},
          {"peak_force_time", s.peak_force_time},
@@ -220,7 +224,7 @@ json SummaryBuilder::of_energy() const {
 json SummaryBuilder::of_confidence() const {
   const bool moved = kinetic_peak_ >= least_kinetic();
   const auto share = [&](double part) {
-    return kinetic_peak_ > 0 ? std::abs(part) / std::max(kinetic_peak_, least_kinetic()) : 0.0;
+    return kinetic_peak_ > 0 ? std::abs(part) / std::max(moved_energy(), least_kinetic()) : 0.0;
   };
   json confidence = json::array();
   const auto say = [&](const std::string& quantity, const char* level, std::string basis) {
@@ -228,10 +232,9 @@ json SummaryBuilder::of_confidence() const {
   };
   say("energy and momentum ledger", "verified",
       fmt::format(
-          "every loss is accounted for where it occurs; of {} the worst residual of this run is {:.2g}, "
+          "every loss is accounted for where it occurs; of the {} the worst residual of this run is {:.2g}, "
           "the numerical {} {:.2g}",
-          moved ? "the greatest kinetic energy"
-                : "the kinetic energy of all blocks at 1 cm/s, which none reached,",
+          moved ? moved_name() : "kinetic energy of all blocks at 1 cm/s, which none reached,",
           share(residual_worst_), last_.numerical_dissipation() < 0 ? "energy gain" : "dissipation",
           share(last_.numerical_dissipation())));
   if (steps_ == Steps::scheme_1988)
@@ -284,10 +287,17 @@ json SummaryBuilder::of_confidence() const {
     bool computed = false;  // damage
     for (std::size_t i = 0; i < structures_.size(); ++i)
       computed = computed || (header_.structures[i].f_cm > 0 && !elastic(i));
+    std::string flips;  // members near a limit of their class
+    for (const StructureTrack& s : structures_)
+      for (const MemberTrack& m : s.members)
+        if (m.has_verdict() && !m.elastic())
+          if (const std::string doubt = m.verdict().doubt(); !doubt.empty())
+            flips += "; " + m.name() + ": " + doubt;
     if (computed)
       say("damage", "extrapolated",
           "material law calibrated on standard tests, not on this structure; where and how much depends on "
-          "the size of the cells");
+          "the size of the cells and of the time steps" +
+              flips);
   }
   return confidence;
 }
@@ -312,6 +322,7 @@ std::string SummaryBuilder::text(const Outcome* outcome) {
                        (header_.structures[i].loaded && header_.structures[i].load_until > late));
   }
 
+  if (outcome != nullptr) met_ = outcome->audit.met;
   json j;
   j["schema"] = 1;
   j["program"] = "talus";

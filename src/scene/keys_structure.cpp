@@ -113,13 +113,17 @@ std::vector<Key> structure_keys() {
       {.path = "structure.cell_size",
        .type = Type::quantity,
        .dimension = length,
-       .doc = "Edge of the finite elements.",
+       .doc = "Edge of the finite elements. Round sections: facets no longer than that around (8 at least), "
+              "rings inside about as thick; `talus check` says how many. The polygon has the circle's area, "
+              "and what is halved later (`local`, `where`) stays on its flat facets.",
        .required = "unless cells is given (a mesh file brings its own)",
        .min = 0,
        .above = true},
       {.path = "structure.cells",
        .type = Type::counts,
-       .doc = "[nx, ny, nz] elements, for box and column. Not together with cell_size.",
+       .doc = "[nx, ny, nz] elements, for box and column (round: as cell_size = diameter / nx). Not together "
+              "with "
+              "cell_size.",
        .min = 1,
        .max = 10000},
       {.path = "structure.refine",

@@ -321,7 +321,8 @@ void Builder::warn_of_small_blocks() {
   constexpr double ratio = 0.5;  // least thickness of a block over the edge of a cell
   for (std::size_t q = 0; q < env_.structures.size(); ++q) {
     const double fine = impact_refinement(world_->scene.structures[q]).cell_size,
-                 as_built = coupling::face_edge(env_.structures[q].structure->skin().surface());
+                 given = world_->scene.structures[q].cell_size,  // 0: cells, or a mesh file
+        as_built = std::max(coupling::face_edge(env_.structures[q].structure->skin().surface()), given);
     const double edge = fine > 0 ? std::min(fine, as_built) : as_built;
     int small = 0;
     const dda::Model::Block* least = nullptr;
@@ -333,15 +334,20 @@ void Builder::warn_of_small_blocks() {
     if (!least) continue;
     Problem p;
     p.file = world_->scene.file;
-    p.key = fmt::format("structure.{}.cell_size", world_->scene.structures[q].name);
-    p.value = fmt::format("{:.4g} m", edge);
+    const std::string& structure = world_->scene.structures[q].name;
+    p.key = fmt::format("structure.{}.cell_size", structure);
+    p.value = fmt::format("{:.4g} m", fine > 0 ? edge : given > 0 ? given : edge);
     p.rule = fmt::format(
-        "{} block{} thinner than {:g} of a cell face, {} with {:.3g} m the thinnest: its force spreads over "
-        "a whole face, so that local "
-        "stress, damage and indentation come out too small; force and momentum hold",
-        small, small == 1 ? " is" : "s are", ratio, least->name, 2 * least->shape->inradius);
-    p.remedy = fmt::format("take cells of {:.2g} m or less where such blocks strike, or accept it",
-                           2 * least->shape->inradius / ratio);
+        "{} block{} thinner than {:g} of a cell face, {} of {:.3g} kg with {:.3g} m the thinnest: its force "
+        "spreads over a whole face, so that local stress, damage and indentation come out too small; force "
+        "and momentum hold",
+        small, small == 1 ? " is" : "s are", ratio, least->name, least->mass, 2 * least->shape->inradius);
+    const double wanted = 2 * least->shape->inradius / ratio,
+                 unit = std::pow(10.0, std::floor(std::log10(wanted)) - 1);
+    p.remedy = fmt::format(
+        "is the block meant so small (a mass without a unit is in kg, a length in m)? If so take cells of "
+        "{:.2g} m or less where such blocks strike, or accept it",
+        unit * std::floor(wanted / unit));
     p.severity = Problem::Severity::warning;
     world_->scene.warnings.push_back(std::move(p));
   }

@@ -164,6 +164,8 @@ Checkpoint Simulation::save() const {
   Writer sums(c.numbers["sums"]);
   each_sum(
       w.system->sums(), [&](long n) { c.integers["sums"].push_back(n); }, sums);
+  Writer met(c.numbers["met"]);
+  for (const coupling::Met& m : w.system->sums().audit.met) met(m.first), met(m.impulse);
   c.integers["general"] = {s.stretches, w.built_energy ? 1 : 0, static_cast<std::int64_t>(n)};
   c.integers["told_unsupported"].assign(w.told_unsupported.begin(), w.told_unsupported.end());
   c.numbers["structure_steps"] = s.structure_step;
@@ -302,6 +304,11 @@ void Simulation::restore(const Checkpoint& c) {
   Counts sum_counts(integers("sums"));
   each_sum(
       w.system->sums(), [&](long& k) { k = sum_counts.next(); }, sums);
+  if (const auto found = c.numbers.find("met"); found != c.numbers.end()) {
+    Reader met(found->second);
+    w.system->sums().audit.met.resize(found->second.size() / 4);
+    for (coupling::Met& m : w.system->sums().audit.met) met(m.first), met(m.impulse);
+  }
   s.stretches = stretches;
   w.built_energy = built_energy;
   if (const auto slid = c.numbers.find("slid"); slid != c.numbers.end()) {

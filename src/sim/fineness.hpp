@@ -23,5 +23,8 @@ std::optional<Fineness> fineness(const StructureSpec& spec);
 std::vector<Problem> fineness_problems(const StructureSpec& spec);
 /// A line of the plan where damage is asked of fewer than 6; empty otherwise, and where it is warned of.
 std::string fineness_line(const StructureSpec& spec);
+/// A line of the plan about the facets of a round section, and that a blow wants 24 where there are fewer;
+/// empty for another.
+std::string round_line(const StructureSpec& spec);
 
 }  // namespace talus::sim

@@ -129,6 +129,7 @@ struct InterfaceAudit {
       0;  // |impulse on blocks + impulse on structures| / |the latter|, each summed over the run
   double work_on_blocks = 0, work_on_structure = 0;  // [J]
   Vec3 impulse_on_structure = Vec3::Zero();          // [N s]
+  std::vector<coupling::Met> met;  // what each structure got from others; empty: none touched another
 };
 
 }  // namespace talus::sim

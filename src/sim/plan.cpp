@@ -466,8 +466,9 @@ std::vector<std::string> Simulation::plan() const {
     lines.push_back(
         "Fragments: off; parts that lose their support stay in the mesh and fall as parts of it from then on "
         "(the run warns of it).");
-  for (std::size_t i = 0; i < s.structures.size(); ++i)
-    if (std::string line = fineness_line(s.structures[i]); !line.empty()) lines.push_back(std::move(line));
+  for (const StructureSpec& spec : s.structures)
+    for (std::string line : {round_line(spec), fineness_line(spec)})
+      if (!line.empty()) lines.push_back(std::move(line));
   bool springs = false, restitution = false, cohesion = false;
   for (const ContactLaw& l : s.laws.law) {
     springs = springs || l.sprung();

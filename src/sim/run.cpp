@@ -159,6 +159,7 @@ InterfaceAudit audit_of(const World& w) {
   audit.work_on_blocks = a.work_on_blocks;
   audit.work_on_structure = a.work_on_structure;
   audit.impulse_on_structure = a.impulse_on_structure;
+  audit.met = a.met;
   const double scale = a.impulse_on_structure.norm();
   audit.impulse_defect = scale > 0 ? (a.impulse_on_structure + a.impulse_on_blocks).norm() / scale : 0;
   return audit;

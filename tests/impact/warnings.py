@@ -143,6 +143,13 @@ expect("in a column", check(base + column % ("6", "1 m"), "--set", "block.B.posi
 # Fewer than three cells across where damage is asked for; three to five are told in the plan, six and more not at all.
 for size, expected, absent in (("0.68 m", "Damage of P: 3 cells across its smallest section (2 m)", "makes 3"), ("0.5 m", "Damage of P: 4 cells across its smallest section (2 m)", "makes 4"), ("0.33 m", "No problems found", "Damage of P")):
     expect(f"cells of {size} with damage", check(base + column % ("6", size) + 'damage = "concrete"\n'), 0, expected, absent=[absent])
+# A round section by its facets: what a blow meets.
+round_column = column.replace("section = [2, 2]", 'section = "round"\ndiameter = "1.5 m"')
+for size, expected, absent in (("0.2 m", "Round section of P: 24 facets of 0.2 m around, 8 cells across.", "wants"), ("0.5 m", "Round section of P: 12 facets of 0.39 m around, 5 cells across; a blow wants 24 facets or more (cells of 0.19 m or less)", "finer")):
+    expect(f"round, cells of {size}", check(base + round_column % ("6", size)), 0, expected, absent=[absent])
+# The cells by what the file says, and the slip by the block: 5 for 5 t.
+small = base.replace('shape = "sphere"\ndiameter = "1 m"', 'shape = "box"\nmass = 5')
+expect("5 kg for 5 t", check(small + round_column % ("6", "0.25 m")), 0, "structure.P.cell_size = 0.25 m", "B of 5 kg with 0.124 m the thinnest", "a mass without a unit is in kg", "cells of 0.24 m or less")
 expect("cells of 1 m without damage", check(base + column % ("6", "1 m")), 0, "No problems found", absent=["Damage of P"])
 expect("fragments off", check(base + column % ("6", "0.33 m") + 'damage = "concrete"\n[coupling]\nfragments = false\n'), 0, "No problems found", "Fragments: off; parts that lose their support stay in the mesh")
 

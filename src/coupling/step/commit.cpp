@@ -290,6 +290,9 @@ void commit_step(const IslandContext& in, Step& step, IslandReport& report, bool
       if (t.a.kind != Partner::Kind::structure) {
         of_ground += p;
         moment -= t.at.point_b.cross(p);
+      } else if (!p.isZero(0)) {
+        audit.meet(t.b_structure, t_end, p);
+        audit.meet(t.a.index, t_end, -p);
       }
       force_scale += p.norm();
       moment_scale += (t.acts_at.norm() + in.scale.length) * p.norm();

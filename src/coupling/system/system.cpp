@@ -288,6 +288,9 @@ void CoupledSystem::take_reports(const MacroStep& m) {
     sums_.audit.worst_moment = std::max(sums_.audit.worst_moment, r.audit.worst_moment);
     sums_.audit.impulse_on_structure += r.audit.impulse_on_structure;
     sums_.audit.impulse_on_blocks += r.audit.impulse_on_blocks;
+    for (std::size_t q = 0; q < r.audit.met.size(); ++q)
+      if (const Met& met = r.audit.met[q]; met.first >= 0)
+        sums_.audit.meet(static_cast<int>(q), met.first, met.impulse);
     sums_.audit.work_on_blocks += r.ledger.blocks_contact_work;
     sums_.audit.work_on_structure += r.ledger.structure_contact_work;
     rows_.insert(rows_.end(), r.rows.begin(), r.rows.end());

@@ -68,15 +68,13 @@ double round_bent_count(const ViaductPlan::Part& part, const StructureSpec& spec
   return count;
 }
 
-/// Levels of refinement of a disc, of 5 x 4^levels quadrilaterals.
-int disc_levels(const StructureSpec& spec) {
+/// Cells of the section of a round column: as fine as its finest zone.
+RoundSection section_of(const StructureSpec& spec) {
+  const double diameter = std::max(spec.size.x(), spec.size.y());
+  if (spec.cells[0] > 0) return round_section(diameter, diameter / spec.cells[0]);
   double size = spec.cell_size;
   for (const auto& r : spec.refinements) size = std::min(size, r.cell_size);
-  const double across =
-      spec.cells[0] > 0 ? spec.cells[0] : std::ceil(std::max(spec.size.x(), spec.size.y()) / size - 1e-9);
-  int levels = 1;
-  while ((3 << levels) < across && levels < 8) ++levels;
-  return levels;
+  return round_section(diameter, size);
 }
 
 /// Cells of a structure with zones of finer ones, from its measures alone.
@@ -96,7 +94,7 @@ double refined_count(const StructureSpec& spec) {
   if (spec.kind == "box") return prism(-0.5 * spec.size, 0.5 * spec.size);
   const Vec3 top = half + Vec3(0, 0, spec.size.z());
   if (spec.section == "round")
-    return 5 * std::pow(4, disc_levels(spec)) *
+    return section_of(spec).cells() *
            graded_count({0, spec.size.z()}, spec.cell_size, zones_along(zones, 2), 0, spec.size.z());
   if (spec.section != "hollow") return prism(-half, top);
   const double x = half.x(), y = half.y(), z = top.z(), in_x = x - spec.wall_thickness,
@@ -115,6 +113,20 @@ double struck_count(const StructureSpec& spec, double h) {
   return std::pow(8, halvings) * std::max(1.0, std::pow(2 * asked.reach / h, 3));
 }
 
+/// Cells without finer zones, from measures alone; a round section takes more than its area by the square of
+/// their edge.
+double plain_count(const StructureSpec& spec) {
+  const double h = spec.cell_size;
+  const bool round = spec.kind == "column" && spec.section == "round";
+  if (!(h > 0))
+    return (round ? section_of(spec).cells() : double(spec.cells[0]) * spec.cells[1]) * spec.cells[2];
+  const double by_volume = volume_of(spec) / (h * h * h);
+  if (!round) return by_volume;
+  StructureSpec plain = spec;
+  plain.refinements.clear();
+  return std::max(by_volume, section_of(plain).cells() * std::ceil(spec.size.z() / h));
+}
+
 /// Refuses what this machine cannot hold before any of it is made: a slip of the unit would fill its memory
 /// in silence.
 void check_count(const StructureSpec& spec) {
@@ -126,14 +138,15 @@ void check_count(const StructureSpec& spec) {
         "and at most 20 million cells are meshed",
         count / 1e6, volume, count * cell / 1e9, memory / 1e9);
   };
-  const double count = h > 0 ? volume / (h * h * h) : double(spec.cells[0]) * spec.cells[1] * spec.cells[2];
+  const double count = plain_count(spec);
   if (count > most)
     bad(spec, h > 0 ? "cell_size" : "cells",
         h > 0 ? fmt::format("{:g} m", h)
               : fmt::format("[{}, {}, {}]", spec.cells[0], spec.cells[1], spec.cells[2]),
         too_many(count),
-        h > 0 ? fmt::format("take cells of {:.2g} m or more, finer ones only where blocks strike (refine)",
-                            1.05 * std::cbrt(volume / most))
+        h > 0 ? fmt::format(
+                    "take cells of {:.2g} m or more, finer ones only where blocks strike (refine)",
+                    1.05 * (std::isfinite(count) ? h * std::cbrt(count / most) : std::cbrt(volume / most)))
               : "take fewer");
   const double struck = struck_count(spec, h > 0 ? h : std::cbrt(volume / count));
   if (struck > most)
@@ -157,18 +170,13 @@ HexMesh rectangular(const StructureSpec& spec, const Vec3& low) {
 }
 
 HexMesh round_column(const StructureSpec& spec) {
-  // A disc of five blocks, refined until its cells are as small as asked, stretched to the ellipse and
-  // extruded. Its polygon has the area of the circle: inscribed, the coarsest one (eight sides) would have a
-  // tenth less, and a fifth less stiffness in bending.
-  const int levels = disc_levels(spec);
-  const DiscMesh disc = disc_mesh(levels);
-  const double sector = 2 * M_PI / (4 << levels), wider = std::sqrt(sector / std::sin(sector));
+  const DiscMesh disc = disc_mesh(section_of(spec));
   const std::vector<double> z = planes(spec, 2, {0, spec.size.z()});
   const int layer = static_cast<int>(disc.nodes.size());
   HexMesh mesh;
   for (double height : z)
     for (const auto& p : disc.nodes)
-      mesh.nodes.emplace_back(wider * p[0] * spec.size.x(), wider * p[1] * spec.size.y(), height);
+      mesh.nodes.emplace_back(0.5 * p[0] * spec.size.x(), 0.5 * p[1] * spec.size.y(), height);
   for (int k = 0; k + 1 < static_cast<int>(z.size()); ++k)
     for (const auto& q : disc.quads) {
       const int low = k * layer, high = low + layer;
@@ -256,7 +264,7 @@ double most_cells(const StructureSpec& spec) {
 double cell_count(const StructureSpec& spec) {
   check_count(spec);
   const double h = spec.cell_size;
-  if (!(h > 0)) return static_cast<double>(spec.cells[0]) * spec.cells[1] * spec.cells[2];
+  if (!(h > 0)) return plain_count(spec);
   return refined_count(spec);
 }
 

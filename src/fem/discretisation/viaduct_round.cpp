@@ -4,6 +4,7 @@
 #include <map>
 
 #include "core/sort_unique.hpp"
+#include "fem/discretisation/disc.hpp"
 #include "fem/discretisation/lattice.hpp"
 #include "fem/discretisation/viaduct.hpp"
 
@@ -12,7 +13,6 @@ namespace {
 
 using Vec2 = Eigen::Vector2d;
 
-constexpr double core_share = 0.55;    // half side of the square core over the radius
 constexpr double largest_patch = 1.3;  // half side of the square around the disc over the radius
 
 struct Plan {
@@ -56,34 +56,23 @@ class PlanBuilder {
   std::map<std::pair<long, long>, int> number_;
 };
 
-/// The square of half side `half` around a disc of radius r: core, ring inside the circle, ring outside.
-void disc_in_square(PlanBuilder& plan, const Vec2& centre, double r, double half, int n, double cell,
-                    int pier) {
-  std::vector<double> s(n + 1);
-  for (int i = 0; i <= n; ++i) s[i] = std::tan(M_PI / 4 * (2.0 * i / n - 1));
-  const double core = core_share * r;
-  for (int i = 0; i < n; ++i)
-    for (int j = 0; j < n; ++j) {
-      const auto at = [&](int a, int b) { return Vec2(centre + core * Vec2(s[a], s[b])); };
-      plan.quad(at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1), pier);
-    }
-  const int inner = count(r - core, cell), outer = count(half - r, cell);
-  static const double turn[4][2][2] = {
-      {{1, 0}, {0, 1}}, {{0, -1}, {1, 0}}, {{-1, 0}, {0, -1}}, {{0, 1}, {-1, 0}}};
-  for (const auto& t : turn) {
-    const auto side = [&](int k) {
-      return Vec2(t[0][0] + t[0][1] * s[k], t[1][0] + t[1][1] * s[k]);
-    };  // on the unit square
-    const auto layer = [&](int k, int level) {
-      const Vec2 p = side(k), circle = r * p.normalized();
-      if (level <= inner) return Vec2(centre + core * p + (circle - core * p) * level / inner);
-      return Vec2(centre + circle + (half * p - circle) * (level - inner) / outer);
-    };
-    for (int level = 0; level < inner + outer; ++level)
-      for (int k = 0; k < n; ++k)
-        plan.quad(layer(k, level), layer(k, level + 1), layer(k + 1, level + 1), layer(k + 1, level),
-                  level < inner ? pier : -1);
-  }
+/// The square of half side `half` around a disc: the section of the pier, and rings of the cap beam outside.
+void disc_in_square(PlanBuilder& plan, const Vec2& centre, double radius, double half, const DiscMesh& disc,
+                    double cell, int pier) {
+  const auto at = [&](int node) {
+    const auto& x = disc.nodes[static_cast<std::size_t>(node)];
+    return Vec2(centre + radius * Vec2(x[0], x[1]));
+  };
+  for (const auto& q : disc.quads) plan.quad(at(q[0]), at(q[1]), at(q[2]), at(q[3]), pier);
+  const int rings = count(half - radius, cell), around = static_cast<int>(disc.rim.size());
+  const auto layer = [&](int k, int level) {
+    const Vec2 rim = at(disc.rim[static_cast<std::size_t>(k % around)]), away = rim - centre;
+    const Vec2 square = centre + half / away.cwiseAbs().maxCoeff() * away;
+    return Vec2(rim + (square - rim) * level / rings);
+  };
+  for (int level = 0; level < rings; ++level)
+    for (int k = 0; k < around; ++k)
+      plan.quad(layer(k, level), layer(k, level + 1), layer(k + 1, level + 1), layer(k + 1, level), -1);
 }
 
 }  // namespace
@@ -100,9 +89,9 @@ HexMesh round_bent(const Box3& cap, const std::vector<ViaductPlan::Round>& piers
     cell_size = std::min(cell_size, r.cell_size);
     zones.push_back({r.region.min().z(), r.region.max().z(), r.cell_size});
   }
-  const int n = std::max(2, count(M_PI / 2 * radius, cell_size));
-  // A polygon of 4 n sides with the area of the circle.
-  const double sector = 2 * M_PI / (4 * n), r = radius * std::sqrt(sector / std::sin(sector));
+  const RoundSection section = round_section(2 * radius, cell_size);
+  const DiscMesh disc = disc_mesh(section);
+  const int n = section.side;
   double half = largest_patch * radius;
   const double x = piers[0].foot.x();
   half = std::min({half, x - cap.min().x(), cap.max().x() - x, piers.front().foot.y() - cap.min().y(),
@@ -135,7 +124,7 @@ HexMesh round_bent(const Box3& cap, const std::vector<ViaductPlan::Round>& piers
         builder.quad({xs[i], ys[j]}, {xs[i + 1], ys[j]}, {xs[i + 1], ys[j + 1]}, {xs[i], ys[j + 1]}, -1);
     }
   for (std::size_t k = 0; k < piers.size(); ++k)
-    disc_in_square(builder, piers[k].foot.head<2>(), r, half, n, cell_size, static_cast<int>(k));
+    disc_in_square(builder, piers[k].foot.head<2>(), radius, half, disc, cell_size, static_cast<int>(k));
 
   // Extruded: each pier from its foot to the cap beam, then everything through the cap beam.
   const Plan& plan = builder.plan;

@@ -42,6 +42,28 @@ TEST(StructuresMeet, MomentaStay) {
   }
 }
 
+/// What free structures got from each other is told: they have no support that could tell.
+TEST(StructuresMeet, WhatTheyGaveEachOtherIsTold) {
+  SceneText s(Method::by_accuracy(1e-3), 0.03, Vec3::Zero());
+  s.history(1e-3)
+      .material("C", 2450, "young = 30e9\npoisson = 0.2")
+      .interface("*", "*", 0.3, "normal_stiffness = \"1e10 Pa/m\"");
+  s.raw(structure_box("still", Vec3(2, 2, 0.4), Vec3::Zero(), {8, 8, 2}, "C",
+                      "support = []\npreload = \"none\"\n"));
+  s.raw(structure_box("flying", Vec3(0.6, 0.6, 0.4), Vec3(0, 0, 0.45), {3, 3, 2}, "C",
+                      "support = []\npreload = \"none\"\ninitial_velocity = [0.0, 0.0, -5.0]\n"));
+  const Outcome o = run_scene(s.str());
+  ASSERT_TRUE(o.ok()) << o.result.message;
+  ASSERT_EQ(o.result.audit.met.size(), 2u);
+  const auto &still = o.result.audit.met[0], &flying = o.result.audit.met[1];
+  EXPECT_NEAR(still.first, 0.01, 1e-4);  // 5 cm at 5 m/s
+  EXPECT_EQ(flying.first, still.first);
+  const double mass = 2450 * 0.6 * 0.6 * 0.4;
+  EXPECT_GT(flying.impulse.z(), 5 * mass * 1.0);  // it is stopped at least, and comes back no faster
+  EXPECT_LT(flying.impulse.z(), 5 * mass * 2.0);
+  EXPECT_LT((still.impulse + flying.impulse).norm(), 1e-12 * flying.impulse.norm());
+}
+
 /// Two free slabs meet face to face, on springs that the structures' own step does not resolve at their
 /// corners and rims, and on ones stiffer than a cell. Followed by their ends they took a quarter of the
 /// energy.

@@ -51,7 +51,8 @@ TEST(Module, IsMappedOnlyWhenAStructureIsMade) {
   s.section = "round";
   s.loads.clear();
   s.cells = {3, 3, 4};
-  EXPECT_EQ(load_structure(s, Vec3::Zero(), [](const std::string&) {})->elements(), 20 * 4);
+  EXPECT_EQ(load_structure(s, Vec3::Zero(), [](const std::string&) {})->elements(),
+            (3 * 3 + 12) * 4);  // a core of 3 x 3, a ring
 }
 
 TEST(Module, InputErrorsCrossItsBorder) {

@@ -104,6 +104,33 @@ TEST(MemberTrack, SpansAreJudgedByTheirDeflectionAndTheirSeats) {
   EXPECT_TRUE(MemberTrack(pier()).summary()["function"].is_null());
 }
 
+/// A class near one of its limits says which others it may as well be.
+TEST(MemberTrack, AClassNearALimitMayBeAnother) {
+  const auto after = [](double share, double use_design, double use_mean, int broken) {
+    MemberTrack track(pier());
+    MemberState s = state(0, 0, 0);
+    track.add(0, s, {});
+    s.lost_volume = share * pier().volume, s.bars_broken = broken;
+    for (const double t : {0.91, 1.0}) track.add(t, s, peaks(use_design, use_mean, 0));
+    return track;
+  };
+  struct Case {
+    double share, use_design, use_mean;
+    int broken, grade, least, most;
+  };
+  for (const Case& c :
+       {Case{0.3, 0, 0, 0, 4, 4, 4}, Case{0.13, 0, 0, 0, 4, 3, 4}, Case{0.05, 0, 0, 0, 3, 3, 4},
+        Case{0.03, 0, 0, 0, 3, 3, 3}, Case{0.015, 0, 0, 0, 3, 0, 3}, Case{0.015, 0, 0, 1, 3, 3, 3},
+        Case{0, 1.1, 0.9, 0, 2, 0, 3}, Case{0, 3, 2, 0, 3, 3, 3}, Case{0, 0.5, 0.3, 0, 0, 0, 0}}) {
+    const MemberTrack track = after(c.share, c.use_design, c.use_mean, c.broken);
+    const auto j = track.summary();
+    EXPECT_EQ(j["damage_class"], c.grade) << c.share;
+    EXPECT_EQ(j["damage_class_range"], (nlohmann::ordered_json{c.least, c.most}))
+        << c.share << ' ' << c.use_design;
+    EXPECT_EQ(track.verdict().doubt().empty(), c.least == c.most);
+  }
+}
+
 TEST(MemberTrack, WhatIsElasticAloneHasNoDamageClass) {
   Member m = pier();
   m.shear_design = m.shear_mean = {0, 0};  // not of concrete
@@ -255,6 +282,8 @@ TEST(Headline, JudgesEveryMember) {
   EXPECT_NE(several.find("V, P2: damage class 3 of 4, severe (V_dyn above V_Rd with mean strengths). Shear "
                          "V_dyn/V_Rd = 1.62 at most"),
             std::string::npos)
+      << several;
+  EXPECT_NE(several.find("Near a limit: class 2 to 3 with other time steps or cells."), std::string::npos)
       << several;
   EXPECT_NE(several.find("Other members of V: P1 1 slight (V_dyn/V_Rd 0.30), 1 more of class 0."),
             std::string::npos)

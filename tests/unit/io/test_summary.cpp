@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "io/recorder.hpp"
+#include "io/results.hpp"
 #include "synthetic.hpp"
 
 using namespace talus;
@@ -30,6 +31,50 @@ TEST(Summary, SummaryWarnsOfNumericalDissipation) {
       << warnings(2.5e4)[0];
   EXPECT_NE(warnings(2.5e4)[0].find("between t = 0.2 and 0.3 s"), std::string::npos) << warnings(2.5e4)[0];
   EXPECT_NE(warnings(-2.5e4)[0].find("numerical energy gain"), std::string::npos);
+}
+
+/// Prestress that is let go, or a structure that settles, moves more energy than its motion ever has at once:
+/// the error is one of what was moved.
+TEST(Summary, NumericalEnergyErrorsAreOfTheEnergyThatWasMoved) {
+  const sim::RunHeader header = small().header();
+  const auto warnings = [&](double strain) {
+    io::SummaryBuilder builder(header);
+    for (int i = 0; i <= 4; ++i) {
+      sim::HistoryRow row = small().row(0.1 * i, static_cast<int>(header.blocks.size()));
+      row.ledger.kinetic = 1e4;
+      row.ledger.strain = i == 0 ? 5e6 : 5e6 - strain;
+      row.ledger.algorithmic = i > 2 ? 6.8e4 : 0;
+      builder.add(row);
+    }
+    return io::summary_warnings(builder.text(nullptr));
+  };
+  EXPECT_TRUE(warnings(7e6).empty());
+  ASSERT_EQ(warnings(2e6).size(), 1u);
+  EXPECT_NE(warnings(2e6)[0].find("3.4 % of the largest change of stored energy, 2 MJ"), std::string::npos)
+      << warnings(2e6)[0];
+}
+
+/// A structure that no block struck and that another met was not left alone, though it has no support that
+/// could tell.
+TEST(Summary, StructuresThatMeetSaySo) {
+  sim::RunHeader header = small().header();
+  header.blocks.clear();
+  header.structures.resize(1);
+  header.structures.push_back(header.structures[0]);
+  header.structures[0].name = "still", header.structures[1].name = "flying";
+  header.structures[0].meets = {1}, header.structures[1].meets = {0};
+  io::Outcome outcome;
+  outcome.audit.met = {{0.02, Vec3(0, 0, -3e3)}, {0.02, Vec3(0, 0, 3e3)}};
+  const io::Outcome again = io::decode_outcome(io::encode_outcome(outcome));
+  ASSERT_EQ(again.audit.met.size(), 2u);
+  io::SummaryBuilder builder(header);
+  const auto lines = io::summary_headline(builder.text(&again));
+  std::string all;
+  for (const std::string& line : lines) all += line + "\n";
+  EXPECT_NE(all.find("No block struck still; it met flying at 0.02 s, impulse of all contacts 3 kN s."),
+            std::string::npos)
+      << all;
+  EXPECT_EQ(all.find("was not hit"), std::string::npos) << all;
 }
 
 /// A time is named only if more than half of it fell there; what goes on all the time has none, nor has what
