@@ -255,7 +255,9 @@ class Page {
                        " to " + number(p["high"], 100) + " %</small>",
                    number(p["value"], 100) + " %");
     }
-    return text + "</div>";
+    text += "</div>";
+    if (m.contains("left_means")) text += "<p><b>" + io::xml_text(m.value("left_means", "")) + "</b></p>";
+    return text;
   }
 
   /// Ground in relief, coloured by a map of the directory, with lines, hits and end points.

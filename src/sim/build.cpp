@@ -229,6 +229,7 @@ void Builder::fill_header() {
     h.blocks.push_back(
         {b.name, b.mass, b.volume, b.fixed, false, *b.shape, m.young, m.young > 0 ? m.poisson : 0, -1});
   }
+  if (terrain_) h.terrain_cell = terrain_->grid.dx;
   if (terrain_ && !shared_) h.terrain = terrain_->surface;
   h.planes = s.planes;
   for (std::size_t i = 0; i < s.structures.size(); ++i) {
