@@ -47,13 +47,12 @@ Builder::Builder(scene::Scene scene, Report report, Shared* shared)
 std::unique_ptr<World> Builder::build() {
   const scene::Scene& s = world_->scene;
   if (s.impact)
-    add_warnings(
-        {{.severity = Problem::Severity::warning,
-          .file = {},
-          .key = "impact",
-          .value = {},
-          .rule = "only talus impact takes the block of [impact]; talus run and talus check leave it out",
-          .remedy = "start it by talus impact, or remove [impact]"}});
+    add_warnings({{.severity = Problem::Severity::warning,
+                   .file = {},
+                   .key = "impact",
+                   .value = {},
+                   .rule = "only talus impact takes the block of [impact]; talus run leaves it out",
+                   .remedy = "start it by talus impact, or remove [impact]"}});
   if (s.ensemble)
     add_warnings(
         {{.severity = Problem::Severity::warning,

@@ -206,7 +206,16 @@ mass = 100
 velocity = "5 m/s"
 point = [%s, 50, 12]
 """
-expect("check with [impact]", check(base + column % ("6", "1 m") + impact % 19), 0, "only talus impact takes the block of [impact]", "1 warning")
+expect("check with [impact] and a block", check(base + column % ("6", "1 m") + impact % 19), 0, "only talus impact takes the block of [impact]", "talus run leaves it out", "1 warning", "talus impact: the block is aimed at P with 5 m/s, 1.25 kJ", "Mass and size: B ")
+alone = "schema = 1\n[simulation]\nduration = 1\n" + materials + column % ("6", "1 m") + (impact % 19).replace("mass = 100", 'mass = "5 t"')
+expect("check of a blow", check(alone), 0, "Mass and size: block 5 t, 1.6", "with 5 m/s, 62.5 kJ; it starts at [18", "No problems found", absent=["talus run"])
+expect("a blow beside the structure", check(alone.replace("19, 50, 12", "19, 58, 12")), 0, "impact.point = [19, 58, 12]: on its line of flight through this point the block passes P by", "1 warning")
+expect("a blow above the structure", check(alone.replace("19, 50, 12", "19, 50, 25")), 0, "impact.point = [19, 50, 25]", "passes P by")
+expect("a blow that flies away", check(alone.replace("19, 50, 12", "26, 50, 12")), 2, "impact.point", "the block flies away: P lies behind it there")
+expect("the speed of a blow", check(alone.replace("5 m/s", "500 m/s")), 0, "impact.velocity", "500 m/s is faster than rocks fall")
+# Mass holds, and the size says the ratios alone: what comes out of both is stated.
+both = base.replace('shape = "sphere"\ndiameter = "1 m"', 'shape = "box"\nmass = "5 t"\nsize = [1.2, 1.2, 1.2]')
+expect("mass and size", check(both), 0, "Mass and size: B 5 t, 1.244 x 1.244 x 1.244 m.")
 got, summary = run("left-out", base + column % ("6", "1 m") + impact % 19, "--set", 'simulation.duration="20 ms"', "--set", "output.report=false")
 require("run with [impact]", len(summary.get("warnings", [])) == 1 and "[impact]" in summary["warnings"][0], summary.get("warnings"))
 miss = base + column % ("6", "1 m") + impact % 19
