@@ -198,6 +198,18 @@ require("told once", got[2].count("unusually large") == 1, got[2])
 require("in the summary", [w.startswith("slip.toml:") and "interface.*/*.friction = 35: " in w for w in summary.get("warnings", [])] == [True], summary.get("warnings"))
 require("in the report", "unusually large" in (out / "slip/report.html").read_text(), "report.html")
 
+# A word that is no command.
+for word, remedy in [("chek", 'did you mean "check"?'), ("scene.toml", "for example talus run scene.toml"), ("weather", "the commands are ")]:
+    done = subprocess.run([talus, word, "scene.toml"], cwd=out, capture_output=True, text=True, timeout=120)
+    expect(word, (done.returncode, done.stdout, done.stderr), 2, f'there is no command "{word}"', remedy)
+
+# A grid that cannot be read: what would stand on it is not told beside it.
+(out / "comma.asc").write_text((out / "slope.asc").read_text().replace("3.5", "3,5"))
+(out / "source.geojson").write_text('{"type": "Polygon", "coordinates": [[[70, 70], [90, 70], [90, 90], [70, 90], [70, 70]]]}')
+released = base.replace("slope.asc", "comma.asc").replace("position = [80, 80, 40]", 'release = { polygon = "source.geojson" }')
+got = check(released)
+expect("a grid with decimal commas", got, 2, "has a decimal comma", absent=["no place of the area", "2 errors"])
+
 # [impact] in a run without it.
 impact = """[impact]
 material = "rock"
