@@ -151,6 +151,7 @@ class SummaryBuilder {
   double failed_before_strike(std::size_t structure) const;
   std::string elastic_warning(std::size_t structure) const;  // empty: its concrete bears what the run found
   std::string against_algorithmic() const;
+  bool scheme_takes_too_much() const;  // numerical dissipation beyond the limit of its warning
   std::string algorithmic_warning() const;
   double least_kinetic() const;  // kinetic energy below which nothing moves that could be judged [J]
   std::vector<std::string> warnings(const nlohmann::ordered_json& formulas) const;

@@ -1,5 +1,6 @@
 // The summary of a run as a whole: numerical energy errors, their remedies, what came off.
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include <string>
 #include <vector>
@@ -30,6 +31,22 @@ TEST(Summary, SummaryWarnsOfNumericalDissipation) {
       << warnings(2.5e4)[0];
   EXPECT_NE(warnings(2.5e4)[0].find("between t = 0.2 and 0.3 s"), std::string::npos) << warnings(2.5e4)[0];
   EXPECT_NE(warnings(-2.5e4)[0].find("numerical energy gain"), std::string::npos);
+}
+
+TEST(Summary, TheSummarySaysWhetherTheSchemeTakesMoreThanItsWarningAllows) {
+  const auto warned = [&](double algorithmic) {
+    io::SummaryBuilder builder(small().header());
+    for (int i = 0; i <= 4; ++i) {
+      sim::HistoryRow row = small().row(0.1 * i, static_cast<int>(small().header().blocks.size()));
+      row.ledger.kinetic = 1e6;
+      row.ledger.algorithmic = algorithmic * i / 4;
+      builder.add(row);
+    }
+    return nlohmann::json::parse(builder.text(nullptr))["energy"]["algorithmic_warned"].get<bool>();
+  };
+  EXPECT_FALSE(warned(9.9e3));
+  EXPECT_TRUE(warned(2.5e4));
+  EXPECT_TRUE(warned(-2.5e4));
 }
 
 /// A time is named only if more than half of it fell there; what goes on all the time has none, nor has what
