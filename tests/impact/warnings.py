@@ -285,7 +285,8 @@ expect("a pier that is gone", got, 0, absent=["lost their support"])
 member = summary["structures"][0]["members"][0]
 require("lost", member["damage_class_name"] == "lost" and member["top_came_off"] and member["residual_drift"] is None, member)
 done = subprocess.run([talus, "capacity", "snapped"], cwd=out, capture_output=True, text=True, timeout=120)
-expect("its capacity", (done.returncode, done.stdout, done.stderr), 0, " lost ", "as a pier it is not to be counted on", "what is left bears")
+expect("its capacity", (done.returncode, done.stdout, done.stderr), 0, " lost ", "Report, renewed: snapped/report.html", "as a pier it is not to be counted on", "what is left bears")
+require("its capacity in the report", '"capacity_built"' in (out / "snapped/report.html").read_text(), "report.html")
 member = json.loads((out / "snapped/capacity.json").read_text())["members"][0]
 require("no reserve", member["lost"] and member["reserve"] is None and member["capacity_now"] is None and member["ratio"] is None, member)
 

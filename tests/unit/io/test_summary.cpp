@@ -49,6 +49,23 @@ TEST(Summary, TheSummarySaysWhetherTheSchemeTakesMoreThanItsWarningAllows) {
   EXPECT_TRUE(warned(-2.5e4));
 }
 
+TEST(Summary, AnElasticStructureHasNoDamageClassAndTheHeadlineSaysSo) {
+  sim::RunHeader header;
+  header.structures.emplace_back();
+  header.structures[0].name = "wall";
+  header.structures[0].loaded = true;
+  header.structures[0].plan = "wall: elastic, no damage history kept";
+  io::SummaryBuilder builder(header);
+  sim::HistoryRow row;
+  row.structures.resize(1);
+  builder.add(row);
+  std::string all;
+  for (const std::string& line : io::summary_headline(builder.text(nullptr))) all += line + "\n";
+  EXPECT_NE(all.find("wall is elastic in this run: damage was not computed, there is no damage class"),
+            std::string::npos)
+      << all;
+}
+
 /// A time is named only if more than half of it fell there; what goes on all the time has none, nor has what
 /// went the other way.
 TEST(Summary, TheTimeOfNumericalDissipationIsNamedOnlyWhereMostOfItIs) {
