@@ -8,6 +8,7 @@
 #include <numeric>
 #include <set>
 
+#include "contact/geometry/edge_ends.hpp"
 #include "contact/tolerances.hpp"
 #include "core/reject.hpp"
 
@@ -126,6 +127,7 @@ class Builder {
     make_edges();
     make_vertex_edges();
     p_.convex = is_convex();
+    if (!p_.convex) find_ends();
     p_.inradius = half_thickness();
     choose_axes();
     return std::move(p_);
@@ -326,6 +328,25 @@ class Builder {
     for (int e = 0; e < static_cast<int>(p_.edges.size()); ++e) {
       p_.vertex_edges[at[p_.edges[e].v0]++] = e;
       p_.vertex_edges[at[p_.edges[e].v1]++] = e;
+    }
+  }
+
+  /// Affine motions keep what lies in a plane, on a line or inside: the body's edges go on for good.
+  void find_ends() {
+    std::vector<std::vector<contact::Sector>> around(X.size());
+    for (std::size_t t = 0; t < T.size(); ++t)
+      for (int k = 0; k < 3; ++k) {
+        const Vec3& x = X[T[t][k]];
+        around[T[t][k]].push_back({p_.face_normals[p_.triangle_face[t]],
+                                   (X[T[t][(k + 1) % 3]] - x).normalized(),
+                                   (X[T[t][(k + 2) % 3]] - x).normalized()});
+      }
+    for (Polyhedron::Edge& e : p_.edges) {
+      if (e.sine <= 0) continue;
+      const Vec3 d = (X[e.v1] - X[e.v0]).normalized(), &l = p_.face_normals[e.left],
+                 &r = p_.face_normals[e.right];
+      e.on_at_v0 = contact::goes_on(around[e.v0], d, l, r);
+      e.on_at_v1 = contact::goes_on(around[e.v1], -d, l, r);
     }
   }
 

@@ -25,6 +25,7 @@ struct Polyhedron {
     int v0, v1;       // ordered as in face_left's loop
     int left, right;  // the two faces
     double sine;      // > 0 convex edge, < 0 reentrant, sin of the angle between the outward normals
+    bool on_at_v0 = false, on_at_v1 = false;  // there a convex edge goes on beyond its end (edge_ends.hpp)
     bool operator==(const Edge&) const = default;
   };
   std::vector<Edge> edges;          // E, only true edges (no edge between coplanar faces)

@@ -1,4 +1,6 @@
 /// Edges against edges, and what separated vertices are nearest to.
+#include <optional>
+
 #include "contact/narrow/narrow_features.hpp"
 #include "contact/tolerances.hpp"
 
@@ -7,8 +9,7 @@ namespace {
 
 /// Eight edges that follow each other, which lie beside each other for the most part, and the box about them.
 constexpr std::size_t edges_together = 8;
-constexpr double as_deep = 0.1;   // of the overlap of crossed edges, how deep each lies in the other body:
-                                  // sine of half the angle of a sharp one,
+constexpr double as_deep = 0.1;   // of the overlap of crossed edges, how deep one lies in the other body,
 constexpr double between = 0.05;  // and the point midway, over half of the overlap
 
 void enclose(const std::vector<Patch::Edge>& edges, std::vector<Box3>& own, std::vector<Box3>& bunches) {
@@ -49,6 +50,34 @@ bool share(const Search& s, const Patch::Edge& a, const Patch::Edge& b, const Ve
   return x.allFinite() && inside_by(s, true, x, between * half) && inside_by(s, false, x, between * half);
 }
 
+/// Where two edges cross; none where one of them ends before. An edge that goes on beyond its end inside its
+/// own body is crossed there by what has gone into that body, as far as it does not leave it: of surfaces
+/// that are plane but for their digits the one stands out of the other far from where they meet.
+std::optional<SegmentPair> crossing(const Search& s, const Patch::Edge& a, const Patch::Edge& b,
+                                    double reach) {
+  const auto c = closest_segments(a.a, a.b, b.a, b.b);
+  const Vec3 da = a.b - a.a, db = b.b - b.a;
+  const double end_a = s.touch / da.norm(), end_b = s.touch / db.norm();
+  const auto within = [](double at, double end) { return at > end && at < 1 - end; };
+  if (within(c.s, end_a) && within(c.t, end_b)) return c;
+  const auto goes_on = [](const Patch::Edge& e, double at) { return at < 0.5 ? e.on_at_a : e.on_at_b; };
+  const Vec3 across = da.cross(db), r = b.a - a.a;
+  SegmentPair m{
+      r.cross(db).dot(across) / across.squaredNorm(), r.cross(da).dot(across) / across.squaredNorm(), {}, {}};
+  m.a = a.a + m.s * da, m.b = b.a + m.t * db;
+  if ((m.a - c.a).norm() > reach || (m.b - c.b).norm() > reach) return {};
+  // Where they are apart, both are at the end if they are no farther from it than from each other.
+  const double at_end = std::max(s.touch, (m.b - m.a).norm());
+  const auto crossed = [&](const Patch::Edge& e, const Vec3& on_edge, double at, double end, bool first,
+                           const Vec3& other) {
+    return within(at, end) ||
+           (goes_on(e, at) && (std::min((on_edge - e.a).norm(), (on_edge - e.b).norm()) <= at_end ||
+                               (in_body(s, first, other) && in_body(s, first, on_edge))));
+  };
+  if (!crossed(a, m.a, m.s, end_a, true, m.b) || !crossed(b, m.b, m.t, end_b, false, m.a)) return {};
+  return m;
+}
+
 bool beyond(const Box3& box, const Vec3& lo, const Vec3& hi) {
   return (box.min().array() > hi.array()).any() || (box.max().array() < lo.array()).any();
 }
@@ -63,7 +92,6 @@ void edge_edge(const Search& s, std::vector<ContactPoint>& out) {
   for (const auto& a : s.A.edges) {
     const Vec3 lo = a.a.cwiseMin(a.b).array() - reach, hi = a.a.cwiseMax(a.b).array() + reach;
     const Vec3 da = a.b - a.a;
-    const double la = da.norm();
     for (std::size_t i = 0; i < s.B.edges.size(); ++i) {
       if (i % edges_together == 0 && beyond(bunches[i / edges_together], lo, hi)) {
         i += edges_together - 1;
@@ -73,14 +101,13 @@ void edge_edge(const Search& s, std::vector<ContactPoint>& out) {
       const auto& b = s.B.edges[i];
       const Vec3 db = b.b - b.a;
       if (along(da, db)) continue;  // their ends are vertex-edge contacts
-      const double lb = db.norm();
       Vec3 n = da.cross(db).normalized();
       if (n.dot(a.left + a.right) < 0) n = -n;
       double gap = n.dot(b.a - a.a);
       if (gap > s.margin || gap < -s.depth) continue;
-      const auto c = closest_segments(a.a, a.b, b.a, b.b);
-      const double end_a = s.touch / la, end_b = s.touch / lb;
-      if (c.s <= end_a || c.s >= 1 - end_a || c.t <= end_b || c.t >= 1 - end_b) continue;
+      const std::optional<SegmentPair> met = crossing(s, a, b, reach);
+      if (!met) continue;
+      const SegmentPair& c = *met;
       const double al = n.dot(a.into_left), ar = n.dot(a.into_right), bl = -n.dot(b.into_left),
                    br = -n.dot(b.into_right);
       if (std::max({al, ar, bl, br}) > tolerances().lean) continue;
@@ -95,14 +122,13 @@ void edge_edge(const Search& s, std::vector<ContactPoint>& out) {
       gap = n.dot(c.b - c.a);
       if (gap > s.margin || gap < -s.depth) continue;
       // Edges far behind a rim are not crossed, and those on the far sides of two neighbours look it, or on
-      // the sides of a notch and of what fills it: if they are crossed, each edge runs inside the other body,
-      // about as deep as they overlap, or the bodies share a point between them. Those of a skin that
-      // bends need not.
+      // the sides of a notch and of what fills it: if they are crossed, one of them runs inside the other
+      // body about as deep as they overlap (both but for sharp ones), or the bodies share a point between
+      // them. Those of a skin that bends need not.
       if (gap < -16 * s.touch &&
           ((c.b - c.a).squaredNorm() > reach * reach ||
-           (s.told() &&
-            !(inside_by(s, true, c.b, -as_deep * gap) && inside_by(s, false, c.a, -as_deep * gap)) &&
-            !share(s, a, b, across, c.a, c.b))))
+           (s.told() && !inside_by(s, true, c.b, -as_deep * gap) &&
+            !inside_by(s, false, c.a, -as_deep * gap) && !share(s, a, b, across, c.a, c.b))))
         continue;
       p.point_a = c.a, p.point_b = c.b, p.normal = n, p.gap = gap, p.area = 0;
       p.key = make_key(Form::edge_edge, a.id, b.id);

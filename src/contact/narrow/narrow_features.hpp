@@ -55,6 +55,9 @@ inline ContactPoint vertex_contact(bool first, const Vec3& foot, const Vec3& x, 
 /// True if x is inside body A (`first`) or B, more than so deep.
 bool inside_by(const Search& s, bool first, const Vec3& x, double depth);
 
+/// True if x is inside body A (`first`) or B, or on its surface. Of a skin that bends it is not known.
+bool in_body(const Search& s, bool first, const Vec3& x);
+
 /// Vertices of V against triangles of T. `first` tells whether the triangles belong to body A.
 void vertex_face(const Search& s, const Patch& T, const Patch& V, bool first, std::vector<ContactPoint>& out);
 

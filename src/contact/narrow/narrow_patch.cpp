@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "contact/geometry/edge_ends.hpp"
 #include "contact/tolerances.hpp"
 
 namespace talus::contact::narrow {
@@ -71,24 +72,25 @@ void Posed::take(const In& in, Patch& patch) {
     const Vec3 &a = x[e.v0], &b = x[e.v1];
     const Vec3 d = (b - a).normalized();
     const Vec3 l = normal(e.left), r = normal(e.right);
-    patch.edges.push_back({i, e.v0, e.v1, e.left, e.right, a, b, l, r, l.cross(d), -r.cross(d)});
+    patch.edges.push_back(
+        {i, e.v0, e.v1, e.left, e.right, a, b, l, r, l.cross(d), -r.cross(d), e.on_at_v0, e.on_at_v1});
   }
   for (int v = 0; v < static_cast<int>(x.size()); ++v) {
     if (!in(std::array{v}) || p_.vertex_edge_offset[v] == p_.vertex_edge_offset[v + 1]) continue;
     Patch::Vertex q{
         v, x[v], static_cast<int>(patch.directions.size()), 0, static_cast<int>(patch.face_normals.size()),
         0};
-    bool convex = false;
+    bool corner = false;
     for (int i = p_.vertex_edge_offset[v]; i < p_.vertex_edge_offset[v + 1]; ++i) {
       const auto& e = p_.edges[p_.vertex_edges[i]];
-      convex |= e.sine > 0;
+      corner |= e.sine > 0 && !(e.v0 == v ? e.on_at_v0 : e.on_at_v1);
       patch.directions.push_back((x[e.v0 == v ? e.v1 : e.v0] - x[v]).normalized());
       ++q.count;
       patch.face_normals.push_back(normal(e.left));
       patch.face_normals.push_back(normal(e.right));
       q.faces += 2;
     }
-    if (convex) patch.vertices.push_back(q);
+    if (corner) patch.vertices.push_back(q);
   }
 }
 
@@ -172,6 +174,21 @@ void find_triangles(const View& view, const Box3& world, std::vector<int>& ids) 
   }
 }
 
+/// Of a skin that bends: its nodes are pressed one by one, so that no edge goes on beyond its own. Where a
+/// ridge is straight at a vertex its crossings say it all but of faces.
+void find_straight(const View& view, int v, Patch& patch, Patch::Vertex& q) {
+  const SurfaceIndex::Impl& s = view.s;
+  const auto& X = s.surface.vertices;
+  q.straight =
+      q.count == 2 && patch.directions[q.first].dot(patch.directions[q.first + 1]) < 0 &&
+      patch.directions[q.first].cross(patch.directions[q.first + 1]).norm() <= tolerances().true_edge;
+  // Two opposite edges bound no cone: its faces do.
+  for (int i = s.vertex_offset[v]; q.straight && i < s.vertex_offset[v + 1]; ++i, ++q.count) {
+    const auto& t = s.surface.triangles[s.vertex_triangle[i]];
+    patch.directions.push_back(((X[t[0]] + X[t[1]] + X[t[2]]) / 3 - X[v]).normalized());
+  }
+}
+
 /// The edge along side h, where it meets the box.
 void add_edge(const View& view, int h, bool rim, const Box3& box, Patch& patch) {
   const SurfaceIndex::Impl& s = view.s;
@@ -243,16 +260,41 @@ void add_corner(const View& view, int v, Patch& patch) {
       ++q.count;
     }
   }
-  // On a straight ridge the crossings of the ridge say it all.
-  q.straight =
-      q.count == 2 && patch.directions[q.first].dot(patch.directions[q.first + 1]) < 0 &&
-      patch.directions[q.first].cross(patch.directions[q.first + 1]).norm() <= tolerances().true_edge;
-  // Two opposite edges bound no cone: its faces do.
-  for (int i = s.vertex_offset[v]; q.straight && i < s.vertex_offset[v + 1]; ++i, ++q.count) {
-    const auto& t = s.surface.triangles[s.vertex_triangle[i]];
-    patch.directions.push_back(((X[t[0]] + X[t[1]] + X[t[2]]) / 3 - X[v]).normalized());
+  if (convex == 0) return;
+  if (!s.surface.nodes.empty()) find_straight(view, v, patch, q);
+  patch.vertices.push_back(q);
+}
+
+/// The triangles about a vertex.
+void sectors_at(const SurfaceIndex::Impl& s, int v, std::vector<Sector>& around) {
+  around.clear();
+  const auto& X = s.surface.vertices;
+  for (int i = s.vertex_offset[v]; i < s.vertex_offset[v + 1]; ++i) {
+    const int t = s.vertex_triangle[i];
+    const auto& c = s.surface.triangles[t];
+    const int k = c[0] == v ? 0 : c[1] == v ? 1 : 2;
+    if (!s.normal[t].isZero())
+      around.push_back(
+          {s.normal[t], (X[c[(k + 1) % 3]] - X[v]).normalized(), (X[c[(k + 2) % 3]] - X[v]).normalized()});
   }
-  if (convex >= 1) patch.vertices.push_back(q);
+}
+
+/// Which edges go on beyond their ends, and the vertices in the box at which one ends.
+void find_ends(const View& view, const Box3& box, Patch& patch, std::vector<int>& corners) {
+  thread_local std::vector<Sector> around;
+  corners.clear();
+  for (Patch::Edge& e : patch.edges)
+    for (const bool at_a : {true, false}) {
+      const int v = at_a ? e.v0 : e.v1;
+      const Vec3 &x = at_a ? e.a : e.b, &other = at_a ? e.b : e.a;
+      if (!box.contains(x)) continue;
+      sectors_at(view.s, v, around);
+      const bool on = !view.s.surface.two_sided && goes_on(around, (other - x).normalized(), e.left, e.right);
+      (at_a ? e.on_at_a : e.on_at_b) = on;
+      if (!on) corners.push_back(v);
+    }
+  std::sort(corners.begin(), corners.end());
+  corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
 }
 
 }  // namespace
@@ -274,6 +316,7 @@ void gather(const SurfaceIndex::Impl& s, const Vec3& origin, const Box3& box, Pa
   for (const int v : corners) __builtin_prefetch(&s.vertex_triangle[s.vertex_offset[v]]);
   for (const int v : corners)
     for (int i = s.vertex_offset[v]; i < s.vertex_offset[v + 1]; ++i) view.announce(s.vertex_triangle[i]);
+  if (s.surface.nodes.empty()) find_ends(view, box, patch, corners);
   for (const int v : corners)
     if (box.contains(view.place(v))) add_corner(view, v, patch);
 }

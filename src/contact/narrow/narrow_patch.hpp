@@ -27,13 +27,15 @@ struct Patch {
     Vec3 left, right;  // outward normals of the two faces (a rim: the same twice)
     Vec3 into_left,
         into_right;  // in-plane unit directions from the edge into the faces (a rim: the same twice)
+    bool on_at_a = false, on_at_b = false;  // there the edge goes on beyond its end (edge_ends.hpp)
   };
   struct Vertex {
     int id;
     Vec3 x;
     int first, count;       // into directions: unit vectors along the true edges at it
     int first_face, faces;  // into face_normals
-    bool straight = false;  // within a straight ridge, whose crossings say it all but at the vertex itself
+    bool straight = false;  // of a skin that bends, within a straight ridge, whose crossings say it all but
+                            // of faces
   };
   std::vector<Triangle> triangles;
   std::vector<Edge> edges;

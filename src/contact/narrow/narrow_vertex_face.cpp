@@ -37,16 +37,6 @@ int inside(const Patch::Triangle& t, const Vec3& x, double touch) {
   return result;
 }
 
-/// True if a convex side of the triangle goes through x across d.
-bool crossed(const Patch::Triangle& t, const Vec3& x, const Vec3& d, double touch) {
-  const Vec3* p[3] = {&t.a, &t.b, &t.c};
-  for (int k = 0; k < 3; ++k) {
-    const Vec3 e = (*p[(k + 1) % 3] - *p[k]).normalized();
-    if (t.sharp[k] && std::abs(e.cross(t.n).dot(x - *p[k])) <= touch && !along(e, d)) return true;
-  }
-  return false;
-}
-
 Vec3 closest_on_triangle(const Patch::Triangle& t, const Vec3& x, bool& interior) {
   interior = inside(t, x, 0) >= 0;
   if (interior) return x - (t.n.dot(x) - t.level) * t.n;
@@ -177,6 +167,8 @@ struct Target {
   bool before_faces(const Patch::Vertex& v) const;
   bool enters(const Patch::Vertex& v, double way) const;
   void inside_body(const Patch::Vertex& v, std::size_t start) const;
+  bool behind_sides(const Patch::Vertex& v, std::size_t start, const Patch::Triangle& near,
+                    double depth) const;
 };
 
 /// Faces that meet in a convex edge on which a vertex lies, the one that its cone admits best first.
@@ -215,7 +207,7 @@ bool Target::before_faces(const Patch::Vertex& v) const {
   for (std::size_t k = 0; k < T.triangles.size(); ++k) {
     const auto& t = T.triangles[k];
     const double h = t.n.dot(v.x) - t.level;
-    if (h > s.margin || ((behind || v.straight) && h < -s.touch)) continue;
+    if (h > s.margin || (behind && h < -s.touch)) continue;
     // Behind a notch lies what projects beside both its faces: as far beside as it is deep, and a few times
     // that where the notch is sharp.
     const double beside = h < -s.touch ? -sharpest_notch * h : 0;
@@ -227,7 +219,7 @@ bool Target::before_faces(const Patch::Vertex& v) const {
       continue;
     }
     const int where = inside(t, v.x, s.touch);
-    if (where < 0 || (v.straight && !crossed(t, v.x, V.directions[v.first], s.touch))) continue;
+    if (where < 0) continue;
     const double fall = falling(V, v, t.n);
     if (fall < -tolerances().steep && facing(V, v, t.n) > -tolerances().lean)
       continue;  // the far side of the other body
@@ -296,6 +288,8 @@ void Target::inside_body(const Patch::Vertex& v, std::size_t start) const {
       nearest = d, t_near = &t, foot_near = y, pseudo = t.n;
     } else if (d < nearest + s.touch) {
       pseudo += t.n;
+      // Of faces that share the nearest point it lies behind the one that gives the contact its name and law.
+      if (t.n.dot(y - v.x) > t_near->n.dot(foot_near - v.x) + s.touch) t_near = &t, foot_near = y;
     }
     if (interior && h < 0 && -h < admitted && -h <= s.depth && falling(V, v, t.n) >= -tolerances().steep)
       admitted = -h, t_admitted = &t, foot_admitted = y;
@@ -317,12 +311,35 @@ void Target::inside_body(const Patch::Vertex& v, std::size_t start) const {
   const bool across = t_admitted && !far && admitted > 2 * nearest && s.closed() &&
                       !enters(v, std::max(16 * nearest, 0.25 * admitted));
   if (across && nearest <= s.touch) return;
-  if (t_admitted && !far && !across) {
+  if (t_admitted && !far && !across)
     emit(v, start, *t_admitted, t_admitted->n, foot_admitted, -admitted);
-  } else {
-    const Vec3 n = (foot_near - v.x).normalized();
-    emit(v, start, *t_near, n, foot_near, -nearest);
+  else if (across || !behind_sides(v, start, *t_near, nearest))
+    emit(v, start, *t_near, (foot_near - v.x).normalized(), foot_near, -nearest);
+  if (t_admitted == t_near && !across) behind_sides(v, start, *t_near, nearest);
+}
+
+/// In a valley the body is all that lies behind any of its sides, and a vertex behind several has to leave
+/// each. Of two planes that turn by theta a place at a depth d behind the one is behind both if their line is
+/// no farther than d / sin theta. True if there are any.
+bool Target::behind_sides(const Patch::Vertex& v, std::size_t start, const Patch::Triangle& near,
+                          double depth) const {
+  const auto above = [](const Patch::Triangle& t, const Patch::Triangle& plane) {
+    return plane.n.dot(t.a + t.b + t.c) / 3 - plane.level;
+  };
+  bool any = false;
+  for (const auto& t : T.triangles) {
+    const double h = t.n.dot(v.x) - t.level;
+    if (h >= 0 || -h > s.depth) continue;
+    bool interior;
+    if (&t != &near &&
+        ((v.x - closest_on_triangle(t, v.x, interior)).norm() * t.n.cross(near.n).norm() > depth + s.touch ||
+         above(t, near) <= 0 || above(near, t) <= 0))
+      continue;
+    if (falling(V, v, t.n) < -tolerances().steep) continue;
+    emit(v, start, t, t.n, v.x - h * t.n, h);
+    any = true;
   }
+  return any;
 }
 
 }  // namespace
@@ -341,14 +358,32 @@ bool Whole::holds(const Vec3& x) const {
   return sum > 2 * std::numbers::pi;
 }
 
-bool inside_by(const Search& s, bool first, const Vec3& x, double depth) {
-  const Patch& p = first ? s.A : s.B;
+namespace {
+
+/// How far the surface of a body is from x.
+double distance_to(const Patch& p, const Vec3& x) {
   Nearest nearest{.foot = x};
   for (const auto& t : p.triangles)
     if (std::abs(t.n.dot(x) - t.level) <= nearest.distance) nearest.visit(t, x, 0);
-  if (nearest.distance <= depth) return false;
+  return nearest.distance;
+}
+
+/// True if x is inside, where the surface is so far away.
+bool behind(const Search& s, bool first, const Vec3& x, double distance) {
   const Whole* whole = first ? s.whole_a : s.whole_b;
-  return whole != nullptr ? whole->holds(x) : behind_surface(s, x, nearest.distance);
+  return whole != nullptr ? whole->holds(x) : behind_surface(s, x, distance);
+}
+
+}  // namespace
+
+bool inside_by(const Search& s, bool first, const Vec3& x, double depth) {
+  const double distance = distance_to(first ? s.A : s.B, x);
+  return distance > depth && behind(s, first, x, distance);
+}
+
+bool in_body(const Search& s, bool first, const Vec3& x) {
+  const double distance = distance_to(first ? s.A : s.B, x);
+  return distance <= s.touch || (s.told() && behind(s, first, x, distance));
 }
 
 void vertex_face(const Search& s, const Patch& T, const Patch& V, bool first,

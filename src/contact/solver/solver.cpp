@@ -171,21 +171,21 @@ SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& s
     search.start();
   }
   const bool solvable = std::isfinite(search.best);
+  bool done = !solvable || search.best <= tolerance;
   constexpr int few = Search::few_contacts;
   const bool frictionless = std::all_of(system.touch.begin(), system.touch.end(),
                                         [](const Touch& t) { return t.law.mu == 0 && t.law.cohesion == 0; });
-  if (!solvable) {
-    // a figure of the problem is none
-  } else if (search.best > tolerance && search.few() && search.unstressed(settings, report)) {
-    // as near to no load as the problem allows
-  } else if (search.best > tolerance && nc > few && frictionless) {
+  if (!done && search.few()) done = search.unstressed(settings, report);
+  if (done) {
+    // or nothing can be
+  } else if (nc > few && frictionless) {
     work_->normal.run(system, search.p, search.v, tolerance, 300);
     system.velocities(search.p, search.v);
     search.consider(search.p, search.v, system.residual(search.v, search.p));
-  } else if (search.best > tolerance && (nc <= few || search.best > Search::near * settings.velocity_scale)) {
+  } else if (nc <= few || search.best > Search::near * settings.velocity_scale) {
     sweeps(search, tolerance, report);
   }
-  if (solvable && search.best > tolerance) {
+  if (!done && search.best > tolerance) {
     if (nc <= few)
       search.run(settings, report);
     else

@@ -228,7 +228,7 @@ NewtonOutcome Newton::run(const System& system, std::vector<Vec3>& p, std::vecto
     if (!(moved && inner == 0) && (inner <= 0.1 * outer || inner <= 0.01 * options.tolerance)) {
       // Inner problem solved: move the multipliers. Slow outer progress asks for a smaller proximal term.
       if (++outcome.outer > options.max_outer) break;
-      if (const double rate = outer / last_outer; rate > 0.2)
+      if (const double rate = outer / last_outer; rate > 0.2 && !options.held)
         epsilon = std::max(least_epsilon, epsilon * closer(rate));
       last_outer = outer;
       last_inner = INFINITY;

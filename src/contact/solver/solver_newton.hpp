@@ -29,7 +29,8 @@ struct NewtonOptions {
   int max_newton = 60;
   int max_outer = 60;
   double epsilon = 1e-4;  // proximal compliance over l w, l the contact's load (solver_system.hpp)
-  bool convex = false;    // use the associated law with Touch::shift everywhere
+  bool held = false;  // epsilon stays: no more than it asks for is pressed by rows that contradict each other
+  bool convex = false;  // use the associated law with Touch::shift everywhere
 };
 
 struct NewtonOutcome {

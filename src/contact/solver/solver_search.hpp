@@ -50,7 +50,7 @@ class Search {
 
  private:
   // Each from p and v; true if the best comes below what suffices.
-  bool newton(double epsilon, int max_newton);
+  bool newton(double epsilon, int max_newton, bool held = false);
   /// The interior point of bodies that give a little, then Newton's method from there.
   bool interior(double distance);
   /// Visits and Newton's method in turn: the former settle what is light or loose, over which the latter goes

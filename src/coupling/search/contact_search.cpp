@@ -120,6 +120,7 @@ void ContactSearch::find(double h, bool at_start) {
     return;  // the touches at hand hold for this state and reach
   at_start_ = at_start;
   step_.found_for = h;
+  carried_ = false;
   const std::size_t pairs = in_.island->pairs.size();
   touches_of_.resize(pairs);
   margins_.resize(pairs);
@@ -150,7 +151,7 @@ void ContactSearch::find_moved(const std::vector<Pose>& last, std::vector<double
     return l >= 0 ? ways[static_cast<std::size_t>(l)] : Way{};
   };
   const double carries = contact::tolerances().same_point * in_.scale.length;
-  std::atomic<bool> searched = false;
+  std::atomic<bool> searched = false, any_carried = false;
   each_pair([&](std::size_t i) {
     const CandidatePair& pair = in_.island->pairs[i];
     if (in_.moving_surface(pair.a)) return;
@@ -166,8 +167,10 @@ void ContactSearch::find_moved(const std::vector<Pose>& last, std::vector<double
       margins_[i] -= moved;
       left_out_[i] -= moved;
       carry_pair(i, last);
+      any_carried.store(true, std::memory_order_relaxed);
     }
   });
+  carried_ = carried_ || any_carried;
   if (searched)
     gather();
   else

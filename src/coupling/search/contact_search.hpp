@@ -50,6 +50,9 @@ class ContactSearch {
   }
   /// It had touches, all of them internal edges.
   bool flush(std::size_t pair) const { return flush_pair_[pair] != 0; }
+  /// Some touches were not searched for at the present state but went along with their blocks, by less than
+  /// tolerances().same_point: features that have come near since are not among them.
+  bool carried() const { return carried_; }
   /// No feature farther apart than this is among the pair's touches [m].
   double margin(std::size_t pair) const { return margins_[pair]; }
   /// Least gap of the features within the margin that are not among the touches, since they cannot close [m].
@@ -79,7 +82,8 @@ class ContactSearch {
   std::vector<char> flush_pair_;            // per pair
   std::vector<LooseSpring> loose_;
   std::vector<PairWatch> watches_;  // per pair, while skins are followed
-  bool at_start_ = true;            // the touches are those of the state that the memory belongs to
+  bool carried_ = false;
+  bool at_start_ = true;  // the touches are those of the state that the memory belongs to
 };
 
 }  // namespace talus::coupling

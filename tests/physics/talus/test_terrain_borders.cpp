@@ -101,5 +101,46 @@ TEST_F(TerrainBorders, WhatIsFlushWithTheBorderOfAZoneStandsOnOneAlone) {
   std::filesystem::remove(zone);
 }
 
+/// A cube of 2 m slides over the end of a channel that it fills from wall to wall, and tips over the lip: the
+/// walls that only touch it change nothing. Reference: the same with a play of 1 um, to the accuracy of
+/// impacts on the lip.
+TEST(ChannelEnd, ACubeThatFillsTheChannelTipsAsOneWithPlay) {
+  const std::string path =
+      (std::filesystem::temp_directory_path() / ("talus_channel_" + std::to_string(::getpid()) + ".obj"))
+          .string();
+  {
+    std::ofstream file(path);
+    for (const double y : {-10.0, 1.0})  // 1 to 12: the channel's section at its start and end
+      for (const Vec3& x :
+           {Vec3(-11, y, 3), Vec3(-1, y, 3), Vec3(-1, y, 0), Vec3(1, y, 0), Vec3(1, y, 3), Vec3(11, y, 3)})
+        file << "v " << x.transpose() << '\n';
+    for (const double x : {-11.0, -1.0, 1.0, 11.0})
+      file << "v " << x << " 1 -20\n";  // 13 to 16: the cliff's foot
+    file << "v -11 31 -20\nv 11 31 -20\n";
+    for (int k = 1; k <= 5; ++k)
+      file << "f " << k << ' ' << k + 1 << ' ' << k + 7 << "\nf " << k << ' ' << k + 7 << ' ' << k + 6
+           << '\n';
+    file << "f 7 8 9\nf 7 9 13\nf 9 14 13\nf 9 10 15\nf 9 15 14\nf 10 11 12\nf 10 12 16\nf 10 16 15\n"
+         << "f 13 14 17\nf 14 15 18\nf 14 18 17\nf 15 16 18\n";
+  }
+  for (const double friction : {0.0, 0.1}) {
+    Vec3 way[2];
+    for (const bool flush : {true, false}) {
+      SceneText s(Method::by_accuracy(1e-3), 1.5);
+      s.history(0.05)
+          .material("rock", 2500)
+          .interface("rock", "ground", friction, "normal_stiffness = \"hard\"")
+          .raw("[site]\nterrain = \"" + path + "\"\nmaterial = \"ground\"\n");
+      s.box("A", Vec3(flush ? 2 : 2 - 2e-6, 2, 2), Vec3(0, 0, 1), velocity(Vec3(0, 2, 0)));
+      const Outcome o = run_scene(s.str());
+      ASSERT_TRUE(o.ok()) << o.result.message;
+      EXPECT_LT(most_gained(o), 1e-3 * o.last().ledger.kinetic) << friction << flush;  // the accuracy
+      way[flush ? 0 : 1] = o.last().position[0] - o.rows.front().position[0];
+    }
+    EXPECT_NEAR((way[0] - way[1]).norm(), 0, 5e-3 * way[1].norm()) << friction;
+  }
+  std::filesystem::remove(path);
+}
+
 }  // namespace
 }  // namespace talus::verify

@@ -182,40 +182,45 @@ TEST(SurfaceContact, CubeOnLinesOfTheMeshIsHeldAtALip) {
       }
 }
 
+/// A channel 1 m wide along x whose floor ends at x = 0; its walls go on for `walls`.
+TriangleSurface channel_with_an_end(double walls) {
+  TriangleSurface s;
+  for (const double x : {-3.0, 0.0})
+    for (const Vec3& at : {Vec3(x, -3, 2), Vec3(x, -0.5, 2), Vec3(x, -0.5, 0), Vec3(x, 0.5, 0),
+                           Vec3(x, 0.5, 2), Vec3(x, 3, 2)})
+      s.vertices.push_back(at);
+  for (int k = 0; k < 5; ++k) {
+    s.triangles.push_back({k, k + 6, k + 7});
+    s.triangles.push_back({k, k + 7, k + 1});
+  }
+  if (walls == 0) {  // the end, downwards
+    s.vertices.insert(s.vertices.end(), {{0, -3, -2}, {0, 3, -2}});
+    s.triangles.insert(s.triangles.end(),
+                       {{6, 12, 7}, {7, 12, 8}, {8, 12, 9}, {9, 12, 13}, {9, 13, 10}, {10, 13, 11}});
+  } else {  // 12, 13: below the floor's end; 14 to 17: the walls' further end
+    s.vertices.insert(s.vertices.end(), {{0, -0.5, -2},
+                                         {0, 0.5, -2},
+                                         {walls, -0.5, 2},
+                                         {walls, -0.5, -2},
+                                         {walls, 0.5, 2},
+                                         {walls, 0.5, -2}});
+    s.triangles.insert(s.triangles.end(), {{8, 12, 9},
+                                           {9, 12, 13},
+                                           {7, 14, 8},
+                                           {8, 15, 12},
+                                           {8, 14, 15},
+                                           {10, 9, 16},
+                                           {9, 13, 17},
+                                           {9, 17, 16}});
+  }
+  return s;
+}
+
 /// A channel that a cube fills from wall to wall, and whose floor ends, the walls with it or not: the cube
 /// that has come a part of the way over its end is held by the floor's end and by both walls.
 TEST(SurfaceContact, CubeThatFillsAChannelIsHeldAtItsEnd) {
   for (const double walls : {0.0, 1.0}) {  // how far they go on
-    TriangleSurface s;
-    for (const double x : {-3.0, 0.0})
-      for (const Vec3& at : {Vec3(x, -3, 2), Vec3(x, -0.5, 2), Vec3(x, -0.5, 0), Vec3(x, 0.5, 0),
-                             Vec3(x, 0.5, 2), Vec3(x, 3, 2)})
-        s.vertices.push_back(at);
-    for (int k = 0; k < 5; ++k) {
-      s.triangles.push_back({k, k + 6, k + 7});
-      s.triangles.push_back({k, k + 7, k + 1});
-    }
-    if (walls == 0) {  // the end, downwards
-      s.vertices.insert(s.vertices.end(), {{0, -3, -2}, {0, 3, -2}});
-      s.triangles.insert(s.triangles.end(),
-                         {{6, 12, 7}, {7, 12, 8}, {8, 12, 9}, {9, 12, 13}, {9, 13, 10}, {10, 13, 11}});
-    } else {  // 12, 13: below the floor's end; 14 to 17: the walls' further end
-      s.vertices.insert(s.vertices.end(), {{0, -0.5, -2},
-                                           {0, 0.5, -2},
-                                           {walls, -0.5, 2},
-                                           {walls, -0.5, -2},
-                                           {walls, 0.5, 2},
-                                           {walls, 0.5, -2}});
-      s.triangles.insert(s.triangles.end(), {{8, 12, 9},
-                                             {9, 12, 13},
-                                             {7, 14, 8},
-                                             {8, 15, 12},
-                                             {8, 14, 15},
-                                             {10, 9, 16},
-                                             {9, 13, 17},
-                                             {9, 17, 16}});
-    }
-    const SurfaceIndex index(s);
+    const SurfaceIndex index(channel_with_an_end(walls));
     for (const double over : {-0.2, 0.0, 0.1, 0.4}) {
       double front = -9, back = 9;
       int left = 0, right = 0;
@@ -232,6 +237,62 @@ TEST(SurfaceContact, CubeThatFillsAChannelIsHeldAtItsEnd) {
       EXPECT_GE(right, 2) << walls << " " << over;
     }
   }
+}
+
+/// The same cube as it tips over the end: the lip holds its floor from wall to wall, however the steps leave
+/// it in the ground or above it.
+TEST(SurfaceContact, CubeThatTipsOutOfAChannelItFillsLiesOnTheLip) {
+  for (const double walls : {0.0, 1.0}) {
+    const SurfaceIndex index(channel_with_an_end(walls));
+    for (const double angle : {1e-3, 0.05, 0.5})
+      for (const double lift : {-1e-5, -1e-8, 0.0, 1e-8, 1e-5}) {
+        const Mat3 R = turn(Vec3::UnitY(), angle);
+        const Vec3 n = R.col(2), c = R * Vec3(0.1, 0, 0.5) + lift * n;
+        double left = 9, right = -9;
+        for (const auto& p : on(index, cube, {c, R}, 1e-4)) {
+          if (std::abs(p.normal.y()) > 0.5) {  // a wall
+            EXPECT_NEAR(p.gap, 0, 1e-12);
+            EXPECT_NEAR(std::abs(p.normal.y()), 1, 1e-12);
+            continue;
+          }
+          EXPECT_NEAR((p.normal - n).norm(), 0, 1e-9);
+          EXPECT_NEAR(p.gap, lift, 1e-12);
+          EXPECT_NEAR(p.point_a.x(), 0, 1e-9);
+          left = std::min(left, p.point_a.y()), right = std::max(right, p.point_a.y());
+        }
+        EXPECT_NEAR(left, -0.5, 1e-9) << walls << " " << angle << " " << lift;
+        EXPECT_NEAR(right, 0.5, 1e-9) << walls << " " << angle << " " << lift;
+      }
+  }
+}
+
+/// A cube that has sunk into the floor of a pit as wide as itself: its lower corners are as near to the
+/// walls' feet as to the floor, and bear the floor's name, not that of the walls on which they slide.
+TEST(SurfaceContact, CubeBeneathTheFloorOfAPitItFillsIsInTheFloor) {
+  TriangleSurface s;
+  for (const double z : {2.0, 0.0})
+    for (const Vec3& at : {Vec3(-0.5, -0.5, z), Vec3(0.5, -0.5, z), Vec3(0.5, 0.5, z), Vec3(-0.5, 0.5, z)})
+      s.vertices.push_back(at);
+  for (const Vec3& at : {Vec3(-3, -3, 2), Vec3(3, -3, 2), Vec3(3, 3, 2), Vec3(-3, 3, 2)})
+    s.vertices.push_back(at);
+  for (int k = 0; k < 4; ++k) {
+    const int l = (k + 1) % 4;
+    s.triangles.insert(s.triangles.end(),
+                       {{8 + k, 8 + l, l}, {8 + k, l, k}, {k, l, 4 + l}, {k, 4 + l, 4 + k}});
+  }
+  s.triangles.insert(s.triangles.end(), {{4, 5, 6}, {4, 6, 7}});
+  const SurfaceIndex index(s);
+  for (const double aside : {-1e-12, 0.0, 1e-12})
+    for (const double depth : {1e-6, 1e-3, 0.06, 0.2}) {
+      int floor = 0;
+      for (const auto& c : on(index, cube, {Vec3(aside, -aside, 0.5 - depth), Mat3::Identity()}, 1e-4)) {
+        if (std::abs(c.normal.z()) < 0.5) continue;
+        ++floor;
+        EXPECT_NEAR(c.gap, -depth, 1e-9);
+        EXPECT_GE(c.face_a, 16) << "a wall, at depth " << depth;
+      }
+      EXPECT_EQ(floor, 4) << depth;
+    }
 }
 
 /// A wedge in a hollow of its own shape between two walls, its edges on those of the ground: held by bed and
@@ -262,6 +323,47 @@ TEST(SurfaceContact, AWedgeInItsHollowIsNotHeldByTheGroundBeside) {
       held += c.normal.dot(n) > 0.9;
     }
     EXPECT_GE(held, 4) << way;
+  }
+}
+
+/// A corner of a block at the foot of a slope, on the line where it meets gentler ground, in either or both
+/// by little: it has to leave what it is behind, each along its own normal and by its own depth, and nothing
+/// else.
+TEST(SurfaceContact, ACornerInAValleyIsHeldByBothSides) {
+  for (const double turn_by : {0.02, 0.176, 1.0, 2.0}) {  // the valley's sides
+    const double steep = 0.5 * turn_by + 0.3, gentle = steep - turn_by;
+    TriangleSurface s;  // descends along y to its foot at y = 0, and goes on
+    for (const double x : {-4.0, 4.0})
+      for (const Vec3& at : {Vec3(x, -4 * std::cos(steep), 4 * std::sin(steep)), Vec3(x, 0, 0),
+                             Vec3(x, 4 * std::cos(gentle), -4 * std::sin(gentle))})
+        s.vertices.push_back(at);
+    s.triangles = {{0, 1, 4}, {0, 4, 3}, {1, 2, 5}, {1, 5, 4}};
+    for (auto& t : s.triangles) std::swap(t[1], t[2]);
+    const SurfaceIndex index(s);
+    const Vec3 n[2] = {Vec3(0, std::sin(steep), std::cos(steep)),
+                       Vec3(0, std::sin(gentle), std::cos(gentle))};
+    ASSERT_GT(index.impl().normal[0].dot(n[0]), 0.999);
+    const Vec3 middle = (n[0] + n[1]).normalized();
+    const Polyhedron tip = hull({{0, 0, 0}, {0.3, 0.1, 1}, {-0.3, 0.1, 1}, {0, -0.2, 1}});
+    const Mat3 R = Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), middle).toRotationMatrix();
+    for (const double depth : {0.0, 1e-7, 1e-5, 1e-3})
+      for (const double beside : {-2.0, -0.5, -1e-3, 0.0, 1e-3, 0.5, 2.0}) {
+        const double aside = beside * std::max(depth, 1e-6);
+        const Vec3 x = Vec3(0, aside, 0) - depth * middle;
+        const auto lowest = std::ranges::min_element(tip.vertices, {}, [](const Vec3& v) { return v.z(); });
+        const Vec3 c = x - R * *lowest;
+        double gap[2] = {1, 1};
+        for (const auto& p : on(index, tip, {c, R}, 1e-2)) {
+          if ((p.point_b - x).norm() > 1e-9) continue;  // of its edges
+          const int side = p.normal.dot(n[0]) > p.normal.dot(n[1]) ? 0 : 1;
+          EXPECT_NEAR((p.normal - n[side]).norm(), 0, 1e-9) << turn_by << " " << depth << " " << aside;
+          gap[side] = std::min(gap[side], p.gap);
+        }
+        for (int side : {0, 1})
+          if (n[side].dot(x) < -1e-8)
+            EXPECT_NEAR(gap[side], n[side].dot(x), 1e-12)
+                << turn_by << " " << depth << " " << aside << " side " << side;
+      }
   }
 }
 
@@ -320,10 +422,11 @@ TEST(SurfaceContact, CornerBehindANotchIsInsideThoughItProjectsOnNeitherFace) {
   p.F = turn(Vec3::UnitY(), M_PI / 4);  // an edge down
   p.c = Vec3(-0.1 * std::sin(bisector), 0, -0.1 * std::cos(bisector) + std::sqrt(0.5));
   const auto c = on(index, cube, p, 1e-6);
-  int inside = 0;
+  int inside[2] = {0, 0};
   for (const auto& x : c)
-    if (std::abs(x.gap + 0.1) < 1e-9) ++inside;
-  EXPECT_EQ(inside, 2);  // both ends of the edge
+    if (std::abs(x.gap + 0.1 * std::cos(bisector)) < 1e-9) ++inside[x.normal.x() > 0.5 ? 1 : 0];
+  EXPECT_EQ(inside[0], 2);  // both ends of the edge behind the level ground,
+  EXPECT_EQ(inside[1], 4);  // and the face that it bounds behind the slope
 }
 
 TEST(SurfaceContact, CubeInACornerOfThreeWalls) {

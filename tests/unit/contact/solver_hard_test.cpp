@@ -62,6 +62,28 @@ TEST(ContactSolverHard, TouchesThatContradictEachOther) {
   EXPECT_LE(missed, 5);
 }
 
+/// A cube slides and turns between two walls that it fills. Where its faces name the normals these differ
+/// from the walls' own by the last digits of its turn, so that rows contradict each other by that much of its
+/// speed. A jammed cube would meet them closer; it goes on.
+TEST(ContactSolverHard, WallsThatTouchOnBothSidesDoNotBrake) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  for (const double tilt : {1e-13, 1e-12, 4e-12, 1e-11})
+    for (int trial = 0; trial < 20; ++trial) {
+      Builder b;
+      const Vec3 slides(0, 3, -2);
+      const int cube = b.box(Vec3::Zero(), 2 * Vec3::Ones(), 2500, slides, Vec3(unit(random), 0, 0));
+      const Vec3 turned(1, tilt * unit(random), tilt * unit(random));
+      for (int k = 0; k < 5; ++k) {
+        const Vec3 at(0, unit(random), unit(random)), n = k < 3 ? X : turned;
+        b.touch(-1, cube, at - X, n, 0.3).bias.x() = 0.5 * tilt * unit(random);
+        b.touch(-1, cube, at + X, -n, 0.3).bias.x() = 0.5 * tilt * unit(random);
+      }
+      solved(b, 4e-12, 4e-10);
+      EXPECT_LT((b.velocity(cube) - slides).norm(), 1e-4) << tilt << " " << trial;
+    }
+}
+
 /// Layers of unit cubes, each on four chips of 1 to 10 mm that lie on the cubes below; a slope along both
 /// sides.
 inline Builder cubes_on_chips(int n, int layers, double mu, const Vec3& velocity, unsigned seed) {
