@@ -13,6 +13,7 @@
 #include "app/tell.hpp"
 #include "io/files.hpp"
 #include "io/json_file.hpp"
+#include "io/report.hpp"
 #include "sim/simulation.hpp"
 
 namespace talus::app {
@@ -210,6 +211,9 @@ int command_capacity(const Options& options) {
         "What its stump bears between rigid plates that neither move aside nor tilt (capacity_of_rest) is no "
         "reserve: nothing holds the load above it like that.\n");
   fmt::print("Load on the top of each member between rigid plates; curves: {}\n", file.string());
+  // It says what the members still bear.
+  if (fs::exists(directory / "report.html", none))
+    fmt::print("Report, renewed: {}\n", io::write_report(directory).string());
   return done;
 }
 

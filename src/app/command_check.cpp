@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "app/commands.hpp"
+#include "app/impact_scene.hpp"
 #include "app/progress.hpp"
 #include "app/tell.hpp"
 #include "ensemble/ensemble.hpp"
@@ -30,12 +31,32 @@ Held held_so_far() {
   return held;
 }
 
+/// Warnings of `more` that `problems` does not hold yet.
+void add_new(std::vector<Problem>& problems, const std::vector<Problem>& more) {
+  for (const Problem& p : more)
+    if (std::none_of(problems.begin(), problems.end(),
+                     [&](const Problem& q) { return q.key == p.key && q.rule == p.rule; }))
+      problems.push_back(p);
+}
+
 }  // namespace
 
 int command_check(const Options& options) {
   scene::Scene scene = scene::read_scene(options.input, options.overrides());
   const bool drawn = scene.ensemble.has_value();
   scene.ensemble.reset();  // which the plan of the ensemble states, not a warning
+  std::vector<std::string> lines;
+  std::vector<Problem> of_impact;
+  if (scene.impact) {
+    scene::Scene blow =
+        impact_scene(scene::read_scene(options.input, options.overrides(), scene::Purpose::impact));
+    lines.push_back(impact_line(blow));
+    const bool alone = scene.blocks.empty() && !scene.rock_mass && !drawn;
+    if (alone)
+      scene = std::move(blow);
+    else
+      of_impact = std::move(blow.warnings);
+  }
   std::vector<Problem> problems;
   std::vector<std::string> plan;
   std::string title;
@@ -53,15 +74,11 @@ int command_check(const Options& options) {
     now = held.now;
     most = 1.05 * std::max(held.most, held.now + added);
   }
-  std::vector<std::string> lines;
+  add_new(problems, of_impact);
   if (drawn) {
     const ensemble::Ensemble ensemble(options.input, options.scene_overrides());
-    for (const Problem& p : ensemble.warnings()) {
-      const bool known = std::any_of(problems.begin(), problems.end(),
-                                     [&](const Problem& q) { return q.key == p.key && q.rule == p.rule; });
-      if (!known) problems.push_back(p);
-    }
-    lines = ensemble.plan();
+    add_new(problems, ensemble.warnings());
+    for (std::string& line : ensemble.plan()) lines.push_back(std::move(line));
     lines.emplace_back("One member by the scene's own values, as talus run takes them:");
   }
   for (const Problem& warning : problems) tell("{}\n", warning.str());

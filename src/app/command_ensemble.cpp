@@ -53,6 +53,7 @@ void print_summary(const ensemble::Summary& s, const fs::path& directory) {
       fmt::print("  what the hits do to it: talus fragility {} --structure {}\n", directory.string(),
                  hit.name);
   }
+  if (const std::string left = ensemble::left_text(s); !left.empty()) fmt::print("{}\n", left);
   if (s.failed + s.over_limit + s.suspect > 0)
     fmt::print("Scenes of members that failed, went over the limit or are suspect: {}\n",
                (directory / "members").string());

@@ -17,6 +17,7 @@
 #include "app/commands.hpp"
 #include "app/tell.hpp"
 #include "app/together.hpp"
+#include "core/suggest.hpp"
 #include "io/files.hpp"
 
 namespace talus::app {
@@ -59,6 +60,21 @@ void open_closed_streams() {
     if (::fcntl(fd, F_GETFD) < 0 && ::open("/dev/null", fd == 0 ? O_RDONLY : O_WRONLY) < 0) std::abort();
 }
 
+/// What to say of a first word that is no command; empty if it is one, or an option.
+std::string unknown_command(const CLI::App& cli, const std::string& word) {
+  if (word.empty() || word.starts_with('-')) return {};
+  std::vector<std::string> names;
+  for (const CLI::App* command : cli.get_subcommands([](const CLI::App*) { return true; }))
+    names.push_back(command->get_name());
+  if (std::find(names.begin(), names.end(), word) != names.end()) return {};
+  const std::string near = nearest_name(word, names);
+  return fmt::format("there is no command \"{}\"; {}", word,
+                     !near.empty() ? fmt::format("did you mean \"{}\"?", near)
+                     : word.ends_with(".toml")
+                         ? fmt::format("a command comes before the scene, for example talus run {}", word)
+                         : fmt::format("the commands are {}", fmt::join(names, ", ")));
+}
+
 int run(int argc, char** argv) {
   Options options;
   const auto cli = make_cli(options);
@@ -75,7 +91,8 @@ int run(int argc, char** argv) {
     fmt::print("{}", cli->help("", CLI::AppFormatMode::All));
     return done;
   } catch (const CLI::ParseError& error) {
-    tell("talus: error: {}; see talus --help\n", error.what());
+    const std::string unknown = unknown_command(*cli, argc > 1 ? argv[1] : "");
+    tell("talus: error: {}; see talus --help\n", unknown.empty() ? error.what() : unknown);
     return bad_input;
   }
   if (options.man) {

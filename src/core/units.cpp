@@ -151,6 +151,12 @@ std::optional<Quantity> parse_quantity(std::string_view text, std::string& error
   }
   const std::string number(text.data(), end);
   const std::string_view rest = text.substr(number.size());
+  if (rest.size() > 1 && rest[0] == ',' && is_digit(rest[1])) {
+    std::string with_point(text);
+    with_point[number.size()] = '.';
+    error = fmt::format("has a decimal comma: write \"{}\"", with_point);
+    return {};
+  }
 
   Quantity result;
   int ten = 0;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include <fmt/format.h>
@@ -21,7 +22,7 @@ using Kind = scene::Vary::Kind;
 constexpr long default_most = 100000;         // members of an ensemble that stops by its precision
 constexpr std::uint32_t most_tries = 100000;  // for a place within the polygons and over ground
 constexpr double mostly_over_ground = 0.98;   // share of a release area: a cell at its edge is no mistake
-constexpr long planned_members = 1000;        // whose draws the plan is made of
+constexpr long planned_members = 1000;        // of which the plan states the whole numbers drawn
 
 InputError fault(const std::string& file, const scene::Vary& v, std::string rule, std::string remedy) {
   return InputError(Problem{.severity = Problem::Severity::error,
@@ -236,45 +237,47 @@ Design::Extent Design::extent_of(const Variable& v) const {
 }
 
 std::vector<std::string> Design::plan() const {
-  const long n = std::min(planned_members, members_);
   std::vector<std::string> lines;
+  for (const Variable& v : variables_) {
+    std::string what =
+        v.vary.kind == Kind::release
+            ? fmt::format("one place a member in {:.3g} m^2, {} in scene coordinates{}", extent_of(v).area,
+                          span_text(v.limits), v.turns ? "; random orientation" : "")
+        : v.vary.kind == Kind::rotation ? std::string("any orientation")
+        : v.vary.kind == Kind::list     ? fmt::format("one of {}", fmt::join(v.vary.list, ", "))
+        : v.whole                       ? whole_numbers(v)
+                                        : percentiles_of(v);
+    if (v.vary.like >= 0) what += "; goes with " + ensemble_.vary[static_cast<std::size_t>(v.vary.like)].key;
+    lines.push_back(v.vary.key + ": " + what);
+  }
+  return lines;
+}
+
+/// Of the distribution itself, not of the members drawn: to be compared with what was meant.
+std::string Design::percentiles_of(const Variable& v) const {
+  const std::string& si = columns_[static_cast<std::size_t>(v.column)].unit;
+  const bool angle = si == "rad";
+  const std::string unit = angle ? " deg" : si == "1" ? "" : " " + si;
+  const auto at = [&](double share) {
+    const double x = v.distribution->quantile(share);
+    return fmt::format("{:.4g}{}", angle ? x * 180 / std::numbers::pi : x, unit);
+  };
+  return fmt::format("5 % below {}, half below {}, 5 % above {}", at(0.05), at(0.5), at(0.95));
+}
+
+std::string Design::whole_numbers(const Variable& v) const {
   Draw draw;
   draw.numbers.resize(columns_.size());
   draw.texts.resize(columns_.size());
-  for (const Variable& v : variables_) {
-    const auto column = static_cast<std::size_t>(v.column);
-    if (v.vary.kind == Kind::release) {
-      lines.push_back(fmt::format("{}: one place a member in {:.3g} m^2, {} in scene coordinates{}",
-                                  v.vary.key, extent_of(v).area, span_text(v.limits),
-                                  v.turns ? "; random orientation" : ""));
-    } else if (v.vary.kind == Kind::rotation) {
-      lines.push_back(v.vary.key + ": any orientation");
-    } else if (columns_[column].text) {
-      lines.push_back(fmt::format("{}: one of {}", v.vary.key, fmt::join(v.vary.list, ", ")));
-    } else {
-      std::vector<double> values;
-      for (long i = 0; i < n; ++i) {
-        draw_number(v, i, draw);
-        values.push_back(draw.numbers[column][0]);
-      }
-      std::sort(values.begin(), values.end());
-      const bool angle = columns_[column].unit == "rad";
-      const std::string unit = angle                          ? " deg"
-                               : columns_[column].unit == "1" ? ""
-                                                              : " " + columns_[column].unit;
-      const auto at = [&](double percent) {
-        const double x = percentile(values, percent);
-        return fmt::format("{:.4g}{}", angle ? x * 180 / std::numbers::pi : x, unit);
-      };
-      lines.push_back(v.whole ? fmt::format("{}: whole numbers, {:.0f} to {:.0f} among the first members",
-                                            v.vary.key, values.front(), values.back())
-                              : fmt::format("{}: 5 % below {}, half below {}, 5 % above {}", v.vary.key,
-                                            at(5), at(50), at(95)));
-      if (v.vary.like >= 0)
-        lines.back() += "; goes with " + ensemble_.vary[static_cast<std::size_t>(v.vary.like)].key;
-    }
+  double least = std::numeric_limits<double>::infinity(), most = -least;
+  const long n = std::min(planned_members, members_);
+  for (long i = 0; i < n; ++i) {
+    draw_number(v, i, draw);
+    const double x = draw.numbers[static_cast<std::size_t>(v.column)][0];
+    least = std::min(least, x), most = std::max(most, x);
   }
-  return lines;
+  return fmt::format("whole numbers, {:.0f} to {:.0f} in the {}{} members drawn", least, most,
+                     n < members_ ? "first " : "", n);
 }
 
 double Design::coordinate(long index, int dimension) const {

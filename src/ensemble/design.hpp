@@ -71,6 +71,8 @@ class Design {
     double area = 0, over_ground = 1;  // [m^2], share of it
   };
   Extent extent_of(const Variable& v) const;
+  std::string percentiles_of(const Variable& v) const;
+  std::string whole_numbers(const Variable& v) const;
 
   scene::Ensemble ensemble_;
   std::vector<Variable> variables_;

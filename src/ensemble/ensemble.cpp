@@ -195,7 +195,12 @@ std::vector<std::string> Ensemble::plan() const {
 }
 
 void Ensemble::check_lines() {
-  const std::vector<Problem> problems = line_problems(lines_, height_, file_, origin_);
+  GroundExtent extent;
+  if (ground_) {
+    extent.cell = ground_->grid.dx;
+    for (const Vec3& v : ground_->surface.vertices) extent.box.extend(v);
+  }
+  const std::vector<Problem> problems = line_problems(lines_, height_, extent, file_, origin_);
   for (const Problem& p : problems)
     if (p.severity == Problem::Severity::error)
       throw InputError(problems);

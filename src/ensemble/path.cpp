@@ -367,7 +367,7 @@ class Path::Watcher {
 std::vector<PlanLine> plan_lines(const scene::Scene& scene, const std::string& crs) {
   std::vector<PlanLine> lines;
   for (const scene::Line& line : scene.lines) {
-    PlanLine& plan = lines.emplace_back(PlanLine{line.name, line.parts});
+    PlanLine& plan = lines.emplace_back(PlanLine{line.name, line.parts, !line.file.empty()});
     if (line.file.empty()) continue;
     const geometry::PlanLines read_lines = geometry::read_plan_lines(line.file);
     geometry::expect_same_crs(crs, read_lines.crs, line.file, "line." + line.name + ".file");
@@ -380,39 +380,108 @@ std::vector<PlanLine> plan_lines(const scene::Scene& scene, const std::string& c
   return lines;
 }
 
+namespace {
+
+/// Length of a segment, and of what of it has no ground below [m]; the ends of the latter are found by
+/// bisection.
+struct Off {
+  double length = 0, off = 0;
+};
+Off off_ground(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const GroundHeight& height) {
+  const auto over = [&](double s) {
+    const Eigen::Vector2d p = a + s * (b - a);
+    return std::isfinite(height(p.x(), p.y()));
+  };
+  constexpr int pieces = 16, halvings = 20;
+  double off = 0;
+  for (int q = 0; q < pieces; ++q) {
+    const double from = static_cast<double>(q) / pieces, to = static_cast<double>(q + 1) / pieces;
+    const bool begins = over(from), ends = over(to);
+    double on_side = begins ? from : to, off_side = begins ? to : from;
+    if (begins == ends) {
+      if (!begins) off += to - from;
+      continue;
+    }
+    const double beyond = off_side;
+    for (int k = 0; k < halvings; ++k) {
+      const double middle = 0.5 * (on_side + off_side);
+      (over(middle) ? on_side : off_side) = middle;
+    }
+    off += std::abs(beyond - on_side);
+  }
+  const double length = (b - a).norm();
+  return {length, off * length};
+}
+
+std::string span_text(const Eigen::AlignedBox2d& box) {
+  return fmt::format("x {:.6g} to {:.6g}, y {:.6g} to {:.6g}", box.min().x(), box.max().x(), box.min().y(),
+                     box.max().y());
+}
+
+/// Whether what of a segment has no ground below is the outer half of the outermost cells of the grid, at
+/// both ends at most, askew across a corner at most.
+bool within_cells(const GroundExtent& ground, const Eigen::AlignedBox2d& limits, double off) {
+  if (off == 0) return true;
+  if (ground.box.isEmpty()) return false;
+  const double half = 0.5 * ground.cell * (1 + 1e-6);  // round-off of map coordinates
+  const Eigen::Vector2d margin(half, half);
+  return off <= 2 * std::sqrt(2.0) * half &&
+         Eigen::AlignedBox2d(Eigen::Vector2d(ground.box.min().head<2>()) - margin,
+                             Eigen::Vector2d(ground.box.max().head<2>()) + margin)
+             .contains(limits);
+}
+
+/// What is wrong with a line that lies nowhere over the ground.
+std::string remedy_off(const PlanLine& line, const GroundExtent& ground, const Eigen::AlignedBox2d& limits,
+                       const Vec3& origin) {
+  if (line.of_file)
+    if (std::string degrees =
+            geometry::remedy_for_degrees({Eigen::Vector2d(limits.min() + origin.head<2>()),
+                                          Eigen::Vector2d(limits.max() + origin.head<2>())});
+        !degrees.empty())
+      return degrees;
+  if (ground.box.isEmpty())
+    return "points are scene coordinates, those of a file map coordinates: check site.origin";
+  if (std::string missing = geometry::remedy_for_origin(ground.box, origin); !missing.empty())
+    return missing + " in the scene, not in files";
+  return fmt::format(
+      "the terrain spans {} there; points are scene coordinates, those of a file map "
+      "coordinates: check site.origin",
+      span_text({Eigen::Vector2d(ground.box.min().head<2>()), Eigen::Vector2d(ground.box.max().head<2>())}));
+}
+
+}  // namespace
+
 std::vector<Problem> line_problems(const std::vector<PlanLine>& lines, const GroundHeight& height,
-                                   const std::string& file, const Vec3& origin) {
+                                   const GroundExtent& ground, const std::string& file, const Vec3& origin) {
   std::vector<Problem> problems;
   for (const PlanLine& line : lines) {
-    long over = 0, all = 0;
-    Eigen::AlignedBox2d limits, on_map;
-    for (const auto& part : line.parts)
-      for (const Eigen::Vector2d& p : part)
-        limits.extend(p), on_map.extend(Eigen::Vector2d(p + origin.head<2>()));
-    for (const auto& part : line.parts)
-      for (std::size_t k = 0; k + 1 < part.size(); ++k)
-        for (int q = 0; q <= 16; ++q, ++all)
-          if (const Eigen::Vector2d p = part[k] + q / 16.0 * (part[k + 1] - part[k]);
-              std::isfinite(height(p.x(), p.y())))
-            ++over;
-    if (over == all) continue;
-    const bool off = over == 0;
-    const std::string degrees = geometry::remedy_for_degrees(on_map);
+    Off sum;
+    double most = 0;  // of one segment
+    Eigen::AlignedBox2d limits;
+    for (const auto& part : line.parts) {
+      for (const Eigen::Vector2d& p : part) limits.extend(p);
+      for (std::size_t k = 0; k + 1 < part.size(); ++k) {
+        const Off segment = off_ground(part[k], part[k + 1], height);
+        sum.length += segment.length, sum.off += segment.off;
+        most = std::max(most, segment.off);
+      }
+    }
+    const bool off = sum.off == sum.length;
+    if (!off && within_cells(ground, limits, most)) continue;
     problems.push_back(
         {.severity = off ? Problem::Severity::error : Problem::Severity::warning,
          .file = file,
          .line = 0,
          .column = 0,
          .key = "line." + line.name,
-         .value = fmt::format("x {:.6g} to {:.6g}, y {:.6g} to {:.6g} in scene coordinates", limits.min().x(),
-                              limits.max().x(), limits.min().y(), limits.max().y()),
+         .value = span_text(limits) + " in scene coordinates",
          .rule = off ? std::string("lies off the terrain")
-                     : fmt::format("lies off the terrain by {:.0f} % of its points; nothing crosses it there "
+                     : fmt::format("{:.3g} m of its {:.4g} m lie off the terrain; nothing crosses it there "
                                    "with a height",
-                                   100.0 * static_cast<double>(all - over) / static_cast<double>(all)),
-         .remedy = off && !degrees.empty()
-                       ? degrees
-                       : "points are scene coordinates, those of a file map coordinates: check site.origin"});
+                                   sum.off, sum.length),
+         .remedy = off ? remedy_off(line, ground, limits, origin)
+                       : "shorten it to the terrain, or take a larger terrain"});
   }
   return problems;
 }

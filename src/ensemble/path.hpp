@@ -21,6 +21,13 @@ namespace talus::ensemble {
 struct PlanLine {
   std::string name;
   std::vector<std::vector<Eigen::Vector2d>> parts;  // scene coordinates
+  bool of_file = false;                             // GeoJSON, in map coordinates there
+};
+
+/// Where there is terrain, in scene coordinates [m].
+struct GroundExtent {
+  Box3 box;         // empty: there is none
+  double cell = 0;  // of its grid, whose nodes are cell centres; 0: a mesh
 };
 
 /// Height of the ground; NaN where there is none.
@@ -29,10 +36,10 @@ using GroundHeight = std::function<double(double x, double y)>;
 /// The scene's lines; those of files in scene coordinates. Throws InputError for a file that cannot be read,
 /// or of another coordinate system than `crs`.
 std::vector<PlanLine> plan_lines(const scene::Scene& scene, const std::string& crs);
-/// Errors for lines that lie off the ground, warnings for those that do in part. `origin`: of the scene, map
-/// coordinates.
+/// Errors for lines that lie off the ground, warnings for those that go beyond it by more than half a cell of
+/// its grid, up to which the land is known. `origin`: of the scene, map coordinates.
 std::vector<Problem> line_problems(const std::vector<PlanLine>& lines, const GroundHeight& height,
-                                   const std::string& file, const Vec3& origin);
+                                   const GroundExtent& ground, const std::string& file, const Vec3& origin);
 
 class Path {
  public:

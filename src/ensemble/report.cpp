@@ -186,7 +186,7 @@ class Page {
            ":root{color-scheme:light "
            "dark;--ink:#1d2733;--soft:#5b6672;--line:#d9dee4;--faint:#e4e8ec;--ground:#fff;--curve:#0b5fa5}"
            "@media(prefers-color-scheme:dark){:root{--ink:#e7ebf0;--soft:#a8b3bf;--line:#3a4552;--faint:#"
-           "2b343f;--ground:#14191f;--curve:#6db3f2}}"
+           "2b343f;--ground:#14191f;--curve:#6db3f2}.map image,.key span{filter:brightness(.7)}}"
            "body{font:15px/1.55 "
            "system-ui,sans-serif;color:var(--ink);background:var(--ground);max-width:1080px;margin:0 "
            "auto;padding:1.5em}h1{font-size:1.5em}h2{margin-top:2em;border-bottom:1px solid var(--line)}"
@@ -255,7 +255,9 @@ class Page {
                        " to " + number(p["high"], 100) + " %</small>",
                    number(p["value"], 100) + " %");
     }
-    return text + "</div>";
+    text += "</div>";
+    if (m.contains("left_means")) text += "<p><b>" + io::xml_text(m.value("left_means", "")) + "</b></p>";
+    return text;
   }
 
   /// Ground in relief, coloured by a map of the directory, with lines, hits and end points.
@@ -493,6 +495,11 @@ class Page {
     const Json f = io::read_json(directory_ / "fragility.json", "run talus fragility again");
     std::string text = "<h2>Damage of " + io::xml_text(f.value("structure", "")) + "</h2><p>" +
                        fmt::format("{} coupled runs. ", f["runs"].value("done", 0)) + failures_of(f) + "</p>";
+    if (const Json doubts = f.value("doubts", Json::array()); !doubts.empty()) {
+      text += "<ul>";
+      for (const Json& line : doubts) text += "<li>" + io::xml_text(line.get<std::string>()) + "</li>";
+      text += "</ul>";
+    }
     if (f["runs"].value("done", 0) == 0) return text;
     text += "<table><tr><th scope=\"col\">class of the worst member</th><th scope=\"col\">P per event</th>";
     text += f.contains("per_year") ? "<th scope=\"col\">P per year</th></tr>" : "</tr>";

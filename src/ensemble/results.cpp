@@ -203,11 +203,9 @@ Json estimate(const Estimate& e) {
 
 std::string summary_text(const Summary& s) {
   Json root;
-  root["members"] = {{"asked", s.asked},
-                     {"done", s.done},
-                     {"failed", s.failed},
-                     {"over_limit", s.over_limit},
-                     {"suspect", s.suspect}};
+  root["members"] = {{"asked", s.asked},           {"done", s.done},       {"failed", s.failed},
+                     {"over_limit", s.over_limit}, {"suspect", s.suspect}, {"left", s.left}};
+  if (const std::string text = left_text(s); !text.empty()) root["members"]["left_means"] = text;
   root["lines"] = Json::array();
   for (const LineSummary& l : s.lines) {
     Json line{{"name", l.name},
@@ -226,6 +224,15 @@ std::string summary_text(const Summary& s) {
   return root.dump(2) + "\n";
 }
 
+/// Whether a block of a finished member ended where no ground is.
+bool left_terrain(const Ensemble& ensemble, const Member& m) {
+  if (!finished(m.status)) return false;
+  if (m.status == Status::left) return true;
+  for (std::size_t b = 0; b < m.end.size(); ++b)
+    if (m.runout(b) > 0 && !std::isfinite(ensemble.height(m.end[b].x(), m.end[b].y()))) return true;
+  return false;
+}
+
 Summary summarise(const Ensemble& ensemble, const std::vector<Member>& members) {
   Summary s;
   s.asked = ensemble.settings().precision ? static_cast<long>(members.size()) : ensemble.design().members();
@@ -236,6 +243,7 @@ Summary summarise(const Ensemble& ensemble, const std::vector<Member>& members) 
        : m.status == Status::over_limit ? s.over_limit
        : m.status == Status::suspect    ? s.suspect
                                         : s.done);
+    s.left += left_terrain(ensemble, m) ? 1 : 0;
     s.cpu += m.cpu;
   }
   const bool replicated = ensemble.settings().design == scene::Ensemble::Design::sobol;
@@ -347,6 +355,14 @@ void keep_scenes(const Ensemble& ensemble, const fs::path& directory, const std:
 }
 
 }  // namespace
+
+std::string left_text(const Summary& s) {
+  if (s.left == 0) return {};
+  return fmt::format(
+      "{} of {} members: a block left the terrain, so that reach and deposits are cut off at its limits; a "
+      "larger terrain would show where these blocks stop",
+      s.left, s.done + s.suspect);
+}
 
 Summary write_results(Ensemble& ensemble, const fs::path& directory, long count) {
   const std::vector<Member> members = members_of(ensemble, directory, count);

@@ -25,10 +25,14 @@ struct StructureSummary {
 
 struct Summary {
   long asked = 0, done = 0, failed = 0, over_limit = 0, suspect = 0;
+  long left = 0;   // finished ones of which a block left the terrain: reach and deposits end at its limits
   double cpu = 0;  // [s]
   std::vector<LineSummary> lines;
   std::vector<StructureSummary> structures;
 };
+
+/// That blocks left the terrain, in a sentence; empty if none did.
+std::string left_text(const Summary& summary);
 
 /// Of the first `members` members in the directory's journals.
 Summary write_results(Ensemble& ensemble, const std::filesystem::path& directory, long members);

@@ -455,24 +455,32 @@ void warn_of_size(const Raster& r, const std::string& path, std::vector<Problem>
                  sy = (r.values[k + columns] - z) / r.transform[5];
     if (std::isfinite(sx) && std::isfinite(sy)) slopes.push_back(std::hypot(sx, sy));
   }
-  if (high > highest && high < 1e5) {
-    warnings.push_back(
-        raster_warning(path, fmt::format("heights of {:.6g} to {:.6g}", low, high),
-                       "no ground on Earth is that high in metres; they look like feet, or centimetres",
-                       "convert them, e.g. gdal_calc.py -A in.tif --calc=\"A*0.3048\" --outfile=out.tif; or "
-                       "correct the unit that the file gives"));
-    return;
+  double steepness = 0;  // of the middle one of the cells, tangent
+  if (slopes.size() >= least_cells) {
+    const auto middle = slopes.begin() + static_cast<std::ptrdiff_t>(slopes.size() / 2);
+    std::nth_element(slopes.begin(), middle, slopes.end());
+    steepness = *middle;
   }
-  if (slopes.size() < least_cells) return;
-  const auto middle = slopes.begin() + static_cast<std::ptrdiff_t>(slopes.size() / 2);
-  std::nth_element(slopes.begin(), middle, slopes.end());
-  if (*middle > std::tan(steep))
-    warnings.push_back(raster_warning(
-        path, fmt::format("half of its cells are steeper than {:.0f} deg", std::atan(*middle) * 180 / M_PI),
-        "no terrain is that steep all over: heights and cells seem to be in different units",
-        fmt::format("check both: as heights in feet over cells in metres half of them would be steeper than "
-                    "{:.0f} deg",
-                    std::atan(*middle * 0.3048) * 180 / M_PI)));
+  const bool high_up = high > highest, too_steep = steepness > std::tan(steep);
+  if (!high_up && !too_steep) return;
+  const auto degrees = [](double tangent) { return std::atan(tangent) * 180 / M_PI; };
+  std::string remedy = "check both, and correct the unit that the file gives";
+  for (const auto& [unit, factor] :
+       {std::pair{"feet", 0.3048}, {"centimetres", 0.01}, {"millimetres", 0.001}}) {
+    if (high * factor > highest || steepness * factor > std::tan(steep)) continue;
+    remedy = fmt::format(
+        "in {} they would be {:.6g} to {:.6g} m, half of the cells steeper than {:.0f} deg: convert them, "
+        "gdal_calc.py -A in.tif --calc=\"A*{:g}\" --outfile=out.tif, or correct the unit that the file gives",
+        unit, low * factor, high * factor, degrees(steepness * factor), factor);
+    break;
+  }
+  warnings.push_back(
+      high_up ? raster_warning(path, fmt::format("heights of {:.6g} to {:.6g}", low, high),
+                               "no ground on Earth is that high in metres", remedy)
+              : raster_warning(
+                    path, fmt::format("half of its cells are steeper than {:.0f} deg", degrees(steepness)),
+                    "no terrain is that steep all over: heights and cells seem to be in different units",
+                    remedy));
 }
 
 Raster read_heights(const std::string& path, std::vector<Problem>& warnings) {

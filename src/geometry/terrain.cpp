@@ -214,23 +214,34 @@ void widen(std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& triangl
 }
 
 /// Doubles resolve 1e-9 m up to some 4e6 m: contact needs that resolution.
-void warn_of_far_origin(const TriangleSurface& surface, const std::string& name,
+void warn_of_far_origin(const TriangleSurface& surface, const Vec3& origin, const std::string& name,
                         std::vector<Problem>& warnings) {
   Box3 box;
   for (const Vec3& v : surface.vertices) box.extend(v);
-  const Vec3 c = box.center();
-  if (std::max(std::abs(c.x()), std::abs(c.y())) < 1e5) return;
-  warnings.push_back(
-      {.severity = Problem::Severity::warning,
-       .file = name,
-       .key = "site.origin",
-       .value = fmt::format("the terrain's middle is at [{:.0f}, {:.0f}]", c.x(), c.y()),
-       .rule = "far from the scene's origin: positions lose digits that contact needs",
-       .remedy = fmt::format("give site.origin, e.g. [{:.0f}, {:.0f}, 0], and block positions relative to it",
-                             c.x(), c.y())});
+  const std::string remedy = remedy_for_origin(box, origin);
+  if (remedy.empty()) return;
+  warnings.push_back({.severity = Problem::Severity::warning,
+                      .file = name,
+                      .key = "site.origin",
+                      .value = {},
+                      .rule = "the scene's origin is far away: positions lose digits that contact needs",
+                      .remedy = remedy});
 }
 
 }  // namespace
+
+std::string remedy_for_origin(const Box3& terrain, const Vec3& origin) {
+  constexpr double far_away = 1e5, round = 100, round_height = 10;  // [m]
+  if (std::max(std::abs(terrain.center().x()), std::abs(terrain.center().y())) < far_away) return {};
+  const Vec3 c = terrain.center() + origin;
+  const double low = terrain.min().z() + origin.z();
+  return fmt::format(
+      "the terrain's middle is at [{:.0f}, {:.0f}], its lowest ground at {:.0f} m: give a round point near "
+      "it, "
+      "site.origin = [{:.0f}, {:.0f}, {:.0f}], and positions less that",
+      c.x(), c.y(), low, round * std::floor(c.x() / round), round * std::floor(c.y() / round),
+      round_height * std::floor(low / round_height));
+}
 
 bool Terrain::over_hole(double x, double y) const {
   if (grid.has_data.empty()) return false;
@@ -422,7 +433,7 @@ Terrain assemble(std::vector<Vec3> vertices, std::vector<std::array<int, 3>> tri
   assign_materials(s, options, out.warnings);
   roughen(s, options.roughness, options.origin);
   if (s.triangles.size() > fits_cache) contact::put_in_search_order(s);
-  warn_of_far_origin(s, name, out.warnings);
+  warn_of_far_origin(s, options.origin, name, out.warnings);
   return out;
 }
 

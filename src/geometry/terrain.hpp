@@ -94,6 +94,10 @@ TriangleSurface slope_from_faces(const Vec3& crest, double dip_direction, const 
 /// lies nowhere on the terrain; empty if they cannot.
 std::string remedy_for_degrees(const Eigen::AlignedBox2d& limits);
 
+/// What to do about a terrain (scene coordinates) that lies farther from the scene's origin (map coordinates)
+/// than positions bear; empty if it does not.
+std::string remedy_for_origin(const Box3& terrain, const Vec3& origin);
+
 /// Areas of a GeoJSON file: polygons and multipolygons, rings of [x, y] in map coordinates; holes by the
 /// even-odd rule.
 struct Area {

@@ -288,16 +288,19 @@ double SummaryBuilder::least_kinetic() const {
   return least * mass;
 }
 
-std::vector<std::string> SummaryBuilder::warnings(const json& formulas) const {
+bool SummaryBuilder::scheme_takes_too_much() const {
   constexpr double allowed = 0.01;  // of the energy that was moved
+  const double scale =
+      std::max(moved_energy(), std::abs(last_.external_work));  // a load that is put on slowly moves little
+  return std::abs(last_.numerical_dissipation()) > allowed * scale && kinetic_peak_ > least_kinetic();
+}
+
+std::vector<std::string> SummaryBuilder::warnings(const json& formulas) const {
   std::vector<std::string> list;
   for (std::size_t i = 0; i < structures_.size(); ++i)
     if (std::string beyond = elastic_warning(i); !beyond.empty()) list.push_back(std::move(beyond));
   list.insert(list.end(), header_.warnings.begin(), header_.warnings.end());
-  const double scale =
-      std::max(moved_energy(), std::abs(last_.external_work));  // a load that is put on slowly moves little
-  if (std::abs(last_.numerical_dissipation()) > allowed * scale && kinetic_peak_ > least_kinetic())
-    list.push_back(algorithmic_warning());
+  if (scheme_takes_too_much()) list.push_back(algorithmic_warning());
   for (std::size_t i = 0; i < structures_.size(); ++i)
     if (const double loss = failed_before_strike(i); loss >= 0)
       list.push_back(

@@ -155,6 +155,7 @@ class SummaryBuilder {
   double failed_before_strike(std::size_t structure) const;
   std::string elastic_warning(std::size_t structure) const;  // empty: its concrete bears what the run found
   std::string against_algorithmic() const;
+  bool scheme_takes_too_much() const;  // numerical dissipation beyond the limit of its warning
   std::string algorithmic_warning() const;
   /// The most energy that was moved: the largest kinetic energy, or what springs, cells and bars took up or
   /// gave (prestress that is let go, a structure that settles), in words as well [J].

@@ -184,6 +184,11 @@ void SummaryBuilder::member_lines(std::size_t i, std::vector<std::string>& lines
   std::vector<std::pair<const MemberTrack*, MemberTrack::Verdict>> members;
   for (const MemberTrack& m : structures_[i].members)
     if (m.has_verdict()) members.emplace_back(&m, m.verdict());
+  if (members.empty() && elastic(i))
+    lines.push_back(
+        fmt::format("{} is elastic in this run: damage was not computed, there is no damage class. "
+                    "damage = \"concrete\" in [[structure]] computes it.",
+                    info.name));
   if (members.empty()) return;
   std::stable_sort(members.begin(), members.end(), [](const auto& a, const auto& b) {
     return std::pair(a.second.grade, a.second.use_design) > std::pair(b.second.grade, b.second.use_design);
@@ -195,10 +200,10 @@ void SummaryBuilder::member_lines(std::size_t i, std::vector<std::string>& lines
     const auto most = std::max_element(members.begin(), members.end(), [](const auto& a, const auto& b) {
       return a.second.use_design < b.second.use_design;
     });
-    lines.push_back(
-        fmt::format("{}: V_dyn/V_Rd = {:.2f} at most (shear against its design resistance, EN 1992-1-1 6.2). "
-                    "It is elastic in this run: damage was not computed.",
-                    whole(*most->first), most->second.use_design));
+    lines.push_back(fmt::format(
+        "{}: V_dyn/V_Rd = {:.2f} at most (shear against its design resistance, EN 1992-1-1 6.2). "
+        "It is elastic in this run: damage was not computed (damage = \"concrete\" in [[structure]] does).",
+        whole(*most->first), most->second.use_design));
     return;
   }
   const auto& [worst, verdict] = members.front();

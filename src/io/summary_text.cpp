@@ -211,6 +211,7 @@ json SummaryBuilder::of_energy() const {
           {"damage_work", last_.damage_work},
           {"algorithmic", last_.algorithmic},
           {"algorithmic_relative", kinetic_peak_ > 0 ? std::abs(last_.numerical_dissipation()) / scale : 0.0},
+          {"algorithmic_warned", scheme_takes_too_much()},
           {"step_dependence", last_.step_dependence},
           {"external_work", last_.external_work},
           {"residual_end", last_.residual},

@@ -22,7 +22,7 @@ std::string kind_name(const Node& node) {
     case Node::Kind::none: return "nothing";
     case Node::Kind::boolean: return "true or false";
     case Node::Kind::integer: return "a whole number";
-    case Node::Kind::number: return "a number";
+    case Node::Kind::number: return "a decimal number";
     case Node::Kind::text: return "a text";
     case Node::Kind::array: return "a list";
     case Node::Kind::table: return "a table";

@@ -46,7 +46,8 @@ std::string kind_name(const Node& node);
 /// The value as it stands in a scene file, cut to about 60 characters.
 std::string value_text(const Node& node);
 
-/// Parses TOML. A syntax error is one problem with its place, and the result is empty.
+/// Parses TOML. A syntax error is one problem with its place, and the result is empty (`bad`); a decimal
+/// comma is one, too, and is read as a point.
 Node parse_toml(const std::string& text, const std::string& file, std::vector<Problem>& problems);
 /// The value of `--set KEY=VALUE`: a TOML value, or, if it is none, the text itself.
 Node parse_toml_value(const std::string& text, const std::string& file);

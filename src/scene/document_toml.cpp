@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <sstream>
 #include <stdexcept>
 
@@ -63,16 +64,80 @@ Node convert(const toml::node& node, const std::string& file) {
 
 }  // namespace
 
-Node parse_toml(const std::string& text, const std::string& file, std::vector<Problem>& problems) {
+namespace {
+
+/// `key = 8,5`: where the comma is, from the start of the text; npos in any other line. `line`: from 1.
+std::size_t decimal_comma(const std::string& text, int line) {
+  constexpr auto none = std::string::npos;
+  std::size_t begin = 0;
+  for (int k = 1; k < line; ++k) {
+    begin = text.find('\n', begin);
+    if (begin == none) return none;
+    ++begin;
+  }
+  const std::size_t end = std::min(text.find('\n', begin), text.size());
+  const std::string row = text.substr(begin, end - begin);
+  std::size_t at = row.find('=');
+  const auto skip = [&](const char* letters) {
+    at = std::min(row.find_first_not_of(letters, at), row.size());
+  };
+  constexpr const char* digits = "0123456789";
+  if (at == none) return none;
+  ++at;
+  skip(" \t");
+  if (at < row.size() && (row[at] == '-' || row[at] == '+')) ++at;
+  std::size_t from = at;
+  skip(digits);
+  if (at == from || at == row.size() || row[at] != ',') return none;
+  const std::size_t comma = at++;
+  from = at;
+  skip(digits);
+  if (at == from) return none;
+  skip(" \t\r");
+  return at == row.size() || row[at] == '#' ? begin + comma : none;
+}
+
+Node empty_tree() {
+  Node empty;
+  empty.kind = Node::Kind::table;
+  empty.bad = true;
+  return empty;
+}
+
+}  // namespace
+
+Node parse_toml(const std::string& given, const std::string& file, std::vector<Problem>& problems) {
+  std::string text = given;
   Problem problem;
   problem.file = file;
   problem.line = problem.column = 1;
   try {
-    return convert(toml::parse(text, file), file);
+    while (true) {
+      try {
+        return convert(toml::parse(text, file), file);
+      } catch (const toml::parse_error& error) {
+        const int line = static_cast<int>(error.source().begin.line);
+        const std::size_t comma = decimal_comma(text, line);
+        if (comma == std::string::npos) throw;
+        const std::size_t begin = text.rfind('\n', comma) + 1;  // npos + 1 is the first line's
+        const std::size_t value = text.find_first_not_of(" \t", text.find('=', begin) + 1);
+        Problem p;
+        p.file = file, p.line = line, p.column = static_cast<int>(value - begin) + 1;
+        p.key = text.substr(begin, text.find_first_of(" \t=", begin) - begin);
+        p.value = text.substr(value, text.find_first_of(" \t\r\n#", value) - value);
+        text[comma] = '.';  // and on through the file
+        p.rule = "has a decimal comma";
+        p.remedy = fmt::format("write {}", text.substr(value, p.value.size()));
+        problems.push_back(std::move(p));
+      }
+    }
   } catch (const toml::parse_error& error) {
     problem.line = static_cast<int>(error.source().begin.line);
     problem.column = static_cast<int>(error.source().begin.column);
-    problem.rule = fmt::format("not TOML: {}", error.description());
+    const std::string what(error.description());
+    problem.rule = what.find("string: unescaped control characters") != std::string::npos
+                       ? "not TOML: the quote that ends the text is missing in this line"
+                       : fmt::format("not TOML: {}", what);
     problem.remedy =
         "correct the syntax here (texts, and values with a unit, stand in quotes); the rest of the file was "
         "not read";
@@ -81,10 +146,7 @@ Node parse_toml(const std::string& text, const std::string& file, std::vector<Pr
     problem.remedy = "look for a key or a bracket that is damaged";
   }
   problems.push_back(std::move(problem));
-  Node empty;
-  empty.kind = Node::Kind::table;
-  empty.bad = true;
-  return empty;
+  return empty_tree();
 }
 
 Node parse_toml_value(const std::string& text, const std::string& file) {

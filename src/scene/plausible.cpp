@@ -239,11 +239,15 @@ bool all_bare(const View& view, const char* key) {
 }
 
 /// Motions and turns that no falling rock has: rocks were seen to reach some 60 m/s and 50 rad/s.
+constexpr double fastest = 150, wildest = 150;  // [m/s], [rad/s]
+constexpr const char* speed_remedy = "check the unit: a bare number is in m/s";
+std::string faster_than_rocks(double speed) {
+  return fmt::format("{:.4g} m/s is faster than rocks fall", speed);
+}
+
 void warn_of_unusual_motion(const View& block) {
-  constexpr double fastest = 150, wildest = 150;  // [m/s], [rad/s]
   if (const auto v = size_of(block, "velocity", dimension::velocity); v && *v > fastest)
-    block.problem("velocity", fmt::format("{:.4g} m/s is faster than rocks fall", *v),
-                  "check the unit: a bare number is in m/s", warning);
+    block.problem("velocity", faster_than_rocks(*v), speed_remedy, warning);
   if (const auto w = size_of(block, "spin", dimension::angular_velocity); w && *w > wildest)
     block.problem("spin", fmt::format("{:.4g} rad/s is faster than rocks turn", *w),
                   "check the unit: a bare number is in rad/s", warning);
@@ -328,6 +332,11 @@ void warn_of_the_implausible(const Reading& in, const View& root) {
   if (const auto simulation = root.table("simulation"))
     warn_of_unusual_simulation(*simulation, in.scene.simulation);
   for (const View& view : root.tables("block")) warn_of_unusual_motion(view);
+  if (const auto impact = root.table("impact")) {
+    warn_of_unusual_motion(*impact);
+    if (const auto speed = impact->maybe("velocity"); speed && *speed > fastest)
+      impact->problem("velocity", faster_than_rocks(*speed), speed_remedy, warning);
+  }
 }
 
 }  // namespace talus::scene

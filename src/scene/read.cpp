@@ -182,12 +182,17 @@ int Reading::material(const View& view, const std::string& key, bool surface) {
   for (const Material& m : scene.materials) known.push_back(m.name);
   const std::string near = nearest_name(name, known);
   names_good = false;
+  unknown_materials.insert(name);
   view.problem(key, "there is no such material",
                near.empty() ? fmt::format("add a [[material]] with name = \"{}\", or, of ground that only "
                                           "needs laws of contact, name it in an [[interface]]",
                                           name)
                             : fmt::format("did you mean \"{}\"?", near));
   return 0;
+}
+
+bool Reading::has_material(const View& view, const std::string& key) const {
+  return view.get(key) && !scene.materials.empty() && unknown_materials.count(view.text(key)) == 0;
 }
 
 std::string Reading::file(const View& view, const std::string& key, bool inlined) {
@@ -253,7 +258,7 @@ Node parse_scene(const std::string& text, const std::string& path, const Overrid
   const auto first = text.find_first_not_of(" \t\r\n");
   const bool json = first != std::string::npos && text[first] == '{';
   Node root = json ? parse_json(text, path, problems) : parse_toml(text, path, problems);
-  if (!problems.empty()) throw InputError(problems);
+  if (json ? !problems.empty() : root.bad) throw InputError(problems);
 
   for (const auto& [key, value] : overrides) {
     set_value(root, key, value, problems);

@@ -323,8 +323,9 @@ Shape read_shape(Reading& in, const View& view, bool scaled_elsewhere) {
 }
 
 namespace {
-void need_density(const View& view, const Scene& scene, int material) {
-  if (!view.get("material") || scene.materials.empty()) return;
+void need_density(const View& view, const Reading& in, int material) {
+  const Scene& scene = in.scene;
+  if (!in.has_material(view, "material")) return;
   const Material& m = scene.materials[static_cast<std::size_t>(material)];
   if (!(m.density > 0))
     view.problem("material",
@@ -366,7 +367,7 @@ void read_blocks(Reading& in, const View& root) {
     Block b;
     b.name = in.name(view, "name", fmt::format("B{}", ++place), taken);
     b.material = in.material(view, "material");
-    need_density(view, in.scene, b.material);
+    need_density(view, in, b.material);
     b.shape = read_shape(in, view);
     b.position = view.maybe_vector("position");
     b.release = read_release(in, view);
@@ -422,7 +423,7 @@ void read_rock_mass(Reading& in, const View& root) {
   if (mass.from_terrain && (!in.scene.site || !in.scene.site->given()))
     view->problem(view->has("slip_surface") ? "slip_surface" : "from_terrain",
                   "the scene has no terrain that the rock mass could be cut out of", "add [site]");
-  need_density(*view, in.scene, mass.material);
+  need_density(*view, in, mass.material);
   mass.deformable = deformable(*view, in.scene, mass.material, false);
   mass.least_volume = view->number("least_volume");
   std::map<std::string, int> prefix, names;

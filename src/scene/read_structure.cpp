@@ -243,7 +243,10 @@ void read_rebar(Reading& in, const View& view, StructureSpec& spec) {
 
 void read_material(Reading& in, const View& view, StructureSpec& spec) {
   spec.material = in.material(view, "material");
-  if (!view.get("material") || in.scene.materials.empty()) return;
+  if (!in.has_material(view, "material")) {
+    spec.f_cm = 30e6, spec.density = 2450;  // that it is not known is reported once
+    return;
+  }
   const Material& m = in.scene.materials[static_cast<std::size_t>(spec.material)];
   spec.density = m.density;
   spec.young = m.young;
@@ -532,7 +535,8 @@ void read_impact(Reading& in, const View& root) {
   Impact impact;
   std::vector<std::string> names;
   for (const StructureSpec& s : in.scene.structures) names.push_back(s.name);
-  if (names.empty()) view->problem("", "there is no structure to strike", "add a [[structure]]");
+  if (names.empty() && !root.has("structure"))
+    view->problem("", "there is no structure to strike", "add a [[structure]]");
   if (names.size() > 1) view->missing("structure", "the scene has more than one");
   if (view->get("structure")) {
     const std::string name = view->text("structure");
@@ -558,7 +562,7 @@ void read_impact(Reading& in, const View& root) {
   if (impact.deformable && !soft)
     view->problem("deformable", "a deformable block needs a material with young",
                   "add young to the material, or remove deformable");
-  if (view->get("material") && !in.scene.materials.empty() &&
+  if (in.has_material(*view, "material") &&
       !(in.scene.materials[static_cast<std::size_t>(impact.material)].density > 0))
     view->problem("material", "the material has no density, and a block is made of it",
                   "add density to the [[material]]");

@@ -1,6 +1,7 @@
 /// What the parts of read_scene share: the scene being filled, the problems found, names, files.
 #pragma once
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -27,10 +28,13 @@ struct Reading {
   const std::vector<std::pair<std::string, std::string>>* known_files =
       nullptr;  // whose hashes are known; null: none
   std::vector<LawUse> law_uses{};
+  std::set<std::string> unknown_materials{};  // names that are no material's, which have been reported
 
   /// Index of the material named at `key`; reports unknown ones. A `surface` (terrain, plane) may name one
   /// that only an interface knows, since nothing but the contact law of it is used.
   int material(const View& view, const std::string& key, bool surface = false);
+  /// Whether the material named at `key` is one that has its properties: not one that is missing or reported.
+  bool has_material(const View& view, const std::string& key) const;
   /// Absolute path of the file named at `key`, empty if it is absent or cannot be read (reported). Books its
   /// hash, unless what it holds becomes part of the scene (`inlined`).
   std::string file(const View& view, const std::string& key, bool inlined = false);

@@ -35,7 +35,9 @@ class Validator {
 
   void table(Node& node, const std::string& path) {
     std::vector<Node::Entry> meant;  // keys that misspelt ones stand for: given, and reported as unreadable
+    leave_lists_of_misspelt(node, path);
     for (Node::Entry& entry : node.entries) {
+      if (entry.value.bad) continue;
       const std::string below = path.empty() ? entry.key : path + "." + entry.key;
       entry.value.label = node.label.empty() ? entry.key : node.label + "." + entry.key;
       if (const Key* key = find_key(below))
@@ -55,6 +57,22 @@ class Validator {
   }
 
  private:
+  static std::string joined(const std::string& path, const std::string& key) {
+    return path.empty() ? key : path + "." + key;
+  }
+
+  /// Below a misspelt [[structures]] its [[structure.rebar]] make a table of what should be a list: the cause
+  /// is reported once, by the misspelt key.
+  static void leave_lists_of_misspelt(Node& table, const std::string& path) {
+    for (const Node::Entry& entry : table.entries) {
+      if (find_key(joined(path, entry.key)) || entry.value.kind != Node::Kind::array) continue;
+      const std::string near = nearest_name(entry.key, keys_below(path));
+      const Key* key = near.empty() ? nullptr : find_key(joined(path, near));
+      Node* below = near.empty() ? nullptr : table.find(near);
+      if (key && key->type == Type::tables && below && below->kind == Node::Kind::table) below->bad = true;
+    }
+  }
+
   Problem at(const Node& node, std::string rule, std::string remedy) const {
     Problem problem;
     problem.file = node.where.file;
@@ -80,14 +98,24 @@ class Validator {
     problem.column = entry.where.column;
     const std::vector<std::string> here = keys_below(path);
     const std::string near = nearest_name(entry.key, here);
-    if (!near.empty() && !table.find(near)) {
+    const Node* there = near.empty() ? nullptr : table.find(near);
+    if (const auto [other, remedy] = by_another_name(entry.value, joined(path, entry.key)); !remedy.empty()) {
+      problem.remedy = remedy;
+      if (!table.find(other)) {
+        meant.push_back(entry);
+        meant.back().key = other;
+      }
+    } else if (!near.empty() && !there) {
       problem.remedy = fmt::format("did you mean \"{}\"?", near);
       meant.push_back(entry);
       meant.back().key = near;
     } else if (const std::string other = elsewhere(entry.key, path); !other.empty()) {
-      problem.remedy = fmt::format("\"{}\" belongs in [{}]", entry.key, other);
-    } else if (!near.empty()) {
-      problem.remedy = fmt::format("the nearest key is \"{}\", which is there already", near);
+      problem.remedy = fmt::format("\"{}\" belongs in {}", entry.key, other);
+    } else if (there && there->bad && there->kind == Node::Kind::table && !there->entries.empty()) {
+      problem.remedy = fmt::format("did you mean [[{0}]], to which [[{0}.{1}]] below it belongs?",
+                                   joined(path, near), there->entries.front().key);
+    } else if (there) {
+      problem.remedy = fmt::format("did you mean \"{}\", which is there already?", near);
     } else {
       std::string list;
       for (const std::string& name : here) list += (list.empty() ? "" : ", ") + name;
@@ -96,14 +124,39 @@ class Validator {
     problems_.push_back(std::move(problem));
   }
 
-  /// A table that has a key of this very name, if there is one.
+  /// The key that says what `path` says in other programs and norms, and how to write it here; empty: none.
+  static std::pair<std::string, std::string> by_another_name(const Node& value, const std::string& path) {
+    std::string why;
+    if (path == "material.f_ck" || path == "material.fck") {
+      const auto f_ck = quantity_of(value, dimension::pressure, why);
+      return {"f_cm", f_ck ? fmt::format("the mean strength is wanted, f_cm = f_ck + 8 MPa: write f_cm = "
+                                         "\"{:.6g} MPa\"",
+                                         1e-6 * *f_ck + 8)
+                           : "the mean strength is wanted: give f_cm = f_ck + 8 MPa"};
+    }
+    if (path == "structure.rebar.grade") {
+      const auto digits = value.text.find_first_of("0123456789");
+      const auto number =
+          digits == std::string::npos
+              ? std::string()
+              : value.text.substr(digits, value.text.find_first_not_of("0123456789", digits) - digits);
+      return {"yield", number.empty() ? "give the yield stress, yield = \"500 MPa\""
+                                      : fmt::format("give the yield stress: yield = \"{} MPa\"", number)};
+    }
+    return {};
+  }
+
+  /// The tables that have a key of this very name, "[a] or [b]"; empty if none or many have.
   static std::string elsewhere(const std::string& name, const std::string& path) {
+    constexpr std::size_t many = 4;
+    std::vector<std::string> tables;
     for (const Key& key : keys()) {
       const auto dot = key.path.rfind('.');
       if (dot == std::string::npos || key.path.substr(dot + 1) != name) continue;
-      if (key.path.substr(0, dot) != path) return key.path.substr(0, dot);
+      if (key.path.substr(0, dot) != path) tables.push_back("[" + key.path.substr(0, dot) + "]");
     }
-    return {};
+    if (tables.size() > many) tables.resize(1);
+    return fmt::format("{}", fmt::join(tables, " or "));
   }
 
   bool quantity(Node& node, const Key& key, Dimension dimension, Node& owner) {
@@ -152,7 +205,15 @@ class Validator {
 
   void vector(Node& node, const Key& key, std::size_t least, std::size_t most, Node& owner) {
     if (node.kind != Node::Kind::array || node.items.size() < least || node.items.size() > most) {
-      report(owner, fmt::format("must be {}", type_text(key)), "see talus explain " + key.path);
+      const bool commas = node.kind == Node::Kind::array && node.items.size() > most &&
+                          node.items.size() <= 2 * most &&
+                          std::all_of(node.items.begin(), node.items.end(),
+                                      [](const Node& item) { return item.kind == Node::Kind::integer; });
+      report(owner, fmt::format("must be {}", type_text(key)),
+             commas
+                 ? fmt::format("these are {} numbers: commas separate them; decimals have a point, as in 1.5",
+                               node.items.size())
+                 : "see talus explain " + key.path);
       return;
     }
     for (Node& item : node.items)

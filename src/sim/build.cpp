@@ -47,13 +47,12 @@ Builder::Builder(scene::Scene scene, Report report, Shared* shared)
 std::unique_ptr<World> Builder::build() {
   const scene::Scene& s = world_->scene;
   if (s.impact)
-    add_warnings(
-        {{.severity = Problem::Severity::warning,
-          .file = {},
-          .key = "impact",
-          .value = {},
-          .rule = "only talus impact takes the block of [impact]; talus run and talus check leave it out",
-          .remedy = "start it by talus impact, or remove [impact]"}});
+    add_warnings({{.severity = Problem::Severity::warning,
+                   .file = {},
+                   .key = "impact",
+                   .value = {},
+                   .rule = "only talus impact takes the block of [impact]; talus run leaves it out",
+                   .remedy = "start it by talus impact, or remove [impact]"}});
   if (s.ensemble)
     add_warnings(
         {{.severity = Problem::Severity::warning,
@@ -229,6 +228,7 @@ void Builder::fill_header() {
     h.blocks.push_back(
         {b.name, b.mass, b.volume, b.fixed, false, *b.shape, m.young, m.young > 0 ? m.poisson : 0, -1});
   }
+  if (terrain_) h.terrain_cell = terrain_->grid.dx;
   if (terrain_ && !shared_) h.terrain = terrain_->surface;
   h.planes = s.planes;
   for (std::size_t i = 0; i < s.structures.size(); ++i) {

@@ -153,7 +153,10 @@ void Builder::add_block(const scene::Block& b) {
   try {
     const double density = world_->scene.materials[static_cast<std::size_t>(b.material)].density;
     geometry::Shape shape = geometry::make_shape_with_shift(shape_spec(b.shape, density));
-    if (b.release) return add_copies(b, shape.body);
+    if (b.release) {
+      if (!ground_failed_) add_copies(b, shape.body);
+      return;
+    }
     add_warnings(rounded_shape(b, shape));
     dda::Model::Block block = make_block(b.name, std::move(shape.body), b.material, b.deformable);
     const Vec3 c = b.position ? *b.position : shape.shift;

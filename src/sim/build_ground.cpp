@@ -21,6 +21,7 @@ void Builder::add_terrain() {
       terrain_ = std::make_shared<const geometry::Terrain>(std::move(*loaded));
   } catch (const InputError& e) {
     add_problems(e.problems());
+    ground_failed_ = true;  // what would stand on it cannot be told
     return;
   }
   if (!terrain_) return;

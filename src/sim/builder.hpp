@@ -95,6 +95,7 @@ class Builder {
   coupling::Environment env_;
   Shared* shared_ = nullptr;
   std::shared_ptr<const geometry::Terrain> terrain_;
+  bool ground_failed_ = false;  // there is a terrain, and it cannot be read
   std::set<std::string> names_;
   std::size_t single_blocks_ = 0;  // of the scene's [[block]]s; the rock mass comes after them
   Occupied occupied_;              // by blocks of release areas

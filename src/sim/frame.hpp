@@ -31,6 +31,7 @@ struct RunHeader {
   };
   std::vector<BlockInfo> blocks;
   TriangleSurface terrain;  // empty if none (decimated for the report by io)
+  double terrain_cell = 0;  // of the grid that it is read from; 0: not known, or none [m]
   std::vector<Plane> planes;
   struct StructureInfo {
     std::string name;

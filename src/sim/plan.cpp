@@ -223,19 +223,29 @@ std::string mass_text(double mass) {
   return mass < 1000 ? fmt::format("{:.3g} kg", mass) : fmt::format("{:.4g} t", mass / 1000);
 }
 
-/// What the moving blocks weigh: each of a few, else the ends and the sum.
+/// Extent of a body along its own axes.
+std::string size_text(const Polyhedron& body) {
+  Box3 box;
+  for (const Vec3& v : body.vertices) box.extend(v);
+  return fmt::format("{:.4g} x {:.4g} x {:.4g} m", box.sizes().x(), box.sizes().y(), box.sizes().z());
+}
+
+/// What the moving blocks weigh and, as volume and mass scale a shape, how large they are: each of a few,
+/// else the ends and the sum.
 std::string mass_line(const World& w) {
   constexpr std::size_t listed = 6;
   std::vector<std::pair<double, std::string>> blocks;
+  std::string text;
   double all = 0;
-  for (const RunHeader::BlockInfo& b : w.header.blocks)
-    if (!b.fixed && !b.fragment) blocks.emplace_back(b.mass, b.name), all += b.mass;
-  if (blocks.empty()) return "";
-  if (blocks.size() <= listed) {
-    std::string text;
-    for (const auto& [mass, name] : blocks) text += (text.empty() ? "" : ", ") + name + " " + mass_text(mass);
-    return "Mass: " + text + ".";
+  for (const RunHeader::BlockInfo& b : w.header.blocks) {
+    if (b.fixed || b.fragment) continue;
+    blocks.emplace_back(b.mass, b.name), all += b.mass;
+    if (blocks.size() <= listed)
+      text +=
+          fmt::format("{}{} {}, {}", text.empty() ? "" : "; ", b.name, mass_text(b.mass), size_text(b.shape));
   }
+  if (blocks.empty()) return "";
+  if (blocks.size() <= listed) return "Mass and size: " + text + ".";
   const auto [least, most] = std::minmax_element(blocks.begin(), blocks.end());
   return fmt::format("Mass: {} to {}, the least {}, the greatest {}; {} in all.", mass_text(least->first),
                      mass_text(most->first), least->second, most->second, mass_text(all));

@@ -23,7 +23,7 @@ def summary(out):
 done, out = impact("given", f"{source}/scene.toml")
 assert done.returncode == 0, done.stdout + done.stderr
 hits = summary(out)["impacts"]
-assert len(hits) == 1 and hits[0]["structure"] == "pier" and hits[0]["block"] == "impact", hits
+assert len(hits) == 1 and hits[0]["structure"] == "pier" and hits[0]["block"] == "block", hits
 assert abs(hits[0]["speed"] - 20) < 0.2, hits[0]
 # The first point of contact lies where it was asked for, within the size of the block.
 assert max(abs(a - b) for a, b in zip(hits[0]["point"], [-0.5, 0.1, 3.0])) < 0.3, hits[0]["point"]

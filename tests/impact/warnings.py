@@ -205,6 +205,18 @@ require("told once", got[2].count("unusually large") == 1, got[2])
 require("in the summary", [w.startswith("slip.toml:") and "interface.*/*.friction = 35: " in w for w in summary.get("warnings", [])] == [True], summary.get("warnings"))
 require("in the report", "unusually large" in (out / "slip/report.html").read_text(), "report.html")
 
+# A word that is no command.
+for word, remedy in [("chek", 'did you mean "check"?'), ("scene.toml", "for example talus run scene.toml"), ("weather", "the commands are ")]:
+    done = subprocess.run([talus, word, "scene.toml"], cwd=out, capture_output=True, text=True, timeout=120)
+    expect(word, (done.returncode, done.stdout, done.stderr), 2, f'there is no command "{word}"', remedy)
+
+# A grid that cannot be read: what would stand on it is not told beside it.
+(out / "comma.asc").write_text((out / "slope.asc").read_text().replace("3.5", "3,5"))
+(out / "source.geojson").write_text('{"type": "Polygon", "coordinates": [[[70, 70], [90, 70], [90, 90], [70, 90], [70, 70]]]}')
+released = base.replace("slope.asc", "comma.asc").replace("position = [80, 80, 40]", 'release = { polygon = "source.geojson" }')
+got = check(released)
+expect("a grid with decimal commas", got, 2, "has a decimal comma", absent=["no place of the area", "2 errors"])
+
 # [impact] in a run without it.
 impact = """[impact]
 material = "rock"
@@ -213,7 +225,16 @@ mass = 100
 velocity = "5 m/s"
 point = [%s, 50, 12]
 """
-expect("check with [impact]", check(base + column % ("6", "1 m") + impact % 19), 0, "only talus impact takes the block of [impact]", "1 warning")
+expect("check with [impact] and a block", check(base + column % ("6", "1 m") + impact % 19), 0, "only talus impact takes the block of [impact]", "talus run leaves it out", "1 warning", "talus impact: the block is aimed at P with 5 m/s, 1.25 kJ", "Mass and size: B ")
+alone = "schema = 1\n[simulation]\nduration = 1\n" + materials + column % ("6", "1 m") + (impact % 19).replace("mass = 100", 'mass = "5 t"')
+expect("check of a blow", check(alone), 0, "Mass and size: block 5 t, 1.6", "with 5 m/s, 62.5 kJ; it starts at [18", "No problems found", absent=["talus run"])
+expect("a blow beside the structure", check(alone.replace("19, 50, 12", "19, 58, 12")), 0, "impact.point = [19, 58, 12]: on its line of flight through this point the block passes P by", "1 warning")
+expect("a blow above the structure", check(alone.replace("19, 50, 12", "19, 50, 25")), 0, "impact.point = [19, 50, 25]", "passes P by")
+expect("a blow that flies away", check(alone.replace("19, 50, 12", "26, 50, 12")), 2, "impact.point", "the block flies away: P lies behind it there")
+expect("the speed of a blow", check(alone.replace("5 m/s", "500 m/s")), 0, "impact.velocity", "500 m/s is faster than rocks fall")
+# Mass holds, and the size says the ratios alone: what comes out of both is stated.
+both = base.replace('shape = "sphere"\ndiameter = "1 m"', 'shape = "box"\nmass = "5 t"\nsize = [1.2, 1.2, 1.2]')
+expect("mass and size", check(both), 0, "Mass and size: B 5 t, 1.244 x 1.244 x 1.244 m.")
 got, summary = run("left-out", base + column % ("6", "1 m") + impact % 19, "--set", 'simulation.duration="20 ms"', "--set", "output.report=false")
 require("run with [impact]", len(summary.get("warnings", [])) == 1 and "[impact]" in summary["warnings"][0], summary.get("warnings"))
 miss = base + column % ("6", "1 m") + impact % 19
@@ -271,7 +292,8 @@ expect("a pier that is gone", got, 0, absent=["lost their support"])
 member = summary["structures"][0]["members"][0]
 require("lost", member["damage_class_name"] == "lost" and member["top_came_off"] and member["residual_drift"] is None, member)
 done = subprocess.run([talus, "capacity", "snapped"], cwd=out, capture_output=True, text=True, timeout=120)
-expect("its capacity", (done.returncode, done.stdout, done.stderr), 0, " lost ", "as a pier it is not to be counted on", "what is left bears")
+expect("its capacity", (done.returncode, done.stdout, done.stderr), 0, " lost ", "Report, renewed: snapped/report.html", "as a pier it is not to be counted on", "what is left bears")
+require("its capacity in the report", '"capacity_built"' in (out / "snapped/report.html").read_text(), "report.html")
 member = json.loads((out / "snapped/capacity.json").read_text())["members"][0]
 require("no reserve", member["lost"] and member["reserve"] is None and member["capacity_now"] is None and member["ratio"] is None, member)
 

@@ -53,6 +53,13 @@ class RunSink : public sim::Sink {
 
 int Outcome::worst() const { return grade.empty() ? -1 : *std::max_element(grade.begin(), grade.end()); }
 
+bool Outcome::rests_on_shear() const {
+  for (std::size_t m = 0; m < grade.size(); ++m)
+    if (grade[m] == worst() && !(basis[m].starts_with("V_dyn") && basis[m].find(", ") == std::string::npos))
+      return false;
+  return !grade.empty();
+}
+
 CoupledRuns::CoupledRuns(const FragilityRequest& request, Ensemble& ensemble, int structure,
                          const std::vector<Cluster>& clusters, const std::vector<Task>& tasks)
     : request_(request), ensemble_(ensemble), structure_(structure), clusters_(clusters), tasks_(tasks) {}
@@ -112,6 +119,7 @@ std::optional<Outcome> CoupledRuns::outcome_of(const fs::path& directory) const 
   Outcome o;
   o.made = true;
   o.message = summary.value("message", "");
+  for (const Json& w : summary.value("warnings", Json::array())) o.warnings.push_back(w.get<std::string>());
   for (const Json& s : summary.value("structures", Json::array())) {
     if (s.value("name", "") != request_.structure) continue;
     o.good = summary.value("status", "") != "failed";
@@ -123,6 +131,9 @@ std::optional<Outcome> CoupledRuns::outcome_of(const fs::path& directory) const 
       o.names.push_back(m.value("name", ""));
       o.grade.push_back(
           m.contains("damage_class") && m["damage_class"].is_number() ? m["damage_class"].get<int>() : -1);
+      o.basis.push_back(m.contains("damage_class_basis") && m["damage_class_basis"].is_string()
+                            ? m["damage_class_basis"].get<std::string>()
+                            : std::string());
     }
   }
   if (request_.capacity && fs::exists(directory / "capacity_ratio.json")) {

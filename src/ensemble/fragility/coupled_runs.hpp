@@ -21,10 +21,14 @@ struct Outcome {
   std::string message;             // why not
   std::vector<std::string> names;  // of the structure's members
   std::vector<int> grade;          // -1: not judged
-  double peak_force = 0;           // greatest contact force, low-passed at 300 Hz [N]
+  std::vector<std::string> basis;  // why the members have their grades
+  std::vector<std::string> warnings;
+  double peak_force = 0;  // greatest contact force, low-passed at 300 Hz [N]
   double capacity =
       -1;  // least over the members of that now over that as built, 0: lost; negative: not asked for
   int worst() const;
+  /// Whether the worst member's class rests on its shear force alone, with no crack, bar or volume beside it.
+  bool rests_on_shear() const;
 };
 
 class CoupledRuns {

@@ -34,6 +34,7 @@ class Figures {
 
   FragilityFigures make() {
     write_head();
+    write_doubts();
     write_members();
     write_classes();
     write_closure();
@@ -89,6 +90,55 @@ class Figures {
                             "capacity now over that as built, of the member of a run with the least; 0: "
                             "lost; mean over hits"}};
     root_["classes"] = class_names;
+  }
+
+  /// What the runs themselves warn of, what their classes rest on, whether their cells are coarse.
+  void write_doubts() {
+    constexpr std::array kinds{
+        std::pair{"numerical dissipation", "numerical dissipation beyond 1 % of the greatest kinetic energy"},
+        std::pair{"numerical energy gain", "numerical energy gain beyond 1 % of the greatest kinetic energy"},
+        std::pair{"is above Hertz's elastic", "force of a single sub-step above Hertz's elastic bound"},
+        std::pair{"lost their support", "parts that have lost their support stay in the mesh"},
+        std::pair{"fails under permanent load", "the structure fails under its permanent load"}};
+    std::vector<std::pair<std::string, int>> counts;
+    int severe = 0, by_shear = 0;
+    for (const Outcome& o : runs_.outcomes) {
+      if (!o.good) continue;
+      std::vector<std::string> of_run;
+      for (const std::string& w : o.warnings) {
+        const auto known = std::find_if(kinds.begin(), kinds.end(),
+                                        [&](const auto& k) { return w.find(k.first) != std::string::npos; });
+        const std::string kind = known != kinds.end() ? known->second : w;
+        if (std::find(of_run.begin(), of_run.end(), kind) == of_run.end()) of_run.push_back(kind);
+      }
+      for (const std::string& kind : of_run) {
+        const auto at =
+            std::find_if(counts.begin(), counts.end(), [&](const auto& c) { return c.first == kind; });
+        if (at == counts.end())
+          counts.emplace_back(kind, 1);
+        else
+          ++at->second;
+      }
+      constexpr int severe_class = 3;
+      if (o.worst() < severe_class) continue;
+      ++severe;
+      by_shear += o.rests_on_shear();
+    }
+    root_["doubts"] = Json::array();
+    const auto say = [&](const std::string& line) {
+      root_["doubts"].push_back(line);
+      result_.lines.push_back(line);
+    };
+    say(fmt::format("each run is {:g} s from just before the strike: what happens later is not in it",
+                    runs_.request.window));
+    for (const auto& [kind, count] : counts)
+      say(fmt::format("warned of in {} of {} runs: {}", count, result_.done, kind));
+    if (by_shear > 0)
+      say(
+          fmt::format("severe or worse in {} of {} runs, in {} of them for its shear force alone (mean over "
+                      "1.5 ms against V_Rd with mean strengths), no crack, bar or volume beside it",
+                      severe, result_.done, by_shear));
+    if (!runs_.mesh.empty()) say(runs_.mesh);
   }
 
   void write_members() {

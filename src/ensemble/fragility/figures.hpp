@@ -23,6 +23,7 @@ struct FragilityRuns {
   const std::vector<Task>& tasks;
   const std::vector<Outcome>& outcomes;  // of the tasks
   const std::vector<std::string>& faults;
+  std::string mesh;  // that its cells are coarse for a damage class; empty: they are not
 };
 
 struct FragilityFigures {

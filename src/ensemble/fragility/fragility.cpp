@@ -11,6 +11,7 @@
 #include "ensemble/fragility/hits.hpp"
 #include "ensemble/store.hpp"
 #include "io/files.hpp"
+#include "sim/fineness.hpp"
 #include "sim/world.hpp"
 
 namespace talus::ensemble {
@@ -50,7 +51,8 @@ class Fragility {
                                            .clusters = clusters_,
                                            .tasks = tasks_,
                                            .outcomes = runs.outcomes(),
-                                           .faults = runs.faults()});
+                                           .faults = runs.faults(),
+                                           .mesh = coarse_cells()});
     io::write_file(request_.directory / "fragility.json", figures.root.dump(2) + "\n");
     return std::move(figures.result);
   }
@@ -102,6 +104,13 @@ class Fragility {
       throw io::bad_file(request_.directory / "ensemble.h5", "/hits/" + request_.structure,
                          "no member hits the structure",
                          "there is nothing to run; more members would tell how rare a hit is");
+  }
+
+  std::string coarse_cells() const {
+    const StructureSpec spec =
+        ensemble_.coupled_scene(events_.front().member).structures[static_cast<std::size_t>(structure_)];
+    const std::vector<Problem> few = sim::fineness_problems(spec);
+    return few.empty() ? sim::fineness_line(spec) : few.front().key + " " + few.front().rule + ".";
   }
 
   /// What is about to be computed, and what of it cannot be what was meant.

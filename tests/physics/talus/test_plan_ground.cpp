@@ -72,7 +72,9 @@ TEST(PlanOfTheGround, NamesTheFrictionOfTheZoneUnderEachBlock) {
 }
 
 TEST(PlanOfTheRun, GivesTheMassOfEachBlock) {
-  EXPECT_NE(plan_of(block("A", 10) + block("B", 30)).find("Mass: A 2.65 t, B 2.65 t."), std::string::npos)
+  EXPECT_NE(plan_of(block("A", 10) + block("B", 30))
+                .find("Mass and size: A 2.65 t, 1 x 1 x 1 m; B 2.65 t, 1 x 1 x 1 m."),
+            std::string::npos)
       << plan_of(block("A", 10) + block("B", 30));
   std::string many;
   for (int i = 0; i < 9; ++i) many += block("B" + std::to_string(i), 1 + 1.5 * i);

@@ -82,6 +82,7 @@ TEST(Units, MinuteAndMillimetreAreNotMistaken) {
 
 TEST(Units, BadTextSaysWhatIsWrong) {
   EXPECT_EQ(complaint("3.84 metre"), "unknown unit \"metre\": write \"m\"");
+  EXPECT_EQ(complaint("-1,5 m"), "has a decimal comma: write \"-1.5 m\"");
   EXPECT_EQ(complaint("m"), "does not start with a number");
   EXPECT_EQ(complaint(""), "does not start with a number");
   EXPECT_EQ(complaint("nan m"), "does not start with a number");

@@ -221,6 +221,22 @@ TEST(Fragility, ClustersRunsAndProbabilities) {
   EXPECT_GE(ratio, 0);
   EXPECT_LT(ratio, 1.02);  // what is damaged bears no more than as built
 
+  // What a reader must know of the runs to judge the figures.
+  const std::string doubts = f["doubts"].dump();
+  EXPECT_NE(doubts.find("each run is 0.02 s from just before the strike"), std::string::npos) << doubts;
+  EXPECT_NE(doubts.find("2 cells across the smallest section (0.4 m)"), std::string::npos) << doubts;
+  int above_hertz = 0;
+  for (int k = 0; k < 24; ++k)
+    above_hertz += text_of(out / "fragility" / fmt::format("pier-{}", k) / "summary.json")
+                       .find("is above Hertz's elastic") != std::string::npos;
+  EXPECT_EQ(doubts.find(fmt::format("warned of in {} of 24 runs: force of a single sub-step above Hertz",
+                                    above_hertz)) != std::string::npos,
+            above_hertz > 0)
+      << doubts;
+  for (const Json& line : f["doubts"])
+    EXPECT_NE(std::find(result.lines.begin(), result.lines.end(), line.get<std::string>()),
+              result.lines.end());
+
   // Two threads, and a second call that finds all runs: the same bytes.
   write_fragility(request_of(place.path() / "two", 2));
   EXPECT_EQ(text_of(place.path() / "two" / "fragility.json"), text_of(out / "fragility.json"));

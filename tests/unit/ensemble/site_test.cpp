@@ -6,11 +6,14 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 
 #include "core/error.hpp"
 #include "ensemble/barrier.hpp"
 #include "ensemble/ensemble.hpp"
 #include "ensemble/fragility/hits.hpp"
+#include "ensemble/maps.hpp"
+#include "ensemble/report.hpp"
 #include "ensemble/results.hpp"
 #include "helpers/place.hpp"
 
@@ -129,10 +132,9 @@ points = [[10, 20], [110, 20]]
   const std::vector<std::string> plan = ensemble.plan();
   EXPECT_TRUE(any_holds(plan, "70 members, seed 1"));
   EXPECT_TRUE(any_holds(plan, "block.B.release: one place a member in 800 m^2, x 100 to 140, y 100 to 120"));
-  EXPECT_TRUE(any_holds(plan, "block.B.volume: 5 % below 1."));
-  EXPECT_TRUE(any_holds(plan, " m^3, half below "));
-  EXPECT_TRUE(any_holds(plan, "friction: 5 % below 30"));
-  EXPECT_TRUE(any_holds(plan, " deg, half below "));
+  // Of the distributions themselves, whatever the members draw.
+  EXPECT_TRUE(any_holds(plan, "block.B.volume: 5 % below 1.1 m^3, half below 2 m^3, 5 % above 2.9 m^3"));
+  EXPECT_TRUE(any_holds(plan, "friction: 5 % below 30.3 deg, half below 33 deg, 5 % above 35.7 deg"));
   EXPECT_TRUE(any_holds(plan, "Line road: 100 m"));
   EXPECT_TRUE(any_holds(plan, "Releases a year: not given"));
 }
@@ -235,6 +237,75 @@ TEST(Hits, RunsGoRoundTheKindsOfHit) {
   std::vector<int> clusters;
   for (const std::size_t k : order_of_runs(tasks, kinds)) clusters.push_back(tasks[k].cluster);
   EXPECT_EQ(clusters, (std::vector<int>{1, 0, 2, 1, 0, 0}));
+}
+
+// From the area, at x = 100 to 140 m, a block gets beyond the grid's end at 200 m within the second, or
+// rests.
+TEST(Site, BlocksThatLeaveTheTerrainAreCounted) {
+  const Site site;
+  const fs::path scene = site.scene(drawn + R"([[ensemble.vary]]
+key = "block.B.velocity"
+list = [[0, 0, 0], [150, 0, 0]]
+)");
+  Ensemble ensemble(scene.string(), {});
+  talus::test::Place out;
+  ensemble::Run run;
+  run.directory = out.path();
+  run.meet = [] {};
+  const Summary summary = write_results(ensemble, run.directory, run_members(ensemble, run));
+  long fast = 0;
+  for (long i = 0; i < 70; ++i) fast += ensemble.design().draw(i).texts[1].starts_with("[150") ? 1 : 0;
+  ASSERT_GT(fast, 10);
+  ASSERT_LT(fast, 60);
+  EXPECT_EQ(summary.left, fast);
+  const std::string expected = std::to_string(fast) + " of 70 members: a block left the terrain";
+  EXPECT_TRUE(left_text(summary).starts_with(expected)) << left_text(summary);
+  const auto text_of = [](const fs::path& file) {
+    std::stringstream text;
+    text << std::ifstream(file).rdbuf();
+    return text.str();
+  };
+  EXPECT_NE(text_of(run.directory / "summary.json").find(expected), std::string::npos);
+  write_maps(ensemble, run.directory, 70);
+  EXPECT_NE(text_of(write_report(ensemble, run.directory)).find(expected), std::string::npos);
+}
+
+std::string with_line(const std::string& points) {
+  return drawn + "[[line]]\nname = \"road\"\npoints = " + points + "\n";
+}
+
+TEST(Site, ALineTypedInSceneCoordinatesIsNotTakenForDegreesWhereTheOriginIsLeftOut) {
+  const Site site;
+  const fs::path scene = site.scene(with_line("[[65, 0], [65, 60]]"));
+  std::stringstream text;
+  text << std::ifstream(scene).rdbuf();
+  std::string without = text.str();
+  const std::string origin = "origin = [652300, 5241800, 1150]\n";
+  without.erase(without.find(origin), origin.size());
+  std::ofstream(scene) << without;
+  const std::string refused = refusal(scene);
+  EXPECT_NE(refused.find("line.road"), std::string::npos) << refused;
+  EXPECT_NE(refused.find("the terrain's middle is at [652400, 5241900], its lowest ground at 1200 m"),
+            std::string::npos)
+      << refused;
+  EXPECT_NE(refused.find("site.origin = [652400, 5241900, 1200]"), std::string::npos) << refused;
+  EXPECT_EQ(refused.find("degrees"), std::string::npos) << refused;
+}
+
+TEST(Site, ALineBesideTheTerrainIsToldWhereThatIs) {
+  const Site site;
+  const std::string refused = refusal(site.scene(with_line("[[65, 500], [65, 560]]")));
+  EXPECT_NE(refused.find("the terrain spans x 0 to 200, y 0 to 200 there"), std::string::npos) << refused;
+}
+
+// The nodes of a grid are the middles of its cells: half a cell beyond them belongs to it.
+TEST(Site, ALineMayReachToTheEdgesOfTheOutermostCells) {
+  const Site site;
+  EXPECT_TRUE(warnings_of(Ensemble(site.scene(with_line("[[65, -2.5], [65, 202.5]]")).string(), {})).empty());
+  const auto told = warnings_of(Ensemble(site.scene(with_line("[[65, -10], [65, 200]]")).string(), {}));
+  ASSERT_EQ(told.size(), 1u);
+  EXPECT_TRUE(any_holds(told, "10 m of its 210 m lie off the terrain")) << told[0];
+  EXPECT_FALSE(any_holds(told, "site.origin")) << told[0];
 }
 
 }  // namespace

@@ -201,14 +201,22 @@ TEST(RasterSays, AnIncompleteHeaderIsNamed) {
 }
 
 TEST(RasterSays, HeightsBeyondAnyTerrainAreWarnedOf) {
-  EXPECT_TRUE(
-      warned(terrain_of(tiff({9501, 9502, 9503, 9504, 9505, 9506, 9507, 9508, 9509})), "look like feet"));
+  EXPECT_TRUE(warned(terrain_of(tiff({9501, 9502, 9503, 9504, 9505, 9506, 9507, 9508, 9509})),
+                     "in feet they would be"));
   std::string text = "ncols 20\nnrows 20\nxllcorner 0\nyllcorner 0\ncellsize 1\n";
   for (int i = 0; i < 20; ++i)
     for (int j = 0; j < 20; ++j)
       text += std::to_string(100 + 3.28 * 0.8 * i) + (j == 19 ? "\n" : " ");  // 39 deg, heights in feet
   const File file("steep.asc", text);
   EXPECT_TRUE(warned(load_terrain(file.path), "different units"));
+  EXPECT_TRUE(warned(load_terrain(file.path), "in feet they would be 30.48 to 45.6761 m"));
+  std::string mm = "ncols 20\nnrows 20\nxllcorner 0\nyllcorner 0\ncellsize 1\n";
+  for (int i = 0; i < 20; ++i)
+    for (int j = 0; j < 20; ++j) mm += std::to_string(800000 + 700 * i) + (j == 19 ? "\n" : " ");
+  const File millimetres("mm.asc", mm);
+  EXPECT_TRUE(warned(load_terrain(millimetres.path), "no ground on Earth is that high in metres"));
+  EXPECT_TRUE(warned(load_terrain(millimetres.path),
+                     "in millimetres they would be 800 to 813.3 m, half of the cells steeper than 35 deg"));
 }
 
 TEST(RasterSays, PiecesThatNodataCutsOffAreNamed) {

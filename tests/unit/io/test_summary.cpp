@@ -1,5 +1,6 @@
 // The summary of a run as a whole: numerical energy errors, their remedies, what came off.
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include <string>
 #include <vector>
@@ -75,6 +76,39 @@ TEST(Summary, StructuresThatMeetSaySo) {
             std::string::npos)
       << all;
   EXPECT_EQ(all.find("was not hit"), std::string::npos) << all;
+}
+
+TEST(Summary, TheSummarySaysWhetherTheSchemeTakesMoreThanItsWarningAllows) {
+  const auto warned = [&](double algorithmic) {
+    io::SummaryBuilder builder(small().header());
+    for (int i = 0; i <= 4; ++i) {
+      sim::HistoryRow row = small().row(0.1 * i, static_cast<int>(small().header().blocks.size()));
+      row.ledger.kinetic = 1e6;
+      row.ledger.algorithmic = algorithmic * i / 4;
+      builder.add(row);
+    }
+    return nlohmann::json::parse(builder.text(nullptr))["energy"]["algorithmic_warned"].get<bool>();
+  };
+  EXPECT_FALSE(warned(9.9e3));
+  EXPECT_TRUE(warned(2.5e4));
+  EXPECT_TRUE(warned(-2.5e4));
+}
+
+TEST(Summary, AnElasticStructureHasNoDamageClassAndTheHeadlineSaysSo) {
+  sim::RunHeader header;
+  header.structures.emplace_back();
+  header.structures[0].name = "wall";
+  header.structures[0].loaded = true;
+  header.structures[0].plan = "wall: elastic, no damage history kept";
+  io::SummaryBuilder builder(header);
+  sim::HistoryRow row;
+  row.structures.resize(1);
+  builder.add(row);
+  std::string all;
+  for (const std::string& line : io::summary_headline(builder.text(nullptr))) all += line + "\n";
+  EXPECT_NE(all.find("wall is elastic in this run: damage was not computed, there is no damage class"),
+            std::string::npos)
+      << all;
 }
 
 /// A time is named only if more than half of it fell there; what goes on all the time has none, nor has what

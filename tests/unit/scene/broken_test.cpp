@@ -17,7 +17,7 @@ const Broken list[] = {
     // the top
     {"schema = 1", "schema = 2", "schema", "must be 1"},
     {"schema = 1", "schema = \"1\"", "schema", "must be a whole number, not a text"},
-    {"schema = 1", "schema = 1.0", "schema", "must be a whole number, not a number"},
+    {"schema = 1", "schema = 1.0", "schema", "must be a whole number, not a decimal number"},
     {"schema = 1\n", "", "schema", "is missing"},
     {"title = \"Boulder against pier P2\"", "titel = \"x\"", "titel", "unknown key; did you mean \"title\"?"},
     {"title = \"Boulder against pier P2\"", "title = 5", "title", "must be a text, not a whole number"},
@@ -27,6 +27,24 @@ const Broken list[] = {
     {"[output]", "[ensemble]\nmember = 5\n[output]", "ensemble.member", "unknown key"},
     {"[output]", "[[line]]\nname = \"net\"\n[output]", "line.net", "needs points or a file"},
     {"[output]", "[temperature]\n[output]", "temperature", "the keys here are schema, title"},
+    // decimal commas: the file is read on
+    {"height = \"12 m\"", "height = 8,5", "height", "has a decimal comma; write 8.5"},
+    {"height = \"12 m\"", "height = \"8,5 m\"", "structure.P2.height",
+     "has a decimal comma: write \"8.5 m\""},
+    {"position = [0.0, 0.0, 120.0]", "position = [-1,6, 0, 2,5]", "block.B1.position",
+     "these are 5 numbers: commas separate them; decimals have a point"},
+    // what other programs and norms call it
+    {"f_cm = \"48 MPa\"", "f_ck = \"35 MPa\"", "material.C40.f_ck",
+     "f_cm = f_ck + 8 MPa: write f_cm = \"43 MPa\""},
+    {"rebar = \"bars.csv\"",
+     "rebar = [{ kind = \"longitudinal\", bars = 4, diameter = 0.02, cover = 0.05, grade = \"B550B\" }]",
+     "structure.P2.rebar.0.grade", "yield = \"550 MPa\""},
+    {"accuracy = 1e-3", "accuracy = 1e-3\ndamping_ratio = 0.02", "simulation.damping_ratio",
+     "\"damping_ratio\" belongs in [interface] or [structure]"},
+    {"height = \"12 m\"", "height = \"12 m\"\nhight = 3", "structure.P2.hight",
+     "did you mean \"height\", which is there already?"},
+    {"title = \"Boulder against pier P2\"", "title = \"Boulder against pier P2", "",
+     "the quote that ends the text is missing in this line"},
     // simulation
     {"accuracy = 1e-3", "step = 1e-10", "simulation.step", "must not be shorter than min_step, 1e-09 s"},
     {"accuracy = 1e-3", "min_step = 31", "simulation.min_step", "must not be longer than the duration, 30 s"},
@@ -377,6 +395,9 @@ TEST(BrokenScenes, AllProblemsAtOnceInTheOrderOfTheFile) {
 TEST(BrokenScenes, OneMistakeIsToldOnce) {
   const Place place;
   const Broken mistakes[] = {
+      {"material = \"C40\"", "material = \"C 40\"", "structure.P2.material", "there is no such material"},
+      {"[[structure]]", "[[structures]]", "structures", "unknown key"},
+      {"f_cm = \"48 MPa\"", "f_ck = \"40 MPa\"", "material.C40.f_ck", "unknown key"},
       {"density = \"2.5 t/m^3\"", "denstiy = \"2.5 t/m^3\"", "material.rock.denstiy", "unknown key"},
       {"size = [", "Size = [", "block.B1.Size", "unknown key"},
       {"density = \"2.5 t/m^3\"", "density = \"2.5 kg\"", "material.rock.density", "this one is in kg"},
@@ -412,6 +433,25 @@ TEST(BrokenScenes, OneMistakeIsToldOnce) {
       EXPECT_NE(keys.find(broken.key), std::string::npos) << keys;
       EXPECT_NE(keys.find(broken.message), std::string::npos) << keys;
     }
+  }
+}
+
+TEST(BrokenScenes, ADecimalCommaIsReadAsAPoint) {
+  const Place place;
+  std::string text = changed(full, "height = \"12 m\"", "height = 8,5   # m");
+  text = changed(text, "density = \"2.5 t/m^3\"", "density = 2500,0");
+  text = changed(text, "audit = \"strict\"", "audti = \"strict\"");
+  try {
+    read_scene_text(text, place.scene());
+    FAIL();
+  } catch (const InputError& error) {
+    ASSERT_EQ(error.problems().size(), 3u) << error.what();
+    EXPECT_EQ(error.problems()[0].key, "density");
+    EXPECT_EQ(error.problems()[0].value, "2500,0");
+    EXPECT_EQ(error.problems()[0].line, 19);
+    EXPECT_EQ(error.problems()[0].column, 11);
+    EXPECT_EQ(error.problems()[1].remedy, "write 8.5");
+    EXPECT_EQ(error.problems()[2].key, "coupling.audti");
   }
 }
 
