@@ -105,12 +105,12 @@ void edge_edge(const Search& s, std::vector<ContactPoint>& out) {
       if (n.dot(a.left + a.right) < 0) n = -n;
       double gap = n.dot(b.a - a.a);
       if (gap > s.margin || gap < -s.depth) continue;
-      const std::optional<SegmentPair> met = crossing(s, a, b, reach);
-      if (!met) continue;
-      const SegmentPair& c = *met;
       const double al = n.dot(a.into_left), ar = n.dot(a.into_right), bl = -n.dot(b.into_left),
                    br = -n.dot(b.into_right);
       if (std::max({al, ar, bl, br}) > tolerances().lean) continue;
+      const std::optional<SegmentPair> met = crossing(s, a, b, reach);
+      if (!met) continue;
+      const SegmentPair& c = *met;
       const Vec3 across = n;
       ContactPoint p;
       // Nearly parallel faces: outside the arc the face itself gives the normal.
