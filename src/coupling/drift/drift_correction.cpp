@@ -193,8 +193,17 @@ double DriftCorrection::correct(double h) {
   double least = std::max(deepest_, drifted_);  // so far
   int fruitless = 0;  // passes in a row that did not halve it, those without a solution twice:
                       // over-constrained bodies stay in each other
-  for (int pass = 0; pass < 24 && (pass == 0 || std::max(deepest_, drifted_) > left) && fruitless < 4;
-       ++pass) {
+  for (int pass = 0; pass < 24 && fruitless < 4; ++pass) {
+    if (pass > 0 && std::max(deepest_, drifted_) <= left) {
+      // What went along with its blocks tells of the features that were near before, not of what they have
+      // been moved into.
+      if (!search_.carried()) break;
+      step_.found_for = -1;
+      search_.find(h);
+      std::fill(carried.begin(), carried.end(), 0.0);
+      measure();
+      if (std::max(deepest_, drifted_) <= left) break;
+    }
     ++report_.counters.projections;
     const contact::SolveReport r = solve();
     if (!std::all_of(step_.problem.v.begin(), step_.problem.v.end(),
@@ -206,6 +215,7 @@ double DriftCorrection::correct(double h) {
     fruitless = std::max(deepest_, drifted_) < 0.5 * least ? 0 : fruitless + (r.converged ? 1 : 2);
     least = std::min(least, std::max(deepest_, drifted_));
   }
+  if (search_.carried()) step_.found_for = -1;
   search_.carry_at_structures(before);
   return deepest_;
 }

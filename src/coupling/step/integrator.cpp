@@ -72,7 +72,6 @@ void IslandIntegrator::run() {
     limit_length(trial);
     const bool long_step = trial.usual > 0;
     guard_.begin_step();
-    const bool all_known = !search_.carried();
     if (!control_.take(trial)) return;
     p.restless = p.restless || (long_step && trial.usual == 0);
     if (!p.small && !with_structure())
@@ -98,8 +97,6 @@ void IslandIntegrator::run() {
       p.done += taken;
       continue;
     }
-    // What a projection moved blocks into may be known after a search alone.
-    if (!all_known && !with_structure()) continue;
     p.longest = 0.5 * taken;
     // A structure has gone its step: it goes back to the start of the macro step alone.
     report_.shorter = with_structure();
