@@ -20,7 +20,7 @@ thread_local ConvexScratch convex_scratch;
 /// it: their closest points.
 void meet_apart(const HullPair& pair, const Vec3& n, double gap, Hull& moved,
                 std::vector<ContactPoint>& points) {
-  constexpr double touches = 1e3;  // that they are then apart
+  constexpr double touches = 1e3;  // that they are then apart: a millionth of the size, which gjk() tells
   const Vec3 shift = (touches * pair.touch - gap) * n;
   moved = pair.B;
   moved.move(shift);

@@ -177,7 +177,7 @@ SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& s
                                         [](const Touch& t) { return t.law.mu == 0 && t.law.cohesion == 0; });
   if (!done && search.few()) done = search.unstressed(settings, report);
   if (done) {
-    // or nothing can be
+    // or a figure of the problem is none
   } else if (nc > few && frictionless) {
     work_->normal.run(system, search.p, search.v, tolerance, 300);
     system.velocities(search.p, search.v);
