@@ -321,6 +321,18 @@ void Fracture::shape_of_piece(const HexMesh& mesh, const std::vector<int>& cells
     present.push_back(node.position);
     weight.push_back(node.mass);
   }
+  // A face that is bared by quarters has corners of the cells that went: they lie where what they follow
+  // says.
+  for (const SkinQuad& q : quads)
+    for (const int n : q.node) {
+      if (!at.emplace(n, at.size()).second) continue;
+      Vec3 place = Vec3::Zero();
+      for (const auto& [master, share] : hanging_node(mesh, n)->masters)
+        place += share * nodes.at(master).position;
+      reference.push_back(mesh.nodes[n]);
+      present.push_back(place);
+      weight.push_back(0);
+    }
   std::vector<Vec3> points = straightened(reference, present, weight, bent * std::cbrt(smallest));
   stand_on_pads(mesh, seated, quads, at, points);
   quads = cut_at_middles(mesh, quads);
