@@ -95,7 +95,7 @@ int command_ensemble(const Options& options) {
   run.meet = wait_for_all;
   run.progress = [&](const ensemble::Progress& p) { progress.show(p.done, p.asked, p.failed); };
   run.stop = &stop_signal();
-  catch_signals();
+  on_stop(OnStop::ask);
   const long members = ensemble::run_members(ensemble, run);
   progress.clear();
   if (const int signal = stop_signal().load(); signal != 0) {

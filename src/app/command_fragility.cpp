@@ -73,7 +73,7 @@ int command_fragility(const Options& options) {
   request.progress = [&](int done, int asked) { progress.show(done, asked, 0); };
   request.tell = [](const std::string& line) { tell("{}\n", line); };
   request.stop = &stop_signal();
-  catch_signals();
+  on_stop(OnStop::ask);
   const ensemble::FragilityResult result = ensemble::write_fragility(request);
   progress.clear();
   fmt::print("{} of {} coupled runs done, {} failed\n", result.done, result.asked, result.failed);
@@ -115,7 +115,7 @@ int command_calibrate(const Options& options) {
   request.stop = &stop_signal();
   ensemble::check(request);
   const io::DirectoryLock lock = io::claim_directory(options.output);
-  catch_signals();
+  on_stop(OnStop::ask);
   const std::vector<std::string> lines = ensemble::calibrate(request);
   progress.clear();
   if (stop_signal().load() != 0) return interrupted();

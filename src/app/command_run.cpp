@@ -4,8 +4,6 @@
 #include <filesystem>
 #include <optional>
 
-#include <unistd.h>
-
 #include <fmt/format.h>
 
 #include "app/commands.hpp"
@@ -13,6 +11,7 @@
 #include "app/progress.hpp"
 #include "app/record_run.hpp"
 #include "app/run_checkpoint.hpp"
+#include "app/signals.hpp"
 #include "app/tell.hpp"
 #include "app/together.hpp"
 #include "core/ranks.hpp"
@@ -30,40 +29,6 @@ namespace talus::app {
 namespace fs = std::filesystem;
 
 namespace {
-
-std::atomic<int> run_stop_signal{0};
-static_assert(std::atomic<int>::is_always_lock_free);
-
-/// A step of a large system may last: for so long it may come to its end, which saves all up to there. Then
-/// the run ends as if it had been killed, and --resume goes on from its last checkpoint.
-constexpr unsigned patience = 5;  // [s]
-
-extern "C" void on_patience_ended(int) {
-  constexpr char text[] =
-      "talus: the step at hand did not end in time; --resume goes on from the last checkpoint\n";
-  [[maybe_unused]] const auto written = ::write(STDERR_FILENO, text, sizeof text - 1);
-  ::_exit(128 + run_stop_signal.load());
-}
-
-extern "C" void on_signal(int number) {
-  run_stop_signal.store(number);
-  std::signal(SIGALRM, on_patience_ended);
-  ::alarm(patience);
-  // A second SIGINT, from the keyboard, ends the program at once. `timeout` and service managers send SIGTERM
-  // twice and mean one.
-  if (number == SIGINT) std::signal(number, SIG_DFL);
-}
-
-/// Before the first step there is nothing to save: the program exits at once.
-extern "C" void on_early_signal(int number) {
-  constexpr char text[] = "talus: interrupted before the first step; nothing was written\n";
-  [[maybe_unused]] const auto written = ::write(STDERR_FILENO, text, sizeof text - 1);
-  ::_exit(128 + number);
-}
-
-void on_signals(void (*action)(int)) {
-  for (const int number : {SIGINT, SIGTERM, SIGHUP}) std::signal(number, action);
-}
 
 /// What a scheme other than two-way leaves out, by the run's own numbers; empty for two-way.
 std::string left_out(const scene::Scene& scene, const sim::RunResult& result) {
@@ -214,7 +179,7 @@ std::vector<ensemble::PlanLine> lines_of(sim::Simulation& simulation) {
 }
 
 int run_scene(scene::Scene scene, const Options& options, bool carry_blocks) {
-  on_signals(on_early_signal);
+  on_stop(OnStop::end_unwritten);
   const fs::path directory = output_directory(options);
   io::check_directory(directory);
   std::vector<fs::path> inputs;
@@ -249,9 +214,9 @@ int run_scene(scene::Scene scene, const Options& options, bool carry_blocks) {
   const std::optional<double> resumed_at = position ? std::optional(simulation.time()) : std::nullopt;
 
   const std::vector<std::string> plan =
-      simulation.plan();  // by all ranks: loads on supports are sums over them
-  on_signals(on_signal);  // from here on something is written
-  wait_for_all();         // nobody reads any more what is written now
+      simulation.plan();               // by all ranks: loads on supports are sums over them
+  on_stop(OnStop::ask_with_patience);  // from here on something is written
+  wait_for_all();                      // nobody reads any more what is written now
   const bool writes = writes_files();
   std::optional<io::Recorder> recorder;
   if (writes) {
@@ -292,16 +257,16 @@ int run_scene(scene::Scene scene, const Options& options, bool carry_blocks) {
   }
   if (!writes) {
     sim::Sink silent;
-    const sim::RunResult result = simulation.run(silent, &run_stop_signal);
-    ::alarm(0);         // from here on it comes to its end by itself
-    simulation.save();  // by all ranks
+    const sim::RunResult result = simulation.run(silent, &stop_signal());
+    on_stop(OnStop::ask);  // from here on it comes to its end by itself
+    simulation.save();     // by all ranks
     if (io::has_ended(result.status)) simulation.final_state();
     return result.exit_code;
   }
   RecordingSink sink(*recorder, hash);
-  const auto [result, summary] = record_run(simulation, *recorder, sink, hash, &run_stop_signal, [&] {
+  const auto [result, summary] = record_run(simulation, *recorder, sink, hash, &stop_signal(), [&] {
     sink.end_line();
-    ::alarm(0);  // from here on it comes to its end by itself
+    on_stop(OnStop::ask);  // from here on it comes to its end by itself
   });
   print_result(result, directory, simulation.time(),
                result.status == "at rest" ? simulation.departed().size() : 0, resumed_at,

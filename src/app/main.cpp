@@ -15,6 +15,7 @@
 #include <fmt/format.h>
 
 #include "app/commands.hpp"
+#include "app/signals.hpp"
 #include "app/tell.hpp"
 #include "app/together.hpp"
 #include "core/suggest.hpp"
@@ -113,6 +114,7 @@ int main(int argc, char** argv) {
   using namespace talus;
   app::open_closed_streams();
   app::keep_pages();
+  app::watch_signals();
   std::signal(SIGXFSZ, SIG_IGN);  // a file-size limit is a write error with a message, not a death
   std::string text;
   int code = app::numerical_failure;

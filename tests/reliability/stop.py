@@ -33,7 +33,7 @@ section = [4, 4]
 height = 16
 cells = [%d, %d, %d]
 support = ["-z"]
-preload = "none"
+preload = "%s"
 integrator = "explicit"
 """
 PATIENCE = 60   # [s]: five by the program, the rest for a crowded machine
@@ -49,7 +49,7 @@ def check(name, good, told=""):
 def stop(work, name, cells, number, wait_for):
     """Starts a run, sends the signal once `wait_for` has been told (empty: after a second); exit code, words, seconds."""
     scene = work / f"{name}.toml"
-    scene.write_text(SCENE % cells)
+    scene.write_text(SCENE % (*cells, "none"))
     run = subprocess.Popen([program, "run", scene, "-o", work / name], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     said = ""
     while wait_for and wait_for not in said:
@@ -68,6 +68,25 @@ def stop(work, name, cells, number, wait_for):
     return run.returncode, said, time.monotonic() - sent
 
 
+def orderings(work):
+    """Signals all along the first half of a check that orders and factorises: each ends it. (A library that puts in its own handler
+    while it orders swallowed them, or made an error of the factorisation of them.)"""
+    scene = work / "preloaded.toml"
+    scene.write_text(SCENE % (20, 20, 60, "gravity"))
+    began = time.monotonic()
+    subprocess.run([program, "check", scene], stdout=subprocess.DEVNULL, check=True)
+    whole = time.monotonic() - began
+    wrong = []
+    for k in range(24):
+        run = subprocess.Popen([program, "check", scene], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        time.sleep(0.5 * whole * (k + 0.5) / 24)  # it orders between a seventh and a quarter of it
+        run.send_signal(signal.SIGTERM)
+        said = run.communicate(timeout=PATIENCE)[0]
+        if run.returncode != -signal.SIGTERM:
+            wrong.append((k, run.returncode, said[-200:]))
+    check("SIGTERM all along a check", not wrong, str(wrong[:3]))
+
+
 def main():
     with tempfile.TemporaryDirectory() as work:
         work = pathlib.Path(work)
@@ -79,6 +98,7 @@ def main():
         code, said, seconds = stop(work, "build", (48, 48, 192), signal.SIGTERM, "")
         check("SIGTERM while it is built", code == 128 + signal.SIGTERM, f"exit code {code}: {said[-500:]}")
         check("nothing is written yet", not (work / "build" / "results.h5").exists())
+        orderings(work)
     return 1 if failures else 0
 
 

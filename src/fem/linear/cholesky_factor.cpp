@@ -78,12 +78,12 @@ void CholeskyFactor::again(const SymmetricMatrix& a, double shift, const std::ve
     n_ = a.n, column_ = a.column, row_ = a.row;
   }
   factorize(a, shift, d, ordering);
-  if (c_->common.status == CHOLMOD_OK && c_->factor && c_->factor->minor == static_cast<std::size_t>(n_))
-    return;
+  if (c_->common.status < CHOLMOD_OK || c_->factor == nullptr) fail(0);
+  if (c_->common.status == CHOLMOD_OK && c_->factor->minor == static_cast<std::size_t>(n_)) return;
   throw NumericalFailure(
       fmt::format("The stiffness of the structure is not positive definite (degree of freedom {} of {}): "
                   "are the supports enough?",
-                  c_->factor ? static_cast<int>(c_->factor->minor) : -1, n_));
+                  c_->factor->minor, n_));
 }
 
 void CholeskyFactor::solve(const double* b, double* x, int columns) const { solve(CHOLMOD_A, b, x, columns); }
