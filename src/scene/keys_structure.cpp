@@ -443,6 +443,16 @@ std::vector<Key> structure_keys() {
           "what rests on the cap beam; across, a girder falls off the ends of the cap beam. Omitted: what "
           "rests there, where that is less.");
   viaduct("abutments", number, "0", "Viaduct: 1 with abutments at both ends, 0 without.", 0, false);
+  viaduct("skew", angle, "0 deg",
+          "Viaduct: angle from the square across the axis to the lines of supports, anticlockwise seen from "
+          "above, at most 75 degrees. Piers, cap beams and abutments are turned by it, the decks sheared; "
+          "cap_length and pier_spacing are along the supports, deck_width is square to the axis.",
+          -1e9);
+  viaduct("grade", number, "0",
+          "Viaduct: rise of the deck over its length along the axis, 0.04 for four in a hundred; negative "
+          "where it falls. pier_height and deck_level are those at the first pier; along the supports the "
+          "deck is level.",
+          -1e9);
   keys.push_back(
       {.path = "structure.parameters",
        .type = Type::free_table,

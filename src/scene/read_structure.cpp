@@ -273,7 +273,8 @@ void read_viaduct(const View& view, StructureSpec& spec) {
                                               "deck_width",     "deck_depth",        "slab_thickness",
                                               "bottom_slab",    "girders",           "girder_width",
                                               "bearing_height", "bearing_stiffness", "bearing_friction",
-                                              "bearing_seat",   "abutments"};
+                                              "bearing_seat",   "abutments",         "skew",
+                                              "grade"};
   for (const std::string& name : names) {
     const auto value = view.maybe(name);
     if (!view.has(name)) continue;

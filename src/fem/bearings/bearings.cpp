@@ -50,9 +50,11 @@ Bearings::Foot Bearings::Cap::foot(const HexMesh& mesh, const Vec3& place) const
 }
 
 Bearings::Bearings(const StructureSpec& spec, const HexMesh& mesh, const ViaductPlan& plan) : mesh_(&mesh) {
-  along_ = spec.rotation.col(0);
-  across_ = spec.rotation.col(1);
-  up_ = spec.rotation.col(2);
+  const Mat3 axes =
+      spec.rotation * plan.parts.front().turn;  // of the cap beams: a deck slides off their edges
+  along_ = axes.col(0);
+  across_ = axes.col(1);
+  up_ = axes.col(2);
   std::vector<int> cell_of(mesh.nodes.size(), -1), part_of(mesh.nodes.size(), -1);
   for (int cell = static_cast<int>(mesh.hexes.size()) - 1; cell >= 0; --cell)
     for (int n : mesh.hexes[cell]) cell_of[n] = cell, part_of[n] = mesh.component[cell];
@@ -60,25 +62,27 @@ Bearings::Bearings(const StructureSpec& spec, const HexMesh& mesh, const Viaduct
       std::count_if(plan.parts.begin(), plan.parts.end(), [](const auto& part) { return part.deck < 0; }));
   for (const ViaductPlan::Pad& pad : plan.pads) {
     const int deck_part = bents + pad.deck, cap_part = pad.deck + pad.end;
-    const double bottom = pad.at.z() + plan.bearing_height;
-    std::vector<int> nodes;
-    int nearest = -1;
+    const ViaductPlan::Part &deck = plan.parts[static_cast<std::size_t>(deck_part)],
+                            &bent = plan.parts[static_cast<std::size_t>(cap_part)];
+    const double top = bent.boxes.back().max().z();
+    std::vector<int> nodes, nearest;  // of a pad between two lines of nodes all that are nearest
     double best = INFINITY;
     for (int n = 0; n < static_cast<int>(mesh.nodes.size()); ++n) {
-      if (part_of[n] != deck_part || std::abs(mesh.local[n].z() - bottom) > 1e-6) continue;
+      if (part_of[n] != deck_part || std::abs(mesh.local[n].z() - pad.at.z()) > 1e-6) continue;
       const Vec3 d = mesh.local[n] - pad.at;
       if (std::abs(d.x()) <= pad.length / 2 + 1e-9 && std::abs(d.y()) <= pad.width / 2 + 1e-9)
         nodes.push_back(n);
       const double distance = std::hypot(d.x(), d.y());
-      if (distance < best - 1e-9) best = distance, nearest = n;
+      if (distance < best - 1e-9) best = distance, nearest.clear();
+      if (distance <= best + 1e-9) nearest.push_back(n);
     }
-    if (nodes.empty() && nearest >= 0) nodes.push_back(nearest);
-    const Cap& cap = caps_.try_emplace(cap_part, mesh, cap_part, pad.at.z()).first->second;
+    if (nodes.empty()) nodes = nearest;
+    const Cap& cap = caps_.try_emplace(cap_part, mesh, cap_part, top).first->second;
     std::vector<Site> found;
     for (int n : nodes) {
-      Site site{pad.deck,   pad.end,  n,
-                cell_of[n], cap_part, Vec3(mesh.local[n].x(), mesh.local[n].y(), pad.at.z()),
-                {}};
+      const Vec3 on_cap = bent.own(deck.placed(mesh.local[n]));
+      Site site{pad.deck,         pad.end, n, cell_of[n], cap_part, Vec3(on_cap.x(), on_cap.y(), top),
+                on_cap.z() - top, {}};
       site.built = cap.foot(mesh, site.place);
       if (site.built.cell >= 0) found.push_back(site);
     }
@@ -97,7 +101,7 @@ Bearings::Bearings(const StructureSpec& spec, const HexMesh& mesh, const Viaduct
     (pad.end == 0 ? p.seat_along[1] : p.seat_along[0]) =
         pad.end == 0 ? plan.bearing_seat : -plan.bearing_seat;
     for (const Site& s : found) {
-      const double y = std::clamp(mesh.local[s.deck_node].y(), cap.box.min().y(), cap.box.max().y());
+      const double y = std::clamp(s.place.y(), cap.box.min().y(), cap.box.max().y());
       p.seat_across = {cap.box.min().y() - y, cap.box.max().y() - y};
       sites_.push_back(s), foot_.push_back(s.built), law_.emplace_back(p);
     }

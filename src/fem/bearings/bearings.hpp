@@ -32,8 +32,9 @@ class Bearings {
   struct Site {
     int deck, end;  // which span, which end of it
     int deck_node, deck_cell;
-    int cap;     // part of the mesh
-    Vec3 place;  // below the node, as built, body axes
+    int cap;        // part of the mesh
+    Vec3 place;     // below the node, as built, in the cap beam's axes
+    double height;  // of the node above it, as built [m]
     Foot built;
   };
   /// The mesh must outlive the bearings.
@@ -66,7 +67,7 @@ class Bearings {
   void restore(StateReader& state);
 
  private:
-  /// The upper cells of one cap beam, to be searched in body axes.
+  /// The upper cells of one cap beam, to be searched in its axes.
   struct Cap {
     Cap(const HexMesh& mesh, int part, double top);
     Cap(const HexMesh& mesh, std::vector<int> cells);

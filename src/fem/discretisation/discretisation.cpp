@@ -120,10 +120,14 @@ void Discretisation::take_new_nodes() {
   if (triangulation_->n_vertices() == coarse) return;
   std::vector<char> known(triangulation_->n_vertices(), 0);
   std::fill_n(known.begin(), coarse, 1);
+  mesh_.local.resize(known.size());
   std::vector<std::set<int>> inside;
   for (const auto& [name, nodes] : mesh_.node_groups) inside.emplace_back(nodes.begin(), nodes.end());
   const auto halve = [&](unsigned middle, const auto& body, unsigned corners) {
     if (std::exchange(known[middle], 1) != 0) return;
+    Vec3 local = Vec3::Zero();  // the axes of a part are straight: the mean, there as in the world
+    for (unsigned v = 0; v < corners; ++v) local += mesh_.local[body->vertex_index(v)] / corners;
+    mesh_.local[middle] = local;
     for (std::set<int>& group : inside) {
       bool all = true;
       for (unsigned v = 0; v < corners; ++v)
@@ -142,21 +146,8 @@ void Discretisation::take_new_nodes() {
   }
   auto members = inside.begin();
   for (auto& [name, nodes] : mesh_.node_groups) nodes.assign(members->begin(), members->end()), ++members;
-  // From world axes to the body's own: a rotation and a shift, which three edges of a cell give.
-  const auto& hex = mesh_.hexes[0];
-  const auto edges = [&](const std::vector<Vec3>& x) {
-    Mat3 e;
-    for (int i = 0; i < 3; ++i)
-      e.col(i) = x[static_cast<std::size_t>(hex[i == 0 ? 1 : i + 2])] - x[static_cast<std::size_t>(hex[0])];
-    return e;
-  };
-  const auto first = static_cast<std::size_t>(hex[0]);
-  const Mat3 turn = edges(mesh_.local) * edges(mesh_.nodes).inverse();
-  const Vec3 shift = mesh_.local[first] - turn * mesh_.nodes[first];
-  for (std::size_t v = coarse; v < known.size(); ++v) {
+  for (std::size_t v = coarse; v < known.size(); ++v)
     mesh_.nodes.push_back(position(triangulation_->get_vertices()[v]));
-    mesh_.local.push_back(turn * mesh_.nodes[v] + shift);
-  }
 }
 
 /// Tables of the kernels, in VTK's order of vertices and faces: -x, +x, -y, +y, -z, +z, as deal.II's.

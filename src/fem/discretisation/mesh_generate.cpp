@@ -83,8 +83,8 @@ double refined_count(const StructureSpec& spec) {
   if (spec.kind == "viaduct") {
     double sum = 0;
     for (const ViaductPlan::Part& part : viaduct_plan(spec).parts)
-      sum += part.rounds.empty() ? brick_count(part.boxes, spec.cell_size, zones)
-                                 : round_bent_count(part, spec, zones);
+      sum += part.rounds.empty() ? brick_count(part.boxes, spec.cell_size, zones_of(part, spec))
+                                 : round_bent_count(part, spec, zones_of(part, spec));
     return sum;
   }
   const Vec3 half(spec.size.x() / 2, spec.size.y() / 2, 0);
@@ -243,7 +243,7 @@ HexMesh prismatic_mesh(const StructureSpec& spec) {
 /// A zone that meets nothing is a mistake in its coordinates.
 void check_refinements(const StructureSpec& spec, const HexMesh& mesh) {
   Box3 bounds;
-  for (const Vec3& x : mesh.local) bounds.extend(x);
+  for (const Vec3& x : mesh.nodes) bounds.extend(spec.rotation.transpose() * (x - spec.position));
   for (const auto& zone : local_refinements(spec))
     if (!zone.region.intersects(bounds)) {
       const Vec3 &a = zone.region.min(), &b = zone.region.max();

@@ -19,9 +19,10 @@ std::vector<rebar::Member> cap_members(const StructureSpec& spec) {
     m.width = cap.sizes().z();
     m.depth = cap.sizes().x();
     m.length = cap.sizes().y();
-    m.base = spec.position + spec.rotation * Vec3(cap.center().x(), cap.min().y(), cap.center().z());
+    m.base =
+        spec.position + spec.rotation * part.placed(Vec3(cap.center().x(), cap.min().y(), cap.center().z()));
     m.axis_x = spec.rotation.col(2);
-    m.axis_y = spec.rotation.col(0);
+    m.axis_y = spec.rotation * part.turn.col(0);
     members.push_back(m);
   }
   return members;
@@ -75,6 +76,17 @@ std::vector<int> feet_of(const ViaductPlan::Part& part, const HexMesh& mesh) {
 
 }  // namespace
 
+std::vector<StructureSpec::Refinement> zones_of(const ViaductPlan::Part& part, const StructureSpec& spec) {
+  std::vector<StructureSpec::Refinement> zones = local_refinements(spec);
+  for (StructureSpec::Refinement& zone : zones) {
+    Box3 own;
+    for (int corner = 0; corner < 8; ++corner)
+      own.extend(part.own(zone.region.corner(static_cast<Box3::CornerType>(corner))));
+    zone.region = own;
+  }
+  return zones;
+}
+
 HexMesh viaduct_mesh(const StructureSpec& spec) {
   const ViaductPlan plan = viaduct_plan(spec);
   HexMesh mesh;
@@ -82,11 +94,14 @@ HexMesh viaduct_mesh(const StructureSpec& spec) {
   for (int k = 0; k < static_cast<int>(plan.parts.size()); ++k) {
     const ViaductPlan::Part& what = plan.parts[k];
     std::vector<int> feet;
-    const HexMesh part = what.rounds.empty() ? bricks(what.boxes, spec.cell_size, local_refinements(spec))
+    const HexMesh part = what.rounds.empty() ? bricks(what.boxes, spec.cell_size, zones_of(what, spec))
                                              : round_bent(what.boxes.back(), what.rounds, spec.cell_size,
-                                                          local_refinements(spec), feet);
+                                                          zones_of(what, spec), feet);
     const int shift = static_cast<int>(mesh.nodes.size());
-    mesh.nodes.insert(mesh.nodes.end(), part.nodes.begin(), part.nodes.end());
+    for (const Vec3& x : part.nodes) {
+      mesh.local.push_back(x);
+      mesh.nodes.push_back(spec.rotation * what.placed(x) + spec.position);
+    }
     for (auto hex : part.hexes) {
       for (int& n : hex) n += shift;
       mesh.hexes.push_back(hex);
@@ -97,8 +112,6 @@ HexMesh viaduct_mesh(const StructureSpec& spec) {
     for (int n : feet) base.push_back(shift + n);
   }
   mesh.node_groups["base"] = base;
-  mesh.local = mesh.nodes;
-  for (Vec3& x : mesh.nodes) x = spec.rotation * x + spec.position;
   return mesh;
 }
 

@@ -8,6 +8,12 @@
 /// at its middle). Supports stand at i * span_length; with abutments the first and the last are abutments,
 /// and the first pier stands at span_length from the first.
 ///
+/// Skew and grade: each part is laid out square and level in axes of its own, and placed by an affine map to
+/// body axes. With the skew s, the grade g and the support x_i,
+///   bent i:  x = x_i + R_z(s) (X - x_i),                                    cap beams stay level
+///   span i:  x = X - Y tan s,  y = Y,  z = Z + g (X - x_i),                 sheared, level along the
+///   supports
+///
 /// parameter         default   meaning                                                  unit
 /// spans             3         number of spans                                          -
 /// span_length       20                                                                 m
@@ -22,6 +28,8 @@
 /// bottom_slab       0         thickness of a slab that closes the girders to a box          m
 /// bearing_height    0.1       bearing_stiffness 1e7 N/m, bearing_friction 0.3, bearing_seat 0.5  m
 /// abutments         0         1: abutments at both ends                                -
+/// skew              0         from the square across the axis to the lines of supports, anticlockwise  rad
+/// grade             0         rise of the deck along the axis; the level is that at the first pier     m/m
 #pragma once
 #include <vector>
 
@@ -40,26 +48,33 @@ struct ViaductPlan {
     std::vector<Round> rounds;  // round piers in place of boxes
     bool founded = false;       // its feet are held
     int deck = -1;
+    Mat3 turn = Mat3::Identity();  // from its own axes to body axes: x = turn X + shift
+    Vec3 shift = Vec3::Zero();
+    Vec3 placed(const Vec3& own) const { return turn * own + shift; }
+    Vec3 own(const Vec3& placed) const { return turn.inverse() * (placed - shift); }
   };
   struct Pad {
     Vec3 at;
     int deck, end;
     double length, width;
-  };  // at: on the cap, body axes
+  };  // at: under the deck, in the axes of its part
   std::vector<Part> parts;
   std::vector<Pad> pads;
   std::vector<Pier> piers, spans;  // world axes
   struct Soffit {
     Vec3 start, end, across;
     double width;
-  };  // lower side of a girder or solid deck, world axes; across: unit vector
+  };  // lower side of a girder or solid deck, world axes; across: along the supports, per metre of width
   std::vector<Soffit> soffits;
   double bearing_height = 0.1, bearing_stiffness = 1e7, bearing_friction = 0.3, bearing_seat = 0.5;
 };
 
 /// Throws InputError for measures that do not fit together.
 ViaductPlan viaduct_plan(const StructureSpec& spec);
+/// `mesh.local`: in the axes of the parts.
 HexMesh viaduct_mesh(const StructureSpec& spec);
+/// The zones of finer cells in the axes of a part.
+std::vector<StructureSpec::Refinement> zones_of(const ViaductPlan::Part& part, const StructureSpec& spec);
 
 /// Round piers under a cap beam: in plan a disc of quadrilaterals inside a square of the cap beam's grid,
 /// extruded; `feet` gets the nodes at the feet. The polygon has the area of the circle.

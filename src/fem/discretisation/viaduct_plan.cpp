@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -27,6 +28,7 @@ struct Measures {
   double top;                  // lower side of the cap beams, body axes
   bool abutments, round, levelled;
   double bearing_height, bearing_stiffness, bearing_friction, bearing_seat;
+  double skew, grade;
 
   /// Gap between the ends of two decks.
   double joint() const { return std::min(0.05, 0.2 * cap_x); }
@@ -45,7 +47,8 @@ class Given {
                                   "cap_height",     "cap_width",      "cap_length",        "deck_width",
                                   "deck_depth",     "slab_thickness", "bottom_slab",       "girders",
                                   "girder_width",   "bearing_height", "bearing_stiffness", "bearing_friction",
-                                  "bearing_seat",   "abutments",      "pier_diameter"};
+                                  "bearing_seat",   "abutments",      "pier_diameter",     "skew",
+                                  "grade"};
     for (const auto& [key, value] : given_) {
       if (key == "local_refinement" || key == ImpactRefinement::size_key ||
           key == ImpactRefinement::reach_key)
@@ -84,6 +87,13 @@ class Given {
       bad(spec_, key, fmt::format("{:g}{}", value, unit), fmt::format("must be at least {:g}{}", least, unit),
           "correct it");
     return value;
+  }
+  /// Of either sign, 0 where nothing is said.
+  double within(const char* key, double most, const char* rule, const char* remedy) const {
+    const auto at = given_.find(key);
+    if (at == given_.end()) return 0;
+    if (!(std::abs(at->second) <= most)) bad(spec_, key, fmt::format("{:g}", at->second), rule, remedy);
+    return at->second;
   }
   int count(const char* key, int fallback, int least, int most) const {
     const double value = number(key, fallback, least);
@@ -130,9 +140,16 @@ void check(const StructureSpec& spec, const Measures& m) {
     bad(spec, "cap_width", fmt::format("{:g} m", std::min(m.cap_x, m.cap_y)),
         "the cap beam must be a tenth wider than a round pier",
         fmt::format("at least {:g} m", 1.1 * m.pier_x));
-  if (const double least = *std::min_element(m.length.begin(), m.length.end()); least <= m.cap_x + m.joint())
+  if (const double least = *std::min_element(m.length.begin(), m.length.end()),
+      needed = (m.cap_x + m.joint()) / std::cos(m.skew);
+      least <= needed)
     bad(spec, "span_length", fmt::format("{:g} m", least), "neighbouring cap beams overlap",
-        fmt::format("more than {:g} m, or a smaller cap_width", m.cap_x + m.joint()));
+        fmt::format("more than {:g} m, or a smaller cap_width", needed));
+  if (const double rise = std::abs(m.grade) * 0.5 * m.cap_x / std::cos(m.skew); rise >= m.bearing_height)
+    bad(spec, "bearing_height", fmt::format("{:g} m", m.bearing_height),
+        fmt::format("the deck, which falls by {:.3g} m from the bearings to the edge of a cap beam, meets it",
+                    rise),
+        "higher bearings, or a gentler grade");
   if (m.bearing_seat > m.rest())
     bad(spec, "bearing_seat", fmt::format("{:g} m", m.bearing_seat),
         fmt::format("a deck's end rests on {:.3g} m of the cap beam (half its width less half the joint)",
@@ -177,7 +194,11 @@ Measures measures_of(const StructureSpec& spec) {
   m.cap_x = given.number("cap_width", m.pier_x + 0.5, 0.1, " m");
   m.deck_y = given.number("deck_width", 8, 0.2, " m");
   m.deck_z = given.number("deck_depth", 1.5, 0.1, " m");
-  m.cap_y = given.number("cap_length", m.deck_y, 0.1, " m");
+  m.skew = given.within("skew", 75 * M_PI / 180, "must lie between -75 and 75 degrees",
+                        "write an angle with its unit: skew = \"20 deg\"");
+  m.grade = given.within("grade", 0.5, "must lie between -0.5 and 0.5",
+                         "the rise over the length: 0.04 for four in a hundred");
+  m.cap_y = given.number("cap_length", m.deck_y / std::cos(m.skew), 0.1, " m");
   m.girders = given.count("girders", 0, 0, 100);
   m.slab = given.number("slab_thickness", 0.3, 0.02, " m");
   m.web = given.number("girder_width", 0.5, 0.05, " m");
@@ -204,8 +225,7 @@ class Layout {
       : spec_(spec),
         m_(measures_of(spec)),
         first_bent_(m_.abutments ? 1 : 0),
-        last_bent_(m_.abutments ? m_.spans - 1 : m_.spans),
-        cap_top_(m_.top + m_.cap_z) {}
+        last_bent_(m_.abutments ? m_.spans - 1 : m_.spans) {}
 
   ViaductPlan plan() {
     plan_.bearing_height = m_.bearing_height;
@@ -226,67 +246,75 @@ class Layout {
     return at(i) - at(first_bent_);
   }
   Vec3 world(const Vec3& x) const { return spec_.rotation * x + spec_.position; }
+  /// Lower side of the cap beam over support i, and its upper side.
+  double cap_bottom(int i) const { return m_.top + m_.grade * support_x(i); }
+  double cap_top(int i) const { return cap_bottom(i) + m_.cap_z; }
+  /// Lower side of deck s at its first support.
+  double bottom(int s) const { return cap_top(s) + m_.bearing_height; }
 
   /// An abutment is a founded block as deep as the cap beam, behind the joint: a bent without piers.
   void add_bent(int i) {
     const double x = support_x(i);
     ViaductPlan::Part part;
     part.founded = true;
+    part.turn = Eigen::AngleAxisd(m_.skew, Vec3::UnitZ()).toRotationMatrix();
+    part.shift = Vec3(x, 0, 0) - part.turn * Vec3(x, 0, 0);
     if (i >= first_bent_ && i <= last_bent_)
       for (int k = 0; k < m_.across; ++k) add_pier(i, k, part);
     part.boxes.push_back(
-        box(x - m_.cap_x / 2, x + m_.cap_x / 2, -m_.cap_y / 2, m_.cap_y / 2, m_.top, cap_top_));
+        box(x - m_.cap_x / 2, x + m_.cap_x / 2, -m_.cap_y / 2, m_.cap_y / 2, cap_bottom(i), cap_top(i)));
     plan_.parts.push_back(std::move(part));
   }
 
   void add_pier(int i, int k, ViaductPlan::Part& part) {
-    const double x = support_x(i), y = (k - 0.5 * (m_.across - 1)) * m_.pier_spacing, foot = foot_at(i, x, y);
+    const double x = support_x(i), y = (k - 0.5 * (m_.across - 1)) * m_.pier_spacing, top = cap_bottom(i),
+                 foot = foot_at(i, part.placed(Vec3(x, y, 0)));
     if (m_.round)
-      part.rounds.push_back({Vec3(x, y, foot), m_.pier_x / 2, m_.top});
+      part.rounds.push_back({Vec3(x, y, foot), m_.pier_x / 2, top});
     else
-      add_shaft(x, y, foot, part.boxes);
+      add_shaft(x, y, foot, top, part.boxes);
     Pier pier;
     pier.name = m_.across > 1 ? fmt::format("P{}.{}", i + 1, k + 1) : fmt::format("P{}", i + 1);
-    pier.clear = m_.top - foot;
+    pier.clear = top - foot;
     pier.wall = m_.wall;
     rebar::Member& member = pier.shape;
     if (m_.round) member.section = rebar::Member::Section::round;
-    member.width = m_.pier_x, member.depth = m_.pier_y, member.length = cap_top_ - foot;
-    member.base = world(Vec3(x, y, foot));
-    member.axis_x = spec_.rotation * Vec3::UnitX();
-    member.axis_y = spec_.rotation * Vec3::UnitY();
+    member.width = m_.pier_x, member.depth = m_.pier_y, member.length = cap_top(i) - foot;
+    member.base = world(part.placed(Vec3(x, y, foot)));
+    member.axis_x = spec_.rotation * part.turn.col(0);
+    member.axis_y = spec_.rotation * part.turn.col(1);
     plan_.piers.push_back(pier);
   }
 
-  /// Level of the foot of a pier, body axes: on the ground where the deck's level is given.
-  double foot_at(int i, double x, double y) const {
+  /// Level of the foot of a pier at a place of body axes: on the ground where the deck's level is given.
+  double foot_at(int i, const Vec3& place) const {
     double foot = 0;
     if (m_.levelled && spec_.ground) {
-      const Vec3 at = world(Vec3(x, y, 0));
+      const Vec3 at = world(place);
       const double z = spec_.ground(at.x(), at.y());
       if (!std::isfinite(z))
         bad(spec_, "position", fmt::format("pier at ({:.6g}, {:.6g})", at.x(), at.y()),
             "the terrain has no height under this pier", "move the viaduct, or widen the terrain");
       foot = (spec_.rotation.transpose() * (Vec3(at.x(), at.y(), z) - spec_.position)).z();
     }
-    if (!(m_.top - foot > 0.05 * spec_.cell_size))
-      bad(spec_, "pier_height", fmt::format("{:.3g} m for bent {}", m_.top - foot, i + 1),
+    if (!(cap_bottom(i) - foot > 0.05 * spec_.cell_size))
+      bad(spec_, "pier_height", fmt::format("{:.3g} m for bent {}", cap_bottom(i) - foot, i + 1),
           "the cap beam lies below the ground", "raise deck_level or pier_height");
     return foot;
   }
 
   /// A rectangular pier, solid or as four walls.
-  void add_shaft(double x, double y, double foot, std::vector<Box3>& boxes) const {
+  void add_shaft(double x, double y, double foot, double top, std::vector<Box3>& boxes) const {
     const double x0 = x - m_.pier_x / 2, x1 = x + m_.pier_x / 2, y0 = y - m_.pier_y / 2,
                  y1 = y + m_.pier_y / 2, w = m_.wall;
     if (!(w > 0)) {
-      boxes.push_back(box(x0, x1, y0, y1, foot, m_.top));
+      boxes.push_back(box(x0, x1, y0, y1, foot, top));
       return;
     }
-    boxes.push_back(box(x0, x0 + w, y0, y1, foot, m_.top));
-    boxes.push_back(box(x1 - w, x1, y0, y1, foot, m_.top));
-    boxes.push_back(box(x0 + w, x1 - w, y0, y0 + w, foot, m_.top));
-    boxes.push_back(box(x0 + w, x1 - w, y1 - w, y1, foot, m_.top));
+    boxes.push_back(box(x0, x0 + w, y0, y1, foot, top));
+    boxes.push_back(box(x1 - w, x1, y0, y1, foot, top));
+    boxes.push_back(box(x0 + w, x1 - w, y0, y0 + w, foot, top));
+    boxes.push_back(box(x0 + w, x1 - w, y1 - w, y1, foot, top));
   }
 
   void add_span(int s) {
@@ -294,14 +322,17 @@ class Layout {
     const double x0 = support_x(s) + joint / 2, x1 = support_x(s + 1) - joint / 2;
     ViaductPlan::Part part;
     part.deck = s;
+    part.turn(0, 1) = -std::tan(m_.skew);
+    part.turn(2, 0) = m_.grade;
+    part.shift.z() = -m_.grade * support_x(s);
     double width = 0;  // of a pad
     const std::vector<double> lines =
-        m_.girders == 0 ? add_solid_deck(x0, x1, part, width) : add_girders(x0, x1, part, width);
+        m_.girders == 0 ? add_solid_deck(s, x0, x1, part, width) : add_girders(s, x0, x1, part, width);
     const double rest = std::min(0.4 * (m_.cap_x - joint), 0.6);  // length of a bearing along the axis
     for (int end = 0; end < 2; ++end)
       for (double y : lines)
         plan_.pads.push_back(
-            {Vec3(end == 0 ? x0 + rest / 2 : x1 - rest / 2, y, cap_top_), s, end, rest, width});
+            {Vec3(end == 0 ? x0 + rest / 2 : x1 - rest / 2, y, bottom(s)), s, end, rest, width});
     plan_.spans.push_back(span(s, x0, x1, part));
     plan_.parts.push_back(std::move(part));
   }
@@ -310,12 +341,13 @@ class Layout {
     Pier span;
     span.name = fmt::format("S{}", s + 1);
     span.span = true;
-    span.clear = x1 - x0;
+    const Vec3 along = Vec3(1, 0, m_.grade), up = Vec3(-m_.grade, 0, 1);
+    span.clear = (x1 - x0) * along.norm();
     rebar::Member& member = span.shape;
     member.width = m_.deck_y, member.depth = m_.deck_z, member.length = span.clear;
-    member.base = world(Vec3(x0, 0, bottom() + m_.deck_z / 2));
+    member.base = world(part.placed(Vec3(x0, 0, bottom(s) + m_.deck_z / 2)));
     member.axis_x = spec_.rotation * Vec3::UnitY();
-    member.axis_y = spec_.rotation * Vec3::UnitZ();
+    member.axis_y = spec_.rotation * up.normalized();
     if (m_.girders > 0) {
       // Slab and webs, and between the webs the lower slab.
       const double soffit = part.boxes.back().sizes().y();
@@ -326,31 +358,30 @@ class Layout {
     return span;
   }
 
-  double bottom() const { return cap_top_ + m_.bearing_height; }
-
-  void add_soffit(double x0, double x1, double y, double width) {
-    plan_.soffits.push_back(
-        {world(Vec3(x0, y, bottom())), world(Vec3(x1, y, bottom())), spec_.rotation * Vec3::UnitY(), width});
+  void add_soffit(const ViaductPlan::Part& part, int s, double x0, double x1, double y, double width) {
+    plan_.soffits.push_back({world(part.placed(Vec3(x0, y, bottom(s)))),
+                             world(part.placed(Vec3(x1, y, bottom(s)))), spec_.rotation * part.turn.col(1),
+                             width});
   }
 
   /// Lines of bearings [m across].
-  std::vector<double> add_solid_deck(double x0, double x1, ViaductPlan::Part& part, double& width) {
-    add_soffit(x0, x1, 0, m_.deck_y);
-    part.boxes.push_back(box(x0, x1, -m_.deck_y / 2, m_.deck_y / 2, bottom(), bottom() + m_.deck_z));
-    width = std::min(0.6, m_.cap_y / 4);
-    const double y = std::min(m_.cap_y, m_.deck_y) / 4;
+  std::vector<double> add_solid_deck(int s, double x0, double x1, ViaductPlan::Part& part, double& width) {
+    add_soffit(part, s, x0, x1, 0, m_.deck_y);
+    part.boxes.push_back(box(x0, x1, -m_.deck_y / 2, m_.deck_y / 2, bottom(s), bottom(s) + m_.deck_z));
+    width = std::min(0.6, cap_across() / 4);
+    const double y = std::min(cap_across(), m_.deck_y) / 4;
     return {-y, y};
   }
 
-  std::vector<double> add_girders(double x0, double x1, ViaductPlan::Part& part, double& width) {
+  std::vector<double> add_girders(int s, double x0, double x1, ViaductPlan::Part& part, double& width) {
     std::vector<double> lines;
-    const double soffit = bottom(), slab = soffit + m_.deck_z - m_.slab;
+    const double soffit = bottom(s), slab = soffit + m_.deck_z - m_.slab;
     part.boxes.push_back(box(x0, x1, -m_.deck_y / 2, m_.deck_y / 2, slab, soffit + m_.deck_z));
     for (int g = 0; g < m_.girders; ++g) {
       const double y = -m_.deck_y / 2 + m_.deck_y * (g + 0.5) / m_.girders;
       part.boxes.push_back(box(x0, x1, y - m_.web / 2, y + m_.web / 2, soffit, slab));
-      add_soffit(x0, x1, y, m_.web);
-      if (std::abs(y) < m_.cap_y / 2) lines.push_back(y);
+      add_soffit(part, s, x0, x1, y, m_.web);
+      if (std::abs(y) < cap_across() / 2) lines.push_back(y);
     }
     if (m_.lower_slab > 0) {
       const double y = m_.deck_y * (0.5 - 0.5 / m_.girders) + m_.web / 2;
@@ -363,10 +394,12 @@ class Layout {
     return lines;
   }
 
+  /// Length of a cap beam, square to the axis.
+  double cap_across() const { return m_.cap_y * std::cos(m_.skew); }
+
   const StructureSpec& spec_;
   Measures m_;
   int first_bent_, last_bent_;
-  double cap_top_;
   ViaductPlan plan_;
 };
 

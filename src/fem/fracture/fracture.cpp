@@ -273,7 +273,7 @@ std::vector<SeatedNode> Fracture::seated_nodes() const {
     Vec3 place = Vec3::Zero();
     for (std::size_t a = 0; a < 8; ++a) place += foot.weight[a] * fields_.position(foot.node[a]);
     seats.push_back({body_.whole_node(site.deck_node), body_.whole_cell(site.deck_cell),
-                     2 * site.deck + site.end, body_.mesh.local[site.deck_node].z() - site.place.z(), place});
+                     2 * site.deck + site.end, site.height, place});
   }
   return seats;
 }

@@ -261,6 +261,16 @@ TEST(ViaductShapes, VolumeWeightAndRestOfEverySectionAndDeck) {
       {"box girder",
        viaduct({{"girders", 2}, {"girder_width", 0.5}, {"slab_thickness", 0.3}, {"bottom_slab", 0.25}}),
        3 * 6 * 1.6 * 1.6 + caps + 2 * 11.95 * (8 * 0.3 + 2 * 0.5 * 1.2 + (4 - 0.5) * 0.25)});
+  // On skew supports cap beams are longer; on a grade piers are higher from one to the next.
+  const double skew = 0.6, grade = 0.03, skew_caps = caps / std::cos(skew);
+  cases.push_back({"skew", viaduct({{"skew", skew}}), 3 * 6 * 1.6 * 1.6 + skew_caps + solid});
+  cases.push_back({"grade", viaduct({{"grade", -grade}}), (18 - 36 * grade) * 1.6 * 1.6 + caps + solid});
+  StructureSpec both = viaduct({{"skew", -skew}, {"grade", grade}, {"girders", 4}, {"girder_width", 0.5}});
+  both.section = "round";
+  both.rotation = Eigen::AngleAxisd(1.1, Vec3::UnitZ()).toRotationMatrix();
+  both.position = Vec3(300, -200, 50);
+  cases.push_back({"skew girders on a grade", both,
+                   (18 + 36 * grade) * pi * 0.64 + skew_caps + 2 * 11.95 * (8 * 0.3 + 4 * 0.5 * 1.2)});
   for (const Case& c : cases) {
     FemStructure bridge(c.spec, Vec3(0, 0, -9.81), silent);
     EXPECT_NEAR(mesh_volume(bridge), c.volume, 1e-6 * c.volume) << c.name;
@@ -272,6 +282,65 @@ TEST(ViaductShapes, VolumeWeightAndRestOfEverySectionAndDeck) {
     for (const Member& m : bridge.loads().members()) carried += m.span ? 0 : m.axial_preload;
     EXPECT_NEAR(carried, weight, 0.02 * weight) << c.name;  // less half the lowest layer of each pier
   }
+}
+
+/// A skew slab rests on its obtuse corners: at the first support, whose line is turned anticlockwise, the
+/// corner to the right of the axis is obtuse, at the second one that to the left. The mirror image bears the
+/// same.
+TEST(ViaductShapes, SkewDecksRestOnTheirObtuseCorners) {
+  std::array<double, 4> last{};
+  for (const double skew : {0.0, 0.7, -0.7}) {
+    StructureSpec s = viaduct({{"piers_per_bent", 2}, {"pier_spacing", 5}, {"skew", skew}});
+    std::erase_if(s.parameters, [](const auto& p) { return p.first == "spans"; });
+    s.parameters.emplace_back("spans", 1);
+    s.cell_size = 0.8;
+    FemStructure bridge(s, Vec3(0, 0, -9.81), silent);
+    std::array<double, 4> carried{};  // P1.1 and P1.2, to the right and left of the axis; P2.1 and P2.2
+    const std::vector<Member>& members = bridge.loads().members();
+    for (std::size_t k = 0; k < 4; ++k) carried[k] = members[k].axial_preload;
+    EXPECT_NEAR(carried[0], carried[3], 1e-3 * carried[0]) << skew;
+    EXPECT_NEAR(carried[1], carried[2], 1e-3 * carried[1]) << skew;
+    if (skew == 0) EXPECT_NEAR(carried[0], carried[1], 1e-3 * carried[0]);
+    if (skew > 0) EXPECT_GT(carried[0], 1.1 * carried[1]);
+    if (skew < 0)
+      for (std::size_t k = 0; k < 4; ++k) EXPECT_NEAR(carried[k], last[k ^ 1], 1e-3 * carried[k]);
+    last = carried;
+  }
+}
+
+/// Piers stand on the lines of the supports, decks end along them, and no deck touches a cap beam.
+TEST(ViaductShapes, SkewAndGradeArePlacedByTheirAngles) {
+  const double skew = 0.5, grade = 0.04;
+  const StructureSpec s = viaduct(
+      {{"piers_per_bent", 2}, {"pier_spacing", 5}, {"skew", skew}, {"grade", grade}, {"deck_width", 10}});
+  const ViaductPlan plan = viaduct_plan(s);
+  ASSERT_EQ(plan.piers.size(), 6u);
+  for (std::size_t k = 0; k < 6; ++k) {
+    const double x = 12.0 * static_cast<double>(k / 2), along = k % 2 == 0 ? -2.5 : 2.5;
+    EXPECT_NEAR(
+        (plan.piers[k].shape.base - Vec3(x - along * std::sin(skew), along * std::cos(skew), 0)).norm(), 0,
+        1e-12);
+    EXPECT_NEAR(plan.piers[k].clear, 6 + grade * x, 1e-12);
+  }
+  EXPECT_NEAR((plan.soffits[1].end - plan.soffits[1].start - 11.95 * Vec3(1, 0, grade)).norm(), 0, 1e-12);
+  const HexMesh mesh = make_mesh(s);
+  double lowest = 1e9;  // of the second deck over the cap beam that it shares with the first
+  for (std::size_t c = 0; c < mesh.hexes.size(); ++c)
+    for (const int n : mesh.hexes[c]) {
+      const Vec3& x = mesh.nodes[static_cast<std::size_t>(n)];
+      if (mesh.component[c] != 4) continue;
+      const double from_support = (x.x() - 12) * std::cos(skew) + x.y() * std::sin(skew);
+      EXPECT_GT(from_support, 0);
+      if (from_support < 1.2) lowest = std::min(lowest, x.z());
+    }
+  EXPECT_GT(lowest, 6 + grade * 12 + 1.0);
+  StructureSpec reinforced = s;  // bars by rule lie within their parts, or this throws
+  reinforced.f_cm = 38e6, reinforced.young = 0;
+  for (const char* part : {"pier", "cap", "deck"})
+    reinforced.rebar_rules.push_back({"longitudinal", part, 8, 0.02, 0.05, 0, 500e6, 0.05, 0});
+  EXPECT_NO_THROW(FemStructure(reinforced, Vec3(0, 0, -9.81), silent));
+  for (const auto& [key, value] : {std::pair{"skew", 1.4}, {"grade", 0.6}, {"grade", 0.09}})
+    EXPECT_THROW(viaduct_plan(viaduct({{key, value}})), InputError) << key;
 }
 
 /// A simple span under its weight, w each metre between pads that stand a from its ends: M = w (L^2 / 8 - a L
