@@ -52,11 +52,16 @@ material = "meadow"
 name = "rock"
 density = 2700
 
+# What is rough below the grid, and the rolling resistance: chosen by hand on the measured run-outs.
+[[material]]
+name = "meadow"
+roughness = {{ amplitude = "0.25 m", length = "1.5 m" }}
+
 [[interface]]
 between = ["rock", "meadow"]
 friction = 0.9
 restitution = 0.1
-rolling_resistance = 0.15
+rolling_resistance = 0.05
 normal_stiffness = "hard"
 
 [[block]]
