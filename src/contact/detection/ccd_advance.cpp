@@ -303,16 +303,16 @@ struct MovingTriangle {
   Box3 box;
 };
 
-/// Of two pieces at the start along the normal of a triangle, A's or B's: how far they are apart, at least,
+/// Of two pieces at `from` along the normal of a triangle, A's or B's: how far they are apart, at least,
 /// and whether they stay farther than `aim` up to `to`. Two bodies that lie on each other have thousands of
 /// pairs of triangles beside each other, and nearly all are cleared so.
 struct AlongFace {
   double gap = -std::numeric_limits<double>::infinity();
   bool clear = false;
 };
-AlongFace along_faces(const Mover& A, const Mover& B, double to, double aim) {
+AlongFace along_faces(const Mover& A, const Mover& B, double from, double to, double aim) {
   Hull &a = advance_scratch.a, &b = advance_scratch.b;
-  const Pose &pa = A.motion->start, &pb = B.motion->start;
+  const Pose pa = A.motion->at(from), pb = B.motion->at(from);
   const Vec3 between = pb.c - pa.c;
   a.set(*A.p, Vec3::Zero(), pa.F);
   b.set(*B.p, between, pb.F);
@@ -320,36 +320,36 @@ AlongFace along_faces(const Mover& A, const Mover& B, double to, double aim) {
   for (const bool owner_is_a : {true, false}) {
     const Mover& owner = owner_is_a ? A : B;
     if (owner.p->vertices.size() != 3) continue;
-    const Vec3 out = (narrow::cofactor(owner.motion->start.F) * owner.p->face_normals[0]).normalized();
-    const Bound bound = bound_along(A, B, owner_is_a, owner_is_a ? out : Vec3(-out), 0, between, a, b);
+    const Vec3 out = (narrow::cofactor((owner_is_a ? pa : pb).F) * owner.p->face_normals[0]).normalized();
+    const Bound bound = bound_along(A, B, owner_is_a, owner_is_a ? out : Vec3(-out), from, between, a, b);
     best.gap = std::max(best.gap, bound.over(0));
-    if (to > 0 && bound.over(to) >= aim) best.clear = true;
+    if (to > from && bound.over(to - from) >= aim) best.clear = true;
     if (best.clear) break;
   }
   return best;
 }
 
-/// The pieces that may meet `box` over [0, s1].
-void find_pieces(const Mover& m, const Box3& box, double s1, double margin,
+/// The pieces that may meet `box` over [s0, s1].
+void find_pieces(const Mover& m, const Box3& box, double s0, double s1, double margin,
                  std::vector<MovingTriangle>& out) {
   out.clear();
   if (m.p->convex) {
-    out.push_back({-1, swept(m, 0, s1, margin)});
+    out.push_back({-1, swept(m, s0, s1, margin)});
     return;
   }
-  const Pose p0 = m.motion->at(0), p1 = m.motion->at(s1);
+  const Pose p0 = m.motion->at(s0), p1 = m.motion->at(s1);
   for (std::size_t t = 0; t < m.p->triangles.size(); ++t)
-    if (const Box3 own = swept_triangle(m, m.p->triangles[t], p0, p1, s1, margin); meet(own, box))
+    if (const Box3 own = swept_triangle(m, m.p->triangles[t], p0, p1, s1 - s0, margin); meet(own, box))
       out.push_back({static_cast<int>(t), own});
 }
 
-/// Calls use(a, b) for the pairs of pieces whose boxes meet over [0, s1].
+/// Calls use(a, b) for the pairs of pieces whose boxes meet over [s0, s1].
 template <class Use>
-void pairs_of_pieces(const Mover& a, const Mover& b, const Box3& common, double s1, double margin,
+void pairs_of_pieces(const Mover& a, const Mover& b, const Box3& common, double s0, double s1, double margin,
                      Use&& use) {
   thread_local std::vector<MovingTriangle> of_a, of_b;
-  find_pieces(a, common, s1, margin, of_a);
-  find_pieces(b, common, s1, margin, of_b);
+  find_pieces(a, common, s0, s1, margin, of_a);
+  find_pieces(b, common, s0, s1, margin, of_b);
   const auto with = [](const Mover& m, FlatTriangle& flat, int triangle, auto&& then) {
     if (triangle < 0) return then(m);
     const auto& t = m.p->triangles[static_cast<std::size_t>(triangle)];
@@ -364,6 +364,57 @@ void pairs_of_pieces(const Mover& a, const Mover& b, const Box3& common, double 
     });
 }
 
+/// The time up to which the convex hulls of two bodies are proved to stay farther apart than `aim`; `never`
+/// if they do all along. Before it hollow bodies need no look at their triangles.
+double hulls_apart(const Mover& A, const Mover& B, double aim) {
+  Hull &a = advance_scratch.a, &b = advance_scratch.b;
+  double s = 0;
+  for (int iteration = 0; iteration < most_advances; ++iteration) {
+    const Pose pa = A.motion->at(s), pb = B.motion->at(s);
+    const Vec3 between = pb.c - pa.c;
+    a.set(*A.p, Vec3::Zero(), pa.F);
+    b.set(*B.p, between, pb.F);
+    const auto sep = narrow::gjk(a, b, between, std::numeric_limits<double>::infinity());
+    if (sep.overlap) return s;
+    const double gap = b.min_height(sep.normal) - extent_up(a, sep.normal);
+    if (!(gap > aim)) return s;
+    double T = bound_along(A, B, true, sep.normal, s, between, a, b).clear_for(1 - s, aim, gap);
+    if (T < 1 - s)
+      T = std::max(T, bound_along(A, B, false, sep.normal, s, between, a, b).clear_for(1 - s, aim, gap));
+    if (T >= 1 - s) return never;
+    if (s + T <= s) return s;
+    s += T;
+  }
+  return s;
+}
+
+/// Calls use(s0, s1) for parts of [from, 1] one after the other in which two bodies stay near their own size
+/// while it returns true.
+template <class Use>
+void short_parts(const Mover& a, const Mover& b, double from, double margin, Use&& use) {
+  const auto longer = [&](const Mover& m, double s0, double s1) {
+    return swept(m, s0, s1, margin).diagonal().norm() >
+           1.5 * bounds(*m.p, m.motion->start).diagonal().norm() + 8 * margin;
+  };
+  struct Part {
+    double s0, s1;
+  };
+  std::array<Part, 64> stack;
+  int top = 0;
+  stack[top++] = {from, 1};
+  while (top > 0) {
+    const auto [s0, s1] = stack[--top];
+    if (!meet(swept(a, s0, s1, margin), swept(b, s0, s1, margin))) continue;
+    if (top + 2 < 64 && (longer(a, s0, s1) || longer(b, s0, s1))) {
+      const double middle = 0.5 * (s0 + s1);
+      stack[top++] = {middle, s1};
+      stack[top++] = {s0, middle};
+    } else if (!use(s0, s1)) {
+      return;
+    }
+  }
+}
+
 }  // namespace
 
 double time_of_impact(const Polyhedron& A, const Motion& motion_a, const Polyhedron& B,
@@ -375,17 +426,24 @@ double time_of_impact(const Polyhedron& A, const Motion& motion_a, const Polyhed
     const double gap = look(a, b, 0, advance_scratch.a, advance_scratch.b).gap;
     return advance(a, b, 0, 1, levels_for(gap, gap <= tolerance, tolerance));
   }
-  const Box3 common = box_a.intersection(box_b);
+  const double from = hulls_apart(a, b, tolerance);
+  if (from > 1) return never;
   double start = std::numeric_limits<double>::infinity();
-  pairs_of_pieces(a, b, common, 0, tolerance, [&](const Mover& pa, const Mover& pb) {
-    if (along_faces(pa, pb, 0, 0).gap < start)
-      start = std::min(start, look(pa, pb, 0, advance_scratch.a, advance_scratch.b).gap);
-  });
+  if (from == 0)
+    pairs_of_pieces(a, b, box_a.intersection(box_b), 0, 0, tolerance, [&](const Mover& pa, const Mover& pb) {
+      if (along_faces(pa, pb, 0, 0, 0).gap < start)
+        start = std::min(start, look(pa, pb, 0, advance_scratch.a, advance_scratch.b).gap);
+    });
   const Levels levels = levels_for(start, start <= tolerance, tolerance);
   double first = never;
-  pairs_of_pieces(a, b, common, 1, tolerance, [&](const Mover& pa, const Mover& pb) {
-    const double to = std::min(first, 1.0);
-    if (!along_faces(pa, pb, to, levels.aim).clear) first = std::min(first, advance(pa, pb, 0, to, levels));
+  short_parts(a, b, from, tolerance, [&](double s0, double s1) {
+    const Box3 common = swept(a, s0, s1, tolerance).intersection(swept(b, s0, s1, tolerance));
+    pairs_of_pieces(a, b, common, s0, s1, tolerance, [&](const Mover& pa, const Mover& pb) {
+      const double to = std::min(first, s1);
+      if (!along_faces(pa, pb, s0, to, levels.aim).clear)
+        first = std::min(first, advance(pa, pb, s0, to, levels));
+    });
+    return first > 1;
   });
   return first;
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "contact/tolerances.hpp"
+#include "coupling/rows/contact_rows.hpp"
 #include "coupling/solution/over_constrained.hpp"
 
 namespace talus::coupling {
@@ -26,8 +27,15 @@ double relative_speed(const IslandContext& in, const Touch& t) {
 
 }  // namespace
 
+Vec3 acting_point(const IslandContext& in, const Touch& t) {
+  const Pose pose_a = t.a.kind == Partner::Kind::block ? dda::pose(in.state, t.a.index) : Pose{};
+  return acts_between(normal_owner(t, in.model, in.env, &pose_a), t.at.point_a, t.at.point_b);
+}
+
 Vec3 slip_velocity(const IslandContext& in, const Touch& t, const Vec3& x) {
-  const Vec3 u = point_velocity(in.state, t.b, x) - partner_velocity(in.state, in.env, t);
+  const Vec3 u = point_velocity(in.state, t.b, x) - (t.a.kind == Partner::Kind::block
+                                                         ? point_velocity(in.state, t.a.index, x)
+                                                         : partner_velocity(in.state, in.env, t));
   return u - t.at.normal * t.at.normal.dot(u);
 }
 

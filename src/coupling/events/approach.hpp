@@ -4,7 +4,11 @@
 
 namespace talus::coupling {
 
-/// Velocity along the face of the point x of B against A [m/s].
+/// Where the impulse of a touch acts on both sides at the start of the step [m].
+Vec3 acting_point(const IslandContext& in, const Touch& t);
+
+/// Velocity of B against A along the face, both at the point x as in the contact equation [m/s]. Sides that
+/// are d apart, in each other since their birth, differ by d times their spin at points of their own.
 Vec3 slip_velocity(const IslandContext& in, const Touch& t, const Vec3& x);
 
 /// Normal speed of the slowest impact that rebounds: a bounce too low for the accuracy asked for is none, nor

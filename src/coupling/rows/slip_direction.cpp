@@ -32,8 +32,10 @@ Eigen::Vector2d slip_at_end(const Step& step, const Touch& t) {
 void begin_friction_direction(const IslandContext& in, Step& step) {
   for (Touch& t : step.touches) {
     t.swings = false;
-    t.slip =
-        t.b < 0 || !in.island->structures.empty() ? Vec3(Vec3::Zero()) : slip_velocity(in, t, t.at.point_b);
+    t.slip = Vec3::Zero();
+    if (t.b < 0 || !in.island->structures.empty()) continue;
+    t.acts_at = acting_point(in, t);
+    t.slip = slip_velocity(in, t, t.acts_at);
   }
 }
 

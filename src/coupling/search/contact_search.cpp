@@ -243,7 +243,7 @@ void ContactSearch::keep_late_overlaps() {
       continue;
     double known = 0, late = 0;
     for (const Touch& t : touches_of_[i])
-      (t.persistent ? known : late) = std::max(t.persistent ? known : late, -t.at.gap);
+      if (t.stiffness == 0) (t.persistent ? known : late) = std::max(t.persistent ? known : late, -t.at.gap);
     if (late <= contact::tolerances().late_overlap * in_.scale.length + 2 * known ||
         late <= contact::tolerances().late_overlap * in_.scale.length +
                     2 * (known + StepMotion(in_, step_, true).path(pair)))

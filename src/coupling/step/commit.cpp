@@ -130,7 +130,7 @@ void go_on_with_ways(const IslandContext& in, const Step& step, double h) {
   };
   const auto slip_at_start = [&](const Touch& t) {
     Vec3 u = at_start(t.b, t.at.point_b);
-    if (t.a.kind == Partner::Kind::block) u -= at_start(t.a.index, t.at.point_a);
+    if (t.a.kind == Partner::Kind::block) u -= at_start(t.a.index, t.at.point_b);
     return (u - t.at.normal * t.at.normal.dot(u)).norm();
   };
   std::vector<double> slip_speed(step.bodies.size(), -1.0);

@@ -251,7 +251,7 @@ bool StepControl::cut_at_stop(Trial& trial) {
   const Vec3 from = touch.slip;
   const Pose now = dda::pose(in_.state, touch.b);
   const double left =
-      slip_velocity(in_, touch, now.c + now.F * (b.start.F.inverse() * (touch.at.point_b - b.start.c)))
+      slip_velocity(in_, touch, now.c + now.F * (b.start.F.inverse() * (touch.acts_at - b.start.c)))
           .dot(from) /
       from.squaredNorm();
   if (!(left > 0.05 && left < 1)) return false;

@@ -71,7 +71,7 @@ struct TouchRow {
   Mode mode = Mode::idle;
   Vec3 normal = Vec3::UnitZ();    // at mid-step
   Mat3 frame = Mat3::Identity();  // columns n, t1, t2 at mid-step
-  Vec3 acts_at = Vec3::Zero();    // on a structure: where the impulse acts on both sides [m]
+  Vec3 acts_at = Vec3::Zero();    // where the impulse acts on both sides at the start [m]
   double theta = 0.5;
   int row = -1;                   // contact index in the problem
   double gap_ref = 0, u_ref = 0;  // gap and normal velocity at the end of the linearisation [m], [m/s]

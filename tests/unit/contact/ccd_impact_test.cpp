@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <ctime>
+
 #include "detect_shapes.hpp"
 
 namespace talus::contact::testing {
@@ -196,6 +198,78 @@ TEST(TimeOfImpact, ConcaveBodiesMeetWithTheirTrueShape) {
   drop.displacement = {0, 0, -4};
   const SurfaceIndex ground(grid(8, 1.0));
   EXPECT_NEAR(time_of_impact(ground, ell, drop, tolerance), (3 - tolerance) / 4, 1e-6);
+}
+
+/// Rock with dents: a ball of rings of points whose radii go up and down by a third.
+Polyhedron dented(double radius, int rings, int around) {
+  std::vector<Vec3> v{{0, 0, -radius}};
+  Triangles t;
+  const auto at = [&](int i, int j) { return 1 + i * around + j % around; };
+  for (int i = 0; i < rings; ++i)
+    for (int j = 0; j < around; ++j) {
+      const double up = M_PI * ((i + 1.0) / (rings + 1) - 0.5), along = 2 * M_PI * j / around,
+                   r = radius * ((i + j) % 3 == 0 ? 0.67 : 1);
+      v.push_back(r * Vec3(std::cos(up) * std::cos(along), std::cos(up) * std::sin(along), std::sin(up)));
+    }
+  const int top = static_cast<int>(v.size());
+  v.emplace_back(0, 0, radius);
+  for (int j = 0; j < around; ++j) {
+    t.push_back({0, at(0, j + 1), at(0, j)});
+    t.push_back({top, at(rings - 1, j), at(rings - 1, j + 1)});
+    for (int i = 0; i + 1 < rings; ++i) {
+      t.push_back({at(i, j), at(i, j + 1), at(i + 1, j)});
+      t.push_back({at(i, j + 1), at(i + 1, j + 1), at(i + 1, j)});
+    }
+  }
+  return make_polyhedron(v, t);
+}
+
+TEST(TimeOfImpact, HollowRocksThatSpinPastEachOtherAgreeWithDenseSampling) {
+  std::mt19937 rng(3);
+  std::normal_distribution<double> g;
+  const auto rock = dented(0.6, 3, 5);
+  int hits = 0, passes = 0;
+  for (int i = 0; i < 40; ++i) {
+    Motion a, b;
+    a.start.F = random_rotation(rng);
+    b.start.F = random_rotation(rng);
+    a.rotation = 2 * Vec3(g(rng), g(rng), g(rng));
+    b.rotation = 2 * Vec3(g(rng), g(rng), g(rng));
+    b.start.c = 2 * random_rotation(rng).col(0);
+    b.displacement = -1.6 * b.start.c + Vec3(g(rng), g(rng), g(rng));
+    b.half_gravity_step = {0, 0, -0.5};
+    if (gap_at(rock, a.at(0), rock, b.at(0)) <= tolerance) continue;
+    const double s = time_of_impact(rock, a, rock, b, tolerance);
+    double sampled = 2;
+    for (int k = 0; k <= 200 && sampled > 1; ++k)
+      if (gap_at(rock, a.at(k / 200.0), rock, b.at(k / 200.0)) <= tolerance) sampled = k / 200.0;
+    EXPECT_LE(s, sampled + 1e-9) << i;
+    if (s > 1) {
+      ++passes;
+      continue;
+    }
+    ++hits;
+    const double gap = gap_at(rock, a.at(s), rock, b.at(s));
+    EXPECT_LE(gap, 1.01 * tolerance) << i;
+    EXPECT_GE(gap, 0.5 * tolerance) << i;
+  }
+  EXPECT_GT(hits, 10);
+  EXPECT_GT(passes, 5);
+}
+
+/// Every pair of triangles was followed through the whole of the motion, 0.1 s for a pair of rocks that turn
+/// by five radians.
+TEST(TimeOfImpact, HollowRocksThatSpinPastEachOtherCostLittle) {
+  const auto rock = dented(0.6, 9, 18);  // 324 triangles
+  Motion a, b;
+  a.rotation = {3, 0, 4}, b.rotation = {-4, 3, 0};
+  b.start.c = {1.25, -1, 0}, b.displacement = {0, 2, 0};
+  const std::clock_t start = std::clock();
+  for (int i = 0; i < 20; ++i) {
+    b.start.c.z() = 0.01 * i;
+    EXPECT_EQ(time_of_impact(rock, a, rock, b, tolerance), 2);
+  }
+  EXPECT_LT(static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC, 0.5);
 }
 
 TEST(TimeOfImpact, SweptBoxHoldsTheWholeMotion) {
