@@ -52,14 +52,18 @@ bool share(const Search& s, const Patch::Edge& a, const Patch::Edge& b, const Ve
 
 /// Where two edges cross; none where one of them ends before. An edge that goes on beyond its end inside its
 /// own body is crossed there by what has gone into that body, as far as it does not leave it: of surfaces
-/// that are plane but for their digits the one stands out of the other far from where they meet.
-std::optional<SegmentPair> crossing(const Search& s, const Patch::Edge& a, const Patch::Edge& b,
+/// that are plane but for their digits the one stands out of the other far from where they meet. Corners that
+/// touch have contacts of their own; but what an edge has sunk into beside its end it crosses, however near
+/// that is. `gap`: along the normal of both, below 0 where they overlap.
+std::optional<SegmentPair> crossing(const Search& s, const Patch::Edge& a, const Patch::Edge& b, double gap,
                                     double reach) {
   const auto c = closest_segments(a.a, a.b, b.a, b.b);
   const Vec3 da = a.b - a.a, db = b.b - b.a;
-  const double end_a = s.touch / da.norm(), end_b = s.touch / db.norm();
-  const auto within = [](double at, double end) { return at > end && at < 1 - end; };
-  if (within(c.s, end_a) && within(c.t, end_b)) return c;
+  const double beside = std::max(0.0, s.touch + std::min(0.0, gap)), end_a = beside / da.norm(),
+               end_b = beside / db.norm();
+  const auto within = [](double at, double end) { return at >= end && at <= 1 - end; };
+  const bool ends = std::min(c.s, c.t) <= 0 || std::max(c.s, c.t) >= 1;  // or cross beyond
+  if (!ends && within(c.s, end_a) && within(c.t, end_b)) return c;
   const auto goes_on = [](const Patch::Edge& e, double at) { return at < 0.5 ? e.on_at_a : e.on_at_b; };
   const Vec3 across = da.cross(db), r = b.a - a.a;
   SegmentPair m{
@@ -108,7 +112,7 @@ void edge_edge(const Search& s, std::vector<ContactPoint>& out) {
       const double al = n.dot(a.into_left), ar = n.dot(a.into_right), bl = -n.dot(b.into_left),
                    br = -n.dot(b.into_right);
       if (std::max({al, ar, bl, br}) > tolerances().lean) continue;
-      const std::optional<SegmentPair> met = crossing(s, a, b, reach);
+      const std::optional<SegmentPair> met = crossing(s, a, b, gap, reach);
       if (!met) continue;
       const SegmentPair& c = *met;
       const Vec3 across = n;
