@@ -483,6 +483,8 @@ TEST(Calibrate, FindsTheFrictionFromPassagesAndFromEndPoints) {
   std::string semicolons = "\xEF\xBB\xBFX;Y\r\n";
   for (const char c : ends.substr(4)) semicolons += c == ',' ? ';' : c == '.' ? ',' : c;
   EXPECT_EQ(best(semicolons), best(ends));
+  EXPECT_EQ(best("x [m],y (m)" + ends.substr(3)), best(ends));
+  EXPECT_NE(refusal("x [kg],y\n1,2\n1,2\n1,2\n1,2\n").find("is no"), std::string::npos);
   EXPECT_NE(refusal("x,y\n10,5,20,3\n11,5,20,3\n12,5,20,3\n13,5,20,3\n").find("are the commas decimal ones?"),
             std::string::npos);
   EXPECT_NE(refusal("x,y\n1 kg,2\n1,2\n1,2\n1,2\n").find("is no"), std::string::npos);
