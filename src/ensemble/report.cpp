@@ -204,7 +204,7 @@ class Page {
            "width:100%;height:auto;border:1px solid var(--line)}.key "
            "span{display:inline-block;width:1.6em;height:.8em;margin:0 .3em 0 .9em}"
            "@media(max-width:600px){body{padding:.8em}table{font-size:13px}td,th{padding:.3em .3em}td "
-           "small{white-space:normal}}"
+           "small{white-space:normal}.text{overflow-wrap:anywhere}}"
            "@media "
            "print{table{display:table;overflow:visible}tr,section,.chart,.card{break-inside:avoid}h2,h3{"
            "break-after:avoid}}</style></head><body><main>" +
@@ -465,10 +465,11 @@ class Page {
     std::sort(distinct.begin(), distinct.end());
     distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
     text += fmt::format(
-        "<p>{} hits by {} of {} members. The strongest:</p><table><tr><th scope=\"col\">member</th><th "
+        "<p>{} hits by {} of {} members. The strongest, with their places in coordinates of the "
+        "scene:</p><table><tr><th scope=\"col\">member</th><th "
         "scope=\"col\">time, "
         "s</th><th scope=\"col\">mass, t</th><th scope=\"col\">speed, m/s</th><th scope=\"col\">energy of "
-        "translation, kJ</th><th scope=\"col\">at (coordinates of the scene), m</th></tr>",
+        "translation, kJ</th><th scope=\"col\">at, m</th></tr>",
         member.size(), distinct.size(), file_.dims("/members/index")[0]);
     for (std::size_t q = 0; q < std::min<std::size_t>(12, order.size()); ++q) {
       const std::size_t k = order[q].second;

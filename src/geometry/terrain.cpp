@@ -355,6 +355,28 @@ TriangleSurface surface_beside(const std::vector<Vec3>& vertices, const Triangle
   return s;
 }
 
+/// Lines whose heights are those of no place of the terrain: zeros where a program wrote none, or feet.
+void warn_of_far_lines(const std::vector<Vec3>& vertices, const std::vector<std::vector<Vec3>>& lines,
+                       const std::string& path, std::vector<Problem>& warnings) {
+  Box3 ground, drawn;
+  for (const Vec3& v : vertices) ground.extend(v);
+  for (const auto& line : lines)
+    for (const Vec3& p : line) drawn.extend(p);
+  if (ground.isEmpty() || drawn.isEmpty()) return;
+  const double below = ground.min().z() - drawn.max().z(), above = drawn.min().z() - ground.max().z();
+  if (std::max(below, above) <= ground.sizes().z()) return;
+  warnings.push_back(
+      {.severity = Problem::Severity::warning,
+       .file = path,
+       .key = "site.breaklines",
+       .value =
+           fmt::format("{:.4g} m {} the terrain", std::max(below, above), below > above ? "below" : "above"),
+       .rule = "is where its lines run, farther from the terrain than that is high: it is drawn "
+               "up or down to them",
+       .remedy = "give the lines the heights of the terrain, in metres: exported in plan they "
+                 "have zeros"});
+}
+
 /// From faces that are oriented already: breaklines, crop, decimation, materials.
 Terrain assemble(std::vector<Vec3> vertices, std::vector<std::array<int, 3>> triangles,
                  const TerrainOptions& options, const std::string& name) {
@@ -366,6 +388,7 @@ Terrain assemble(std::vector<Vec3> vertices, std::vector<std::array<int, 3>> tri
     if (!options.two_sided) refuse_lines_at_overhangs(vertices, triangles, options, name);
     for (auto& line : lines.lines)
       for (Vec3& p : line) p -= options.origin;
+    warn_of_far_lines(vertices, lines.lines, options.breaklines, out.warnings);
     insert_lines(vertices, triangles, lines.lines, options.breaklines, fixed);
   }
   Box3 box;
