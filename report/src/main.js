@@ -374,7 +374,7 @@ $("full").addEventListener("click", fullscreen);
 function reading(c) {
   const of = (summary.structures || []).find((s) => s.name === c.structure), at = (k) => array(`${c.key}_${k}`), most = (f) => Array.from(at(0)).reduce((a, _, i) => Math.max(a, f(i) || 0), 0);
   if (c.group === "impact") return `filtered peak ${text(c.filtered_peak, "N")}, as in the table of impacts`;
-  if (c.key === "residual" && summary.energy) return `worst ${text(summary.energy.residual_worst, "J")}; the card gives it over ${summary.energy.kinetic_peak > 0 ? `the greatest kinetic energy, ${text(summary.energy.kinetic_peak, "J")}` : "the energy at 1 cm/s"}`;
+  if (c.key === "residual" && summary.energy) return `worst ${text(summary.energy.residual_worst, "J")}${lostNumerically ? `, ${number(100 * summary.energy.residual_relative, 2)} % of ` : "; the card gives it over "}${summary.energy.kinetic_peak > 0 ? `the greatest kinetic energy, ${text(summary.energy.kinetic_peak, "J")}` : "the energy at 1 cm/s"}`;
   if (!of) return undefined;
   const m = c.member && (of.members || []).find((x) => x.name === c.member);
   if (m) {

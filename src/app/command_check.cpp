@@ -10,6 +10,7 @@
 #include "app/progress.hpp"
 #include "app/tell.hpp"
 #include "ensemble/ensemble.hpp"
+#include "ensemble/path.hpp"
 #include "io/final_state.hpp"
 #include "scene/scene.hpp"
 #include "sim/simulation.hpp"
@@ -67,6 +68,7 @@ int command_check(const Options& options) {
     if (const std::string& previous = simulation.scene().simulation.initial_state; !previous.empty())
       simulation.start_from(io::read_final_state(previous), previous);
     problems = simulation.warnings();
+    if (!drawn) ensemble::checked_lines(simulation, problems);
     title = simulation.header().title;
     plan = simulation.plan();
     const double added = simulation.memory_of_run();

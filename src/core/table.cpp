@@ -73,6 +73,14 @@ std::string with_decimal_point(const TableCell& cell, char separator) {
   return text;
 }
 
+NameAndUnit name_and_unit(const std::string& text) {
+  const auto open = text.find_last_of("[(");
+  if (open == std::string::npos || text.back() != (text[open] == '[' ? ']' : ')')) return {text, {}};
+  const auto last = open == 0 ? std::string::npos : text.find_last_not_of(" \t", open - 1);
+  return {last == std::string::npos ? std::string() : text.substr(0, last + 1),
+          text.substr(open + 1, text.size() - open - 2), text[open] == '['};
+}
+
 std::string column_name(const TableCell& cell) {
   std::string name = cell.text;
   std::transform(name.begin(), name.end(), name.begin(),

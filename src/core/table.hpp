@@ -29,6 +29,13 @@ bool is_blank_row(std::string_view line);
 /// The number in a cell with a decimal point in place of its decimal comma, if that is what the comma is.
 std::string with_decimal_point(const TableCell& cell, char separator);
 
+/// The name of a column and the unit in brackets behind it: "s [mm]", "F (kN)".
+struct NameAndUnit {
+  std::string name, unit;
+  bool square = false;  ///< a unit stands in square brackets; in round ones there may be any remark
+};
+NameAndUnit name_and_unit(const std::string& text);
+
 /// Names of columns for comparison: in lower case.
 std::string column_name(const TableCell& cell);
 

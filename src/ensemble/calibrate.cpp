@@ -57,7 +57,7 @@ Measured read_measured(const fs::path& file) {
   const char separator = table_separator(all);
   std::istringstream text(all);
   std::string line;
-  std::vector<std::string> header;
+  std::vector<std::string> header, units;
   Measured m;
   int number = 0;
   std::vector<std::size_t> columns;
@@ -67,7 +67,11 @@ Measured read_measured(const fs::path& file) {
     if (is_blank_row(line)) continue;
     const std::vector<TableCell> cells = table_cells(line, separator);
     if (header.empty()) {
-      for (const TableCell& cell : cells) header.push_back(column_name(cell));
+      for (const TableCell& cell : cells) {
+        const NameAndUnit parts = name_and_unit(column_name(cell));
+        header.push_back(parts.name);
+        units.push_back(parts.unit.empty() ? parts.unit : name_and_unit(cell.text).unit);
+      }
       const auto column = [&](const char* name) {
         return static_cast<std::size_t>(std::find(header.begin(), header.end(), name) - header.begin());
       };
@@ -101,7 +105,10 @@ Measured read_measured(const fs::path& file) {
       std::string error;
       const std::size_t k = columns[c];
       const auto q =
-          k < cells.size() ? parse_quantity(with_decimal_point(cells[k], separator), error) : std::nullopt;
+          k < cells.size()
+              ? parse_quantity(
+                    with_decimal_point(cells[k], separator) + (units[k].empty() ? "" : " " + units[k]), error)
+              : std::nullopt;
       if (!q)
         throw io::bad_file(file, fmt::format("line {}", number),
                            fmt::format("\"{}\" is no number", k < cells.size() ? cells[k].text : ""),

@@ -40,6 +40,8 @@ std::vector<PlanLine> plan_lines(const scene::Scene& scene, const std::string& c
 /// its grid, up to which the land is known. `origin`: of the scene, map coordinates.
 std::vector<Problem> line_problems(const std::vector<PlanLine>& lines, const GroundHeight& height,
                                    const GroundExtent& ground, const std::string& file, const Vec3& origin);
+/// The lines of a scene that was built, with the warnings of them. Throws InputError as the two above.
+std::vector<PlanLine> checked_lines(sim::Simulation& simulation, std::vector<Problem>& warnings);
 
 class Path {
  public:

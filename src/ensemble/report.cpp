@@ -191,18 +191,23 @@ class Page {
            "system-ui,sans-serif;color:var(--ink);background:var(--ground);max-width:1080px;margin:0 "
            "auto;padding:1.5em}h1{font-size:1.5em}h2{margin-top:2em;border-bottom:1px solid var(--line)}"
            ".cards{display:flex;flex-wrap:wrap;gap:.8em}.card{border:1px solid "
-           "var(--line);border-radius:6px;padding:.5em 1em;min-width:7em}.card "
+           "var(--line);border-radius:6px;padding:.5em 1em;min-width:7em;max-width:16em}.card "
            "b{display:block;font-size:1.35em}"
            "table{border-collapse:collapse;margin:.8em "
            "0;display:block;overflow-x:auto;max-width:100%}td,th{padding:.3em .8em;border-bottom:1px solid "
            "var(--faint);text-align:right;vertical-align:top;font-variant-numeric:tabular-nums}"
-           "td:first-child,th:first-child{text-align:left}small{color:var(--soft);white-space:nowrap}.row{"
+           "td:first-child,th:first-child,.text{text-align:left}small{color:var(--soft)}td "
+           "small,.key b{white-space:nowrap}.key b{font-weight:400}.row{"
            "display:flex;flex-wrap:wrap;gap:1em}.row>section{flex:1 1 "
            "400px;min-width:0}.chart{width:min(480px,100%);height:auto}"
            ".g{stroke:var(--faint)}.t{font-size:11px;fill:var(--soft)}.l{font-size:12px;fill:var(--ink)}.map{"
            "width:100%;height:auto;border:1px solid var(--line)}.key "
            "span{display:inline-block;width:1.6em;height:.8em;margin:0 .3em 0 .9em}"
-           "@media(max-width:600px){body{padding:.8em}td,th{padding:.3em .45em}}</style></head><body><main>" +
+           "@media(max-width:600px){body{padding:.8em}table{font-size:13px}td,th{padding:.3em .3em}td "
+           "small{white-space:normal}.text{overflow-wrap:anywhere}}"
+           "@media "
+           "print{table{display:table;overflow:visible}tr,section,.chart,.card{break-inside:avoid}h2,h3{"
+           "break-after:avoid}}</style></head><body><main>" +
            body + "</main></body></html>\n";
   }
 
@@ -241,8 +246,12 @@ class Page {
     std::string text = "<h1>" + title() + "</h1><div class=\"cards\">" + damage_cards();
     for (const auto& [key, name] :
          {std::pair{"asked", "members"}, std::pair{"done", "done"}, std::pair{"suspect", "suspect"},
-          std::pair{"over_limit", "over the limit"}, std::pair{"failed", "failed"}})
-      text += card(name, fmt::format("{}", m.value(key, 0L)));
+          std::pair{"over_limit", "over the limit"}, std::pair{"failed", "failed"}}) {
+      const long count = m.value(key, 0L);
+      const bool why = key == std::string("suspect") && count > 0;
+      text += card(why ? "suspect<br><small>energy gain above 1 %, or still moving at the end</small>" : name,
+                   fmt::format("{}", count));
+    }
     for (const Json& l : summary_["lines"])
       text += card("cross " + io::xml_text(l.value("name", "")),
                    l["probability"]["value"].is_number()
@@ -339,8 +348,9 @@ class Page {
         "stroke-width=\"1.5\">{12}</g><g fill=\"none\" stroke=\"#0b3c8c\" stroke-width=\"4\">{3}</g>"
         "<line x1=\"20\" x2=\"{4:.0f}\" y1=\"{5:.0f}\" y2=\"{5:.0f}\" stroke=\"#000\" "
         "stroke-width=\"4\"/><text x=\"20\" y=\"{6:.0f}\" font-size=\"28\">{7:g} m</text></svg>"
-        "<p class=\"key\">{13} of {8:g} m: <span style=\"background:#fff3b2\"></span>little <span "
-        "style=\"background:#7f001f\"></span>{9}{14}. Dots: end points{15}. North is up.{10}</p></section>",
+        "<p class=\"key\">{13} of {8:g} m: <b><span style=\"background:#fff3b2\"></span>little</b> <b><span "
+        "style=\"background:#7f001f\"></span>{9}{14}.</b> Dots: end points{15}. North is "
+        "up.{10}</p></section>",
         tall, base64(bitmap(columns, rows, points)), drawn, lines, 20 + bar / width * 1000, tall - 20,
         tall - 30, bar, cell, number(Json(scale * most)),
         ensemble_.crs().empty() ? "" : " " + io::xml_text(ensemble_.crs().substr(0, 40)) + ".", title, struck,
@@ -412,21 +422,26 @@ class Page {
     const double members = static_cast<double>(finished_.size());
     text += "<div class=\"row\">" + exceedance("kinetic energy, kJ", energies, members, s["energy"], 1e-3);
     if (!heights.empty()) text += exceedance("height of the centroid, m", heights, members, s["height"], 1);
-    text += "</div>";
+    text += fmt::format(
+        "</div><p><small>The curves are of all {:.0f} members that have finished; p50 and p95 are of the {} "
+        "that "
+        "cross.</small></p>",
+        members, energies.size());
     for (const Json& b : details_.value("barriers", Json::array())) {
       if (b.value("line", "") != name) continue;
       text +=
-          "<h3>Barrier</h3><table><tr><th scope=\"col\">rule</th><th scope=\"col\">from</th><th "
+          "<h3>Barrier</h3><table><tr><th scope=\"col\">rule</th><th scope=\"col\" "
+          "class=\"text\">from</th><th "
           "scope=\"col\">energy, kJ</th><th "
           "scope=\"col\">height, "
-          "m</th><th scope=\"col\">factors</th></tr>";
+          "m</th><th scope=\"col\" class=\"text\">factors</th></tr>";
       for (const Json& v : b["values"]) {
         std::string factors;
         for (const auto& [key, value] : v["factors"].items())
           factors += (factors.empty() ? "" : ", ") + key + " " + number(value);
-        text += "<tr><td>" + io::xml_text(v.value("standard", "")) + "</td><td>" +
+        text += "<tr><td>" + io::xml_text(v.value("standard", "")) + "</td><td class=\"text\">" +
                 io::xml_text(v.value("from", "")) + "</td><td>" + number(v["energy"], 1e-3) + "</td><td>" +
-                number(v["height"]) + "</td><td>" + io::xml_text(factors) + "</td></tr>";
+                number(v["height"]) + "</td><td class=\"text\">" + io::xml_text(factors) + "</td></tr>";
       }
       text += "</table><p><small>" + io::xml_text(b.value("note", "")) + "</small></p>";
     }
@@ -450,7 +465,8 @@ class Page {
     std::sort(distinct.begin(), distinct.end());
     distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
     text += fmt::format(
-        "<p>{} hits by {} of {} members. The strongest:</p><table><tr><th scope=\"col\">member</th><th "
+        "<p>{} hits by {} of {} members. The strongest, with their places in coordinates of the "
+        "scene:</p><table><tr><th scope=\"col\">member</th><th "
         "scope=\"col\">time, "
         "s</th><th scope=\"col\">mass, t</th><th scope=\"col\">speed, m/s</th><th scope=\"col\">energy of "
         "translation, kJ</th><th scope=\"col\">at, m</th></tr>",
@@ -512,13 +528,18 @@ class Page {
       text += "</tr>";
     }
     text += "</table>" + members_of(f);
-    constexpr std::array colours{"#d99a1c", "#ee7b30", "#c8323c", "#8a3d78"};
-    std::string legend;
-    for (std::size_t k = 0; k < colours.size(); ++k)
-      legend += fmt::format("<span style=\"background:{}\"></span>{}{}", colours[k], names[k + 1],
-                            k + 1 < colours.size() ? " or worse" : "");
-    text += "<p class=\"key\">Curves over the energy of the hit, with their 95 % bands:" + legend +
-            "</p><div class=\"row\">";
+    text += curves_of(f);
+    if (f.contains("next_run") && f["next_run"].is_object())
+      text += "<p>One more run narrows most: " + io::xml_text(f["next_run"].value("text", "")) + ".</p>";
+    return text;
+  }
+
+  /// P(class or worse) over the energy of the hit, of the members for which a curve was fitted.
+  static std::string curves_of(const Json& f) {
+    constexpr std::array names{"slight or worse", "moderate or worse", "severe or worse", "lost"},
+        colours{"#d99a1c", "#ee7b30", "#c8323c", "#8a3d78"};
+    std::string charts;
+    std::set<std::size_t> shown;
     for (const Json& m : f.value("members", Json::array())) {
       double low = std::numeric_limits<double>::infinity(), high = 0;
       for (const Json& c : m["curves"])
@@ -530,7 +551,8 @@ class Page {
                   0, 1);
       for (const Json& c : m["curves"]) {
         if (!c.value("fitted", false) || c.value("reached", 0) == 0) continue;
-        const auto k = static_cast<std::size_t>(c.value("class", 1) - 1);
+        const std::size_t k = std::min<std::size_t>(3, static_cast<std::size_t>(c.value("class", 1) - 1));
+        shown.insert(k);
         std::vector<std::pair<double, double>> value, lower, upper;
         for (std::size_t q = 0; q < c["energy"].size(); ++q) {
           const double e = c["energy"][q].get<double>() / 1e3;
@@ -538,15 +560,19 @@ class Page {
               lower.emplace_back(e, c["low"][q].get<double>()),
               upper.emplace_back(e, c["high"][q].get<double>());
         }
-        chart.band(lower, upper, colours[std::min<std::size_t>(3, k)]);
-        chart.curve(value, colours[std::min<std::size_t>(3, k)]);
+        chart.band(lower, upper, colours[k]);
+        chart.curve(value, colours[k]);
       }
-      text += chart.svg();
+      charts += chart.svg();
     }
-    text += "</div>";
-    if (f.contains("next_run") && f["next_run"].is_object())
-      text += "<p>One more run narrows most: " + io::xml_text(f["next_run"].value("text", "")) + ".</p>";
-    return text;
+    if (shown.empty())
+      return "<p>No curve over the energy of the hit: that takes runs that reach a class and runs that do "
+             "not.</p>";
+    std::string legend;
+    for (const std::size_t k : shown)
+      legend += fmt::format("<b><span style=\"background:{}\"></span>{}</b> ", colours[k], names[k]);
+    return "<p class=\"key\">Curves over the energy of the hit, with their 95 % bands: " + legend +
+           "</p><div class=\"row\">" + charts + "</div>";
   }
 
   std::string notes() const {

@@ -42,6 +42,13 @@ std::size_t distinct(std::vector<double> values) {
   return static_cast<std::size_t>(std::unique(values.begin(), values.end()) - values.begin());
 }
 
+bool is_stl_file(const std::string& path) {
+  std::string end = path.substr(path.size() < 4 ? 0 : path.size() - 4);
+  std::transform(end.begin(), end.end(), end.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return end == ".stl";
+}
+
 }  // namespace
 
 double single_precision_step(double x) {
@@ -50,16 +57,6 @@ double single_precision_step(double x) {
          static_cast<double>(f);
 }
 
-bool is_stl_file(const std::string& path) {
-  std::string end = path.substr(path.size() < 4 ? 0 : path.size() - 4);
-  std::transform(end.begin(), end.end(), end.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return end == ".stl";
-}
-
-namespace {
-
-/// An STL file, or a PLY file whose header says that its coordinates are of 32 bits.
 bool holds_single_precision(const std::string& path) {
   if (is_stl_file(path)) return true;
   std::ifstream in(path, std::ios::binary);
@@ -72,13 +69,11 @@ bool holds_single_precision(const std::string& path) {
   return false;
 }
 
-}  // namespace
-
 std::vector<Problem> rounding_warning(const std::vector<Vec3>& vertices,
                                       const std::vector<std::array<int, 3>>& triangles,
-                                      const std::string& path) {
+                                      const std::string& path, bool digits) {
   constexpr double far = 1e4, felt = 5e-3, least = 0.01;  // coordinates of a map [m]; of the mean side; [m]
-  if (triangles.empty()) return {};
+  if (triangles.empty() || (!digits && !holds_single_precision(path))) return {};
   double sum = 0;
   for (const auto& t : triangles)
     for (std::size_t k = 0; k < 3; ++k)
@@ -99,7 +94,7 @@ std::vector<Problem> rounding_warning(const std::vector<Vec3>& vertices,
       return static_cast<double>(static_cast<float>(value)) == value;
     });
     if (const double s = floats ? single_precision_step(most) : 0; s > step) step = s, single = true;
-    if (const double s = decimal_step(x); s > step) step = s, single = false;
+    if (const double s = digits ? decimal_step(x) : 0; s > step) step = s, single = false;
   }
   if (step < least || step < felt * side) return {};
   // Of files that hold more digits, nodes of an even grid are where they were meant to be, unless one lies

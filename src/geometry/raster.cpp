@@ -173,7 +173,7 @@ std::optional<std::string> checked_ascii_grid(const std::string& path, bool& is_
   return out.append(heights, static_cast<const char*>(text.data() + text.size()));
 }
 
-/// What the .prj beside a grid of text holds, as UTF-8; empty where there is none.
+/// What the .prj beside a file holds, as UTF-8; empty where there is none.
 std::string projection_beside(const std::string& path) {
   const auto dot = path.find_last_of('.');
   if (dot == std::string::npos || path.find('/', dot) != std::string::npos) return {};
@@ -237,7 +237,8 @@ Raster read_raster(const std::string& path) {
   Raster r;
   bool is_grid = false;
   const std::optional<std::string> text = checked_ascii_grid(path, is_grid);
-  if (is_grid) r.projection = projection_beside(path);
+  r.projection = projection_beside(path);
+  r.grid_of_text = is_grid;
   const bool read = module(path).read(path.c_str(), text ? &*text : nullptr, &r);
   if (!r.placed)
     throw InputError(
@@ -269,7 +270,7 @@ Raster read_raster(const std::string& path) {
                 .rule = "is what its band says that values are to be multiplied by, and added to "
                         "them: no height is left",
                 .remedy = "correct it: gdal_edit.py -scale 1 -offset 0, or what they are meant to be"});
-  if (r.vertical_unit.empty()) r.vertical_unit = heights_by(r.projection);
+  if (is_grid && r.vertical_unit.empty()) r.vertical_unit = heights_by(r.projection);
   refuse_degrees(r, path);
   if (r.transform[5] > 0) {  // south first: turn it over
     for (int i = 0; i < r.rows / 2; ++i)
@@ -279,225 +280,6 @@ Raster read_raster(const std::string& path) {
     r.transform[3] += r.rows * r.transform[5];
     r.transform[5] = -r.transform[5];
   }
-  return r;
-}
-
-namespace {
-
-constexpr double survey_foot = 1200.0 / 3937;  // [m]
-
-/// Length of a unit of heights [m] by its name; 0: none that is known.
-double metres_of(std::string unit) {
-  std::string plain;
-  for (const char c : unit)
-    if (std::isalnum(static_cast<unsigned char>(c)))
-      plain += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  struct Unit {
-    double metres;
-    std::vector<const char*> names;
-  };
-  static const Unit units[] = {
-      {1, {"m", "metre", "metres", "meter", "meters"}},
-      {0.1, {"dm", "decimetre", "decimeter", "decimetres", "decimeters"}},
-      {0.01, {"cm", "centimetre", "centimeter", "centimetres", "centimeters"}},
-      {0.001, {"mm", "millimetre", "millimeter", "millimetres", "millimeters"}},
-      {1000, {"km", "kilometre", "kilometer", "kilometres", "kilometers"}},
-      {0.3048,
-       {"ft", "foot", "feet", "internationalfoot", "internationalfeet", "footinternational", "ift",
-        "footintl", "intlfoot"}},
-      {survey_foot,
-       {"ussurveyfoot", "ussurveyfeet", "usft", "usfoot", "usfeet", "ftus", "footus", "feetus", "surveyfoot",
-        "surveyfeet", "sft", "usf", "footussurvey", "ftussurvey", "ussft"}},
-      {0.9144, {"yd", "yard", "yards"}},
-  };
-  for (const Unit& u : units)
-    for (const char* name : u.names)
-      if (plain == name) return u.metres;
-  return 0;
-}
-
-Problem raster_warning(const std::string& path, std::string value, std::string rule, std::string remedy) {
-  return {.severity = Problem::Severity::warning,
-          .file = path,
-          .key = "site.terrain",
-          .value = std::move(value),
-          .rule = std::move(rule),
-          .remedy = std::move(remedy)};
-}
-
-void refuse_pictures(const Raster& r, const std::string& path) {
-  if (!r.palette && !r.colours) return;
-  throw InputError(
-      Problem{.file = path,
-              .key = "site.terrain",
-              .value = r.palette ? std::string("a palette") : fmt::format("{} bands of colours", r.bands),
-              .rule = r.palette ? "its values are numbers of a table of colours, no heights"
-                                : "is a picture (red, green, blue), no heights",
-              .remedy = "give the elevation model itself, one band of heights, not its hillshade, photograph "
-                        "or coloured map"});
-}
-
-/// Lengths of a scene are metres, and its origin and positions are given in the coordinates of the map.
-void refuse_plan_units(const Raster& r, const std::string& path) {
-  if (std::abs(r.metres - 1) < 1e-9) return;
-  throw InputError(
-      Problem{.file = path,
-              .key = "site.terrain",
-              .value = fmt::format("{}, of {:.8g} m", r.unit.empty() ? "a unit" : r.unit, r.metres),
-              .rule = "is the unit of its coordinates in plan, and lengths of a scene are metres",
-              .remedy = "project it to a system in metres, and its heights with it: gdalwarp -t_srs EPSG:... "
-                        "-r bilinear in.tif out.tif; then give site.origin and positions in that system"});
-}
-
-/// Depths below a datum become heights.
-void turn_depths(Raster& r, const std::string& path, std::vector<Problem>& warnings) {
-  if (!r.depths) return;
-  for (double& z : r.values) z = -z;
-  warnings.push_back(
-      raster_warning(path, "depths",
-                     "its values grow downwards by its coordinate system: they were turned into "
-                     "heights, times -1",
-                     "give heights, if that is not what they are"));
-}
-
-/// Heights to metres by what the band says, or else the coordinate system.
-void convert_heights(Raster& r, const std::string& path, std::vector<Problem>& warnings) {
-  const std::string by = r.band_unit.empty() ? "its coordinate system" : "its band";
-  const std::string unit = r.band_unit.empty() ? r.vertical_unit : r.band_unit;
-  double metres = !r.band_unit.empty()    ? metres_of(r.band_unit)
-                  : r.vertical_metres > 0 ? r.vertical_metres
-                                          : metres_of(r.vertical_unit);
-  if (unit.empty() && !(metres > 0)) return;
-  if (!(metres > 0)) {
-    warnings.push_back(raster_warning(path, unit,
-                                      "is the unit of its values by " + by.substr(4) +
-                                          ", and no length that is known: they are taken as "
-                                          "heights in metres",
-                                      "give heights in metres, and say so: gdal_edit.py -units m"));
-    return;
-  }
-  if (!r.band_unit.empty() && r.vertical_metres > 0 && std::abs(metres - r.vertical_metres) > 1e-9)
-    warnings.push_back(raster_warning(
-        path, unit,
-        fmt::format(
-            "is the unit of heights by the band, and {} by the coordinate system: the band's is taken",
-            r.vertical_unit),
-        "correct the one that is wrong"));
-  if (std::abs(metres - 1) < 1e-9) return;
-  for (double& z : r.values) z *= metres;
-  warnings.push_back(raster_warning(
-      path, unit,
-      fmt::format("is the unit of heights by {}: they were converted to metres, times {:.8g}", by, metres),
-      "give the third number of site.origin, and positions, in metres"));
-}
-
-}  // namespace
-
-/// Values of which programs make nodes without data.
-bool stands_for_none(double stored) {
-  constexpr double usual[] = {-9999, -99999, -999999, -999,  -32768, -32767, -9999.9,
-                              9999,  99999,  999999,  32767, 65535,  -10000, -1e6};
-  return std::any_of(std::begin(usual), std::end(usual),
-                     [&](double x) { return std::abs(stored - x) <= 1e-9 * std::abs(x); });
-}
-
-void tell_of_missing_data(const Raster& r, const std::string& path, std::vector<Problem>& warnings) {
-  for (const double sign : {1.0, -1.0}) {  // at the lower end, at the upper end
-    const double infinity = std::numeric_limits<double>::infinity();
-    double end = infinity, next = infinity, other = -infinity;
-    std::size_t count = 0;
-    for (const double value : r.values) {
-      if (!std::isfinite(value)) continue;
-      const double z = sign * value;
-      if (z < end)
-        next = end, end = z, count = 0;
-      else if (z > end)
-        next = std::min(next, z);
-      if (z == end) ++count;
-      other = std::max(other, z);
-    }
-    const double gap = next - end, range = other - next;
-    const bool usual = stands_for_none((sign * end - r.offset) / r.scale);
-    constexpr std::size_t least_zeros = 4;  // fewer are spikes
-    if (!(gap > range) || !(range > 0) || !(usual || (end == 0 && count >= least_zeros))) continue;
-    const std::string value = fmt::format("{} node{} of {:g}", count, count == 1 ? "" : "s", sign * end),
-                      rule = fmt::format(
-                          "{} {:.4g} m {} all others, of {:.6g} to {:.6g}: such a value stands "
-                          "for nodes without data, and the file does not say so",
-                          count == 1 ? "lies" : "lie", gap, sign > 0 ? "below" : "above",
-                          std::min(sign * next, sign * other), std::max(sign * next, sign * other)),
-                      remedy = fmt::format(
-                          "name it: NODATA_value {0:g} in the header of an ASCII grid, "
-                          "gdal_edit.py -a_nodata {0:g} for a GeoTIFF; or correct the heights",
-                          (sign * end - r.offset) / r.scale);
-    if (usual)
-      throw InputError(
-          Problem{.file = path, .key = "site.terrain", .value = value, .rule = rule, .remedy = remedy});
-    warnings.push_back(raster_warning(path, value, rule, remedy));
-  }
-}
-
-void warn_of_size(const Raster& r, const std::string& path, std::vector<Problem>& warnings) {
-  constexpr double highest = 8849,
-                   steep = 60 * M_PI /
-                           180;  // Mount Everest [m]; half of the cells steeper than that are no terrain
-  constexpr std::size_t least_cells = 100;
-  double low = std::numeric_limits<double>::infinity(), high = -low;
-  std::vector<double> slopes;
-  const auto columns = static_cast<std::size_t>(r.columns), rows = static_cast<std::size_t>(r.rows);
-  const std::size_t stride = std::max<std::size_t>(1, columns * rows / 1000000);
-  for (std::size_t k = 0; k < r.values.size(); ++k) {
-    const double z = r.values[k];
-    if (!std::isfinite(z)) continue;
-    low = std::min(low, z), high = std::max(high, z);
-    if (k % stride != 0 || (k + 1) % columns == 0 || k + columns >= r.values.size()) continue;
-    const double sx = (r.values[k + 1] - z) / r.transform[1],
-                 sy = (r.values[k + columns] - z) / r.transform[5];
-    if (std::isfinite(sx) && std::isfinite(sy)) slopes.push_back(std::hypot(sx, sy));
-  }
-  double steepness = 0;  // of the middle one of the cells, tangent
-  if (slopes.size() >= least_cells) {
-    const auto middle = slopes.begin() + static_cast<std::ptrdiff_t>(slopes.size() / 2);
-    std::nth_element(slopes.begin(), middle, slopes.end());
-    steepness = *middle;
-  }
-  const bool high_up = high > highest, too_steep = steepness > std::tan(steep);
-  if (!high_up && !too_steep) return;
-  const auto degrees = [](double tangent) { return std::atan(tangent) * 180 / M_PI; };
-  std::string remedy = "check both, and correct the unit that the file gives";
-  for (const auto& [unit, factor] :
-       {std::pair{"feet", 0.3048}, {"centimetres", 0.01}, {"millimetres", 0.001}}) {
-    if (high * factor > highest || steepness * factor > std::tan(steep)) continue;
-    remedy = fmt::format(
-        "in {} they would be {:.6g} to {:.6g} m, half of the cells steeper than {:.0f} deg: convert them, "
-        "gdal_calc.py -A in.tif --calc=\"A*{:g}\" --outfile=out.tif, or correct the unit that the file gives",
-        unit, low * factor, high * factor, degrees(steepness * factor), factor);
-    break;
-  }
-  warnings.push_back(
-      high_up ? raster_warning(path, fmt::format("heights of {:.6g} to {:.6g}", low, high),
-                               "no ground on Earth is that high in metres", remedy)
-              : raster_warning(
-                    path, fmt::format("half of its cells are steeper than {:.0f} deg", degrees(steepness)),
-                    "no terrain is that steep all over: heights and cells seem to be in different units",
-                    remedy));
-}
-
-Raster read_heights(const std::string& path, std::vector<Problem>& warnings) {
-  Raster r = read_raster(path);
-  refuse_pictures(r, path);
-  refuse_plan_units(r, path);
-  convert_heights(r, path, warnings);
-  turn_depths(r, path, warnings);
-  if (r.bands > 1)
-    warnings.push_back(
-        raster_warning(path, fmt::format("{} bands", r.bands), "the first is taken as the heights",
-                       "give a file of one band if it is another: gdal_translate -b 2 in.tif out.tif"));
-  if (r.bytes)
-    warnings.push_back(raster_warning(
-        path, "values of 8 bits",
-        "heights of whole metres from 0 to 255: a hillshade or another picture has such values",
-        "give the elevation model itself, unless it is one"));
   return r;
 }
 

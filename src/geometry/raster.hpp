@@ -16,9 +16,22 @@ namespace talus::geometry {
 Raster read_raster(const std::string& path);
 
 /// The same for heights. Those whose band or coordinate system gives another unit of length than metres are
-/// converted, with a warning; pictures, palettes and grids whose plan is not in metres are refused. Warns of
-/// what is hardly heights: bytes, several bands.
+/// converted, with a warning; pictures, palettes, classes and grids whose plan is not in metres are refused.
+/// Warns of what is hardly heights: bytes, several bands or images, a band called slope.
 Raster read_heights(const std::string& path, std::vector<Problem>& warnings);
+
+inline constexpr double highest_ground = 8849;  ///< Mount Everest [m]
+
+/// A value at one end of all that lies farther from the others than these span.
+struct FarValue {
+  double value;
+  std::size_t count;  ///< how often
+  std::string where;  ///< "lies 1.05e+04 m below all others, of 500 to 540"
+};
+std::vector<FarValue> values_far_from_others(const std::vector<double>& values);
+
+/// Values that programs write where there are no data.
+bool stands_for_none(double stored);
 
 /// Refuses nodes of a value that programs write where there are no data (-9999, 32767, ...) if it lies
 /// farther from all others than these span and the file does not name it NODATA; warns of zeros by the same

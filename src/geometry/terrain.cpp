@@ -15,7 +15,7 @@
 #include "contact/geometry/surface_order.hpp"
 #include "core/disjoint_sets.hpp"
 #include "geometry/mesh.hpp"
-#include "geometry/precision.hpp"
+#include "geometry/mesh_terrain.hpp"
 #include "geometry/raster.hpp"
 #include "geometry/raster_outliers.hpp"
 #include "geometry/terrain_sheets.hpp"
@@ -125,13 +125,14 @@ void triangulate_grid(const Raster& r, const std::pair<int, int>& first, const T
                              .rule = "the grid (after the crop) holds no surface",
                              .remedy = "move the crop box, or fill the grid"});
   if (missing > 0)
-    out.warnings.push_back({.severity = Problem::Severity::warning,
-                            .file = path,
-                            .key = "site.terrain",
-                            .value = fmt::format("{} of {} nodes", missing, number.size()),
-                            .rule = "NODATA, or masked: the terrain has holes or a ragged edge there",
-                            .remedy = "the ground ends there in walls, and a block that gets there falls; "
-                                      "fill the grid if that matters"});
+    out.warnings.push_back(
+        {.severity = Problem::Severity::warning,
+         .file = path,
+         .key = "site.terrain",
+         .value = fmt::format("{} of {} nodes", missing, number.size()),
+         .rule = "NODATA, masked, or never written: the terrain has holes or a ragged edge there",
+         .remedy = "the ground ends there in walls, and a block that gets there falls; "
+                   "fill the grid if that matters"});
 }
 
 /// Warns of pieces of a grid that NODATA cuts off from the largest.
@@ -354,6 +355,28 @@ TriangleSurface surface_beside(const std::vector<Vec3>& vertices, const Triangle
   return s;
 }
 
+/// Lines whose heights are those of no place of the terrain: zeros where a program wrote none, or feet.
+void warn_of_far_lines(const std::vector<Vec3>& vertices, const std::vector<std::vector<Vec3>>& lines,
+                       const std::string& path, std::vector<Problem>& warnings) {
+  Box3 ground, drawn;
+  for (const Vec3& v : vertices) ground.extend(v);
+  for (const auto& line : lines)
+    for (const Vec3& p : line) drawn.extend(p);
+  if (ground.isEmpty() || drawn.isEmpty()) return;
+  const double below = ground.min().z() - drawn.max().z(), above = drawn.min().z() - ground.max().z();
+  if (std::max(below, above) <= ground.sizes().z()) return;
+  warnings.push_back(
+      {.severity = Problem::Severity::warning,
+       .file = path,
+       .key = "site.breaklines",
+       .value =
+           fmt::format("{:.4g} m {} the terrain", std::max(below, above), below > above ? "below" : "above"),
+       .rule = "is where its lines run, farther from the terrain than that is high: it is drawn "
+               "up or down to them",
+       .remedy = "give the lines the heights of the terrain, in metres: exported in plan they "
+                 "have zeros"});
+}
+
 /// From faces that are oriented already: breaklines, crop, decimation, materials.
 Terrain assemble(std::vector<Vec3> vertices, std::vector<std::array<int, 3>> triangles,
                  const TerrainOptions& options, const std::string& name) {
@@ -365,6 +388,7 @@ Terrain assemble(std::vector<Vec3> vertices, std::vector<std::array<int, 3>> tri
     if (!options.two_sided) refuse_lines_at_overhangs(vertices, triangles, options, name);
     for (auto& line : lines.lines)
       for (Vec3& p : line) p -= options.origin;
+    warn_of_far_lines(vertices, lines.lines, options.breaklines, out.warnings);
     insert_lines(vertices, triangles, lines.lines, options.breaklines, fixed);
   }
   Box3 box;
@@ -463,12 +487,25 @@ Terrain make_terrain(std::vector<Vec3> vertices, std::vector<std::array<int, 3>>
 
 namespace {
 
-/// The terrain's mesh with those of its parts: every file's faces are a group, those of one with groups of
-/// its own by these.
-Mesh join_parts(const std::string& path, const TerrainOptions& options) {
+/// Turns a mesh whose axis `up` points up: the others keep their order, right-handed.
+void turn_up(Mesh& mesh, char up) {
+  for (Vec3& v : mesh.vertices) {
+    if (up == 'y') v = Vec3(v.x(), -v.z(), v.y());
+    if (up == 'x') v = Vec3(v.y(), v.z(), v.x());
+  }
+}
+
+/// The terrain's mesh with those of its parts, turned up: every file's faces are a group, those of one with
+/// groups of its own by these.
+Mesh join_parts(const std::string& path, const TerrainOptions& options, char up,
+                std::vector<Problem>& warnings) {
   Mesh mesh;
   const auto append = [&](const std::string& file) {
-    const Mesh part = read_mesh(file);
+    Mesh part = read_mesh(file);
+    turn_up(part, up);
+    for (Problem& p :
+         mesh_terrain_problems(part, file, file == path ? "site.terrain" : "site.area.mesh", options))
+      warnings.push_back(std::move(p));
     const int vertices = static_cast<int>(mesh.vertices.size()),
               groups = static_cast<int>(mesh.group_names.size());
     mesh.vertices.insert(mesh.vertices.end(), part.vertices.begin(), part.vertices.end());
@@ -497,14 +534,6 @@ Mesh join_parts(const std::string& path, const TerrainOptions& options) {
   return mesh;
 }
 
-/// Turns a mesh whose axis `up` points up: the others keep their order, right-handed.
-void turn_up(Mesh& mesh, char up) {
-  for (Vec3& v : mesh.vertices) {
-    if (up == 'y') v = Vec3(v.x(), -v.z(), v.y());
-    if (up == 'x') v = Vec3(v.y(), v.z(), v.x());
-  }
-}
-
 void name_parts(const Mesh& mesh, TerrainOptions& options) {
   const bool asked = std::any_of(options.material_areas.begin(), options.material_areas.end(),
                                  [](const auto& a) { return !a.part.empty() || !a.mesh_file.empty(); });
@@ -530,7 +559,7 @@ void stand_on_grid(TerrainOptions& options, std::vector<Vec3>& vertices,
   const auto stands = [](const auto& area) { return !area.mesh_file.empty(); };
   const auto first = std::find_if(options.material_areas.begin(), options.material_areas.end(), stands);
   if (first == options.material_areas.end()) return;
-  Mesh mesh = join_parts("", options);
+  Mesh mesh = join_parts("", options, 'z', warnings);
   name_parts(mesh, options);
   for (Vec3& v : mesh.vertices) v -= options.origin;
   for (Problem& p :
@@ -580,15 +609,14 @@ Terrain load_terrain(const std::string& path, const TerrainOptions& options) {
                                   [](const auto& a) { return !a.mesh_file.empty(); });
   if (path.empty() && !parts_alone) return make_terrain({}, {}, options, options.breaklines);
   if (parts_alone || is_mesh_file(path)) {
-    Mesh mesh = join_parts(path, options);
-    turn_up(mesh, options.up);
+    std::vector<Problem> said;
+    Mesh mesh = join_parts(path, options, options.up, said);
     TerrainOptions with_parts = options;
     name_parts(mesh, with_parts);
-    std::vector<Problem> rounded = rounding_warning(mesh.vertices, mesh.triangles, path);
     for (Vec3& v : mesh.vertices) v -= options.origin;
     Terrain out = make_terrain(std::move(mesh.vertices), std::move(mesh.triangles), with_parts,
                                path.empty() ? options.material_areas.front().mesh_file : path);
-    out.warnings.insert(out.warnings.begin(), rounded.begin(), rounded.end());
+    out.warnings.insert(out.warnings.begin(), said.begin(), said.end());
     return out;
   }
   Terrain grid;

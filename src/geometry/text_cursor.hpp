@@ -4,6 +4,7 @@
 #include <charconv>
 #include <string>
 #include <string_view>
+#include <type_traits>
 
 #include "core/error.hpp"
 
@@ -61,6 +62,10 @@ class TextCursor {
     T x{};
     const auto [next, status] = std::from_chars(p_, end_, x);
     if (status != std::errc{}) fail(what, "must be a number");
+    // Where the rest of a line does not count, what follows the comma would be lost without a word.
+    if (std::is_floating_point_v<T> && next < end_ && *next == ',')
+      fail(what, "has a decimal comma; mesh files have decimal points",
+           "replace the commas by points: sed 's/,/./g'");
     p_ = next;
     return x;
   }

@@ -257,7 +257,8 @@ std::vector<Key> block_keys() {
                 .type = Type::path,
                 .doc = "CSV with a header row; columns x, y, z, vx, vy, vz, and if they are there mass or "
                        "volume (not both, unless they agree, and not beside the key), the spin wx, wy, wz "
-                       "and the orientation qw, qx, qy, qz, in SI; spin and orientation of the scene go "
+                       "and the orientation qw, qx, qy, qz, in SI or in units that the first row names (vx "
+                       "[km/h]); spin and orientation of the scene go "
                        "before those of the file. Or the histories of blocks by `talus convert "
                        "results.h5#/history/blocks FILE.csv`: then the block's size is the scene's."},
                {.path = "impact.block",

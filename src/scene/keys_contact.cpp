@@ -278,8 +278,9 @@ std::vector<Key> contact_keys() {
        .min = 0},
       {.path = "interface.contact_law.file",
        .type = Type::path,
-       .doc = "CSV with two columns, indentation in m and force in N, from 0, 0 on; both grow, and beyond "
-              "the last point its slope goes on. It is the force of one contact point: a face of four "
+       .doc = "CSV with two columns, indentation in m and force in N, or in units that the first row names "
+              "(s [mm], F [kN]), from 0, 0 on; both grow, and beyond the last point its slope goes on. It is "
+              "the force of one contact point: a face of four "
               "corners on a plane presses with four times that, a face on a mesh or a finely faceted block "
               "with as many as points touch. For a force of the whole that does not depend on the meshes "
               "take springs per area or crushing.",

@@ -202,8 +202,15 @@ std::string Reading::file(const View& view, const std::string& key, bool inlined
   std::error_code error;
   const auto status = fs::status(path, error);
   if (!fs::exists(status)) {
+    std::vector<std::string> beside;
+    for (const auto& entry : fs::directory_iterator(path.parent_path(), error))
+      beside.push_back(entry.path().filename().string());
+    std::sort(beside.begin(), beside.end());
+    const std::string near = nearest_name(path.filename().string(), beside);
     view.problem(key, fmt::format("there is no file {}", path.string()),
-                 "paths are relative to the scene file; correct the name or put the file there");
+                 near.empty() ? "paths are relative to the scene file; correct the name or put the file there"
+                              : fmt::format("did you mean \"{}\"?",
+                                            (fs::path(node->text).parent_path() / near).string()));
     return {};
   }
   if (!fs::is_regular_file(status)) {

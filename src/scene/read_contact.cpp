@@ -7,8 +7,6 @@
 #include <sstream>
 
 #include "core/suggest.hpp"
-#include "core/table.hpp"
-#include "core/text_file.hpp"
 #include "core/units.hpp"
 #include "scene/reading.hpp"
 
@@ -93,7 +91,10 @@ void read_law_form(Reading& in, const View& view, ContactLaw& law) {
     if (form->has("points"))
       law.table = form->pairs("points");
     else if (const std::string path = in.file(*form, "file", true); !path.empty())
-      for (const auto& row : read_numbers(*form, "file", path, 2)) law.table.emplace_back(row[0], row[1]);
+      for (const auto& row : read_numbers(*form, "file", path, 2, [](std::size_t column, const std::string&) {
+                               return column == 0 ? dimension::length : dimension::force;
+                             }).rows)
+        law.table.emplace_back(row[0], row[1]);
     const std::string key = form->has("points") ? "points" : "file";
     if (form->get(key) && !law.table.empty()) {
       bool grows = law.table.size() >= 2;
@@ -437,73 +438,6 @@ double friction_coefficient(const Node& node) {
   std::string error;
   const auto given = parse_quantity(node.text, error).value_or(Quantity{});
   return given.dimension == dimension::angle ? std::tan(given.value) : given.value;
-}
-
-namespace {
-
-std::optional<double> number_of(const TableCell& cell, char separator) {
-  std::string error;
-  const auto value = parse_quantity(with_decimal_point(cell, separator), error);
-  if (!value || !value->dimension.none()) return {};
-  return value->value;
-}
-
-}  // namespace
-
-std::vector<std::vector<double>> read_numbers(const View& view, const std::string& key,
-                                              const std::string& path, std::size_t columns,
-                                              std::vector<std::string>* header, std::vector<int>* lines) {
-  std::string text;
-  try {
-    text = read_text(path);
-  } catch (const InputError& e) {
-    view.problem(key, e.problems()[0].rule, e.problems()[0].remedy);
-    return {};
-  }
-  const char separator = table_separator(text);
-  const char* const remedy =
-      "numbers in SI with decimal points, separated by commas; or with decimal commas, separated by "
-      "semicolons";
-  std::vector<std::vector<double>> rows;
-  std::istringstream in(text);
-  std::size_t expected = columns;
-  std::string line;
-  for (int number = 1; std::getline(in, line); ++number) {
-    if (is_blank_row(line)) continue;
-    const std::vector<TableCell> cells = table_cells(line, separator);
-    std::vector<double> row;
-    for (const TableCell& cell : cells) {
-      const auto value = number_of(cell, separator);
-      if (!value) break;
-      row.push_back(*value);
-    }
-    const bool begins_a_number = cells[0].text.find_first_of("0123456789") <= 1;  // after a sign or a point
-    if (row.empty() && rows.empty() && !begins_a_number) {                        // header
-      if (header && header->empty())
-        for (const TableCell& cell : cells) header->push_back(cell.text);
-      if (expected == 0) expected = cells.size();
-      continue;
-    }
-    if (row.size() < cells.size()) {
-      view.problem(key,
-                   fmt::format("line {} of the file: \"{}\" is not a number", number, cells[row.size()].text),
-                   remedy);
-      return {};
-    }
-    if (expected > 0 && row.size() != expected) {
-      view.problem(
-          key,
-          fmt::format("line {} of the file has {} numbers where {} are expected{}", number, row.size(),
-                      expected,
-                      separator == ',' && row.size() > expected ? "; are the commas decimal ones?" : ""),
-          remedy);
-      return {};
-    }
-    rows.push_back(std::move(row));
-    if (lines) lines->push_back(number);
-  }
-  if (rows.empty()) view.problem(key, "the file holds no rows of numbers", remedy);
-  return rows;
 }
 
 /// Coefficient of friction between rough faces of concrete [en1992-1-1, 6.2.5(2)].

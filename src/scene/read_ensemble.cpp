@@ -139,7 +139,10 @@ class VaryReader {
       case Vary::Kind::table: {
         const std::string path = in_.file(view_, "table");
         if (path.empty()) return;
-        for (const auto& row : read_numbers(view_, "table", path, 1)) vary_.table.push_back(row.front());
+        const NumberTable table = read_numbers(view_, "table", path, 1,
+                                               [](std::size_t, const std::string&) { return std::nullopt; });
+        for (const auto& row : table.rows) vary_.table.push_back(row.front());
+        if (!table.units.empty() && !table.units[0].none()) vary_.unit = unit_name(table.units[0]);
         std::sort(vary_.table.begin(), vary_.table.end());
         return;
       }

@@ -479,6 +479,24 @@ std::optional<std::vector<std::string>> named_columns(const View& view, std::vec
   return header;
 }
 
+/// What the columns of a trajectories file hold.
+const std::vector<std::pair<Dimension, std::vector<std::string>>>& trajectory_columns() {
+  static const std::vector<std::pair<Dimension, std::vector<std::string>>> columns{
+      {dimension::length, {"x", "y", "z"}},
+      {dimension::velocity, {"vx", "vy", "vz"}},
+      {dimension::angular_velocity, {"wx", "wy", "wz"}},
+      {dimension::number, {"qw", "qx", "qy", "qz"}},
+      {dimension::mass, {"mass"}},
+      {dimension::volume, {"volume"}}};
+  return columns;
+}
+
+std::optional<Dimension> dimension_of_column(const std::string& name) {
+  for (const auto& [of, names] : trajectory_columns())
+    if (std::find(names.begin(), names.end(), name) != names.end()) return of;
+  return {};
+}
+
 /// One row of a trajectories file, its numbers by the names of their columns.
 struct TrajectoryRow {
   const View& view;
@@ -497,20 +515,13 @@ struct TrajectoryRow {
 
   /// The bounds that the scene's own keys have.
   void check(double density) const {
-    const std::pair<Dimension, std::vector<std::string>> bounds[] = {
-        {dimension::length, {"x", "y", "z"}},
-        {dimension::velocity, {"vx", "vy", "vz"}},
-        {dimension::angular_velocity, {"wx", "wy", "wz"}},
-        {dimension::number, {"qw", "qx", "qy", "qz"}},
-        {dimension::mass, {"mass"}},
-        {dimension::volume, {"volume"}}};
-    for (const auto& [of, names] : bounds)
+    for (const auto& [of, names] : trajectory_columns())
       for (const std::string& wanted : names)
         if (const auto value = column(wanted); value && !(std::abs(*value) <= largest(of)))
           problem(fmt::format("{} = {:g}", wanted, *value),
                   fmt::format("must not exceed {:g}{}{}", largest(of), of.none() ? "" : " ",
                               of.none() ? "" : unit_name(of)),
-                  "check the number: the file is in SI");
+                  "check the number: without a unit in its first row the file is in SI");
     const auto mass = column("mass"), volume = column("volume");
     if (mass && !(*mass >= least_mass))
       problem(fmt::format("mass = {:g}", *mass),
@@ -573,9 +584,9 @@ void read_impact(Reading& in, const View& root) {
       if (view->has(key)) view->problem(key, "the trajectories file gives it", "remove it, or the file");
     const std::string path = in.file(*view, "trajectories", true);
     if (path.empty()) return;
-    std::vector<std::string> header;
-    std::vector<int> lines;
-    const auto rows = read_numbers(*view, "trajectories", path, 0, &header, &lines);
+    const auto [rows, header, lines, units] =
+        read_numbers(*view, "trajectories", path, 0,
+                     [](std::size_t, const std::string& name) { return dimension_of_column(name); });
     const auto row = static_cast<std::size_t>(view->integer("row"));
     if (rows.empty()) return;
     if (row > rows.size()) {

@@ -1,6 +1,8 @@
 /// What the parts of read_scene share: the scene being filled, the problems found, names, files.
 #pragma once
+#include <functional>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -69,12 +71,21 @@ Mat3 read_orientation(const View& view);
 bool read_joint_orientation(const View& view, double& dip_direction, double& dip);
 /// Edge of a cube of the shape's volume, as far as it is known without its mesh; 0 if not.
 double shape_size(const Shape& shape, double density);
-/// Rows of numbers of a CSV file; a first row that is no number is skipped. Reports what is wrong at `key`.
-/// `lines`: of the file, one for each row.
-std::vector<std::vector<double>> read_numbers(const View& view, const std::string& key,
-                                              const std::string& path, std::size_t columns,
-                                              std::vector<std::string>* header = nullptr,
-                                              std::vector<int>* lines = nullptr);
+/// Numbers of a table in a file, in SI.
+struct NumberTable {
+  std::vector<std::vector<double>> rows;
+  std::vector<std::string> header;  // names of the columns without their units; empty: the file has none
+  std::vector<int> lines;           // of the file, one for each row
+  std::vector<Dimension> units;     // of the columns that name one; none for the others
+};
+/// What a column holds, by its place and its name; nothing if that is not known.
+using ColumnDimension = std::function<std::optional<Dimension>(std::size_t, const std::string&)>;
+/// Reads a table of `columns` numbers a row (0: as many as it has names). Rows of text before the first
+/// number name the columns, "s [mm]" or "F (kN)", or their units alone; numbers of such columns are
+/// converted. Reports what is wrong at `key`, a unit of another kind than `holds` says among it; then there
+/// are no rows.
+NumberTable read_numbers(const View& view, const std::string& key, const std::string& path,
+                         std::size_t columns, const ColumnDimension& holds);
 
 /// tan(phi) of a coefficient or an angle.
 double friction_coefficient(const Node& node);

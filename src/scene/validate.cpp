@@ -182,6 +182,10 @@ class Validator {
     if (low && key.dimension == dimension::pressure && owner.is_number() && value > 0 &&
         1e6 * value >= key.min && 1e6 * value <= key.max)
       remedy = fmt::format("a bare number is in Pa: did you mean \"{:g} MPa\"?", value);
+    if (const auto prefix = owner.text.find(" mPa");
+        low && owner.kind == Node::Kind::text && prefix != std::string::npos && 1e9 * value >= key.min)
+      remedy = fmt::format("m is milli, M mega: did you mean \"{}\"?",
+                           std::string(owner.text).replace(prefix, 4, " MPa"));
     constexpr double least_in_mm = 4;  // what is less is hardly given in millimetres
     if (high && key.dimension == dimension::length && owner.is_number() && value >= least_in_mm &&
         1e-3 * value >= key.min && 1e-3 * value <= key.max)

@@ -9,6 +9,7 @@
 #include "geometry/mass_properties.hpp"
 #include "geometry/precision.hpp"
 #include "geometry/shape.hpp"
+#include "geometry/stated_unit.hpp"
 #include "scene/fragment_names.hpp"
 #include "sim/held_points.hpp"
 #include "sim/rock_mass.hpp"
@@ -36,21 +37,38 @@ geometry::ShapeSpec shape_spec(const scene::Shape& s, double density) {
 /// Kelvin-Voigt time so that the slowest strain mode of the block has this ratio of critical damping.
 constexpr double strain_damping_ratio = 0.02;
 
-/// STL holds single precision: of coordinates of a map it keeps centimetres to half a metre.
+/// STL files and most PLY files hold single precision: of coordinates of a map it keeps centimetres to half a
+/// metre.
 std::vector<Problem> rounded_shape(const scene::Block& b, const geometry::Shape& shape) {
   constexpr double allowed = 1e-4;  // of the size
-  if (b.shape.file.empty() || !geometry::is_stl_file(b.shape.file)) return {};
+  if (b.shape.file.empty() || !geometry::holds_single_precision(b.shape.file)) return {};
   const double step = geometry::single_precision_step(shape.shift.cwiseAbs().maxCoeff());
   if (step <= allowed * shape.body.radius) return {};
+  return {
+      {.severity = Problem::Severity::warning,
+       .file = b.shape.file,
+       .key = "block." + b.name + ".file",
+       .value = fmt::format("centroid at [{:.7g}, {:.7g}, {:.7g}]", shape.shift.x(), shape.shift.y(),
+                            shape.shift.z()),
+       .rule = fmt::format("this file keeps seven digits, here steps of {:.2g} m: the shape of a block of "
+                           "radius {:.3g} m is rounded to them",
+                           step, shape.body.radius),
+       .remedy = "export it about a local origin, or as OBJ with all digits, or PLY with property double"}};
+}
+
+/// A unit that the file of a shape names, where nothing else gives the block's size.
+std::vector<Problem> other_unit(const scene::Block& b) {
+  if (b.shape.file.empty() || b.shape.mass > 0 || b.shape.volume > 0) return {};
+  const geometry::StatedUnit unit = geometry::stated_unit(b.shape.file);
+  if (unit.name.empty()) return {};
   return {{.severity = Problem::Severity::warning,
            .file = b.shape.file,
            .key = "block." + b.name + ".file",
-           .value = fmt::format("centroid at [{:.7g}, {:.7g}, {:.7g}]", shape.shift.x(), shape.shift.y(),
-                                shape.shift.z()),
-           .rule = fmt::format("STL keeps seven digits, here steps of {:.2g} m: the shape of a block of "
-                               "radius {:.3g} m is rounded to them",
-                               step, shape.body.radius),
-           .remedy = "export it about a local origin, or as OBJ or PLY with all digits"}};
+           .value = unit.name,
+           .rule = "is the unit that the head of the file names, and its numbers are taken as metres",
+           .remedy = fmt::format("scale it by {:g} in the program that made it, or give the block's mass or "
+                                 "volume",
+                                 unit.metres)}};
 }
 
 }  // namespace
@@ -153,11 +171,12 @@ void Builder::add_block(const scene::Block& b) {
   try {
     const double density = world_->scene.materials[static_cast<std::size_t>(b.material)].density;
     geometry::Shape shape = geometry::make_shape_with_shift(shape_spec(b.shape, density));
+    add_warnings(rounded_shape(b, shape));
+    add_warnings(other_unit(b));
     if (b.release) {
       if (!ground_failed_) add_copies(b, shape.body);
       return;
     }
-    add_warnings(rounded_shape(b, shape));
     dda::Model::Block block = make_block(b.name, std::move(shape.body), b.material, b.deformable);
     const Vec3 c = b.position ? *b.position : shape.shift;
     block.fixed = b.fixed;

@@ -135,6 +135,27 @@ expect("half of critical damping", check(base + column % ("6", "1 m") + "damping
 expect("sand grain", check(base.replace('"1 m"', '"1 um"')), 0, "smaller than a cubic millimetre")
 expect("map height", check(base, "--set", "block.B.position=[80, 80, 2400]"), 0, "starts 2379 m above the terrain under it (z = 21)")
 # A box of 1 m: its corner at x = 80.5, z = 39.5 stands over ground at z = 21.125.
+# A block from a file that names its unit, or that holds a map's coordinates in single precision.
+corners = [(x, y, z) for z in (0, 1) for y in (0, 1) for x in (0, 1)]
+faces = [(0, 2, 3), (0, 3, 1), (4, 5, 7), (4, 7, 6), (0, 1, 5), (0, 5, 4), (2, 6, 7), (2, 7, 3), (0, 4, 6), (0, 6, 2), (1, 3, 7), (1, 7, 5)]
+(out / "feet.obj").write_text("# units: ft\n" + "".join("v %g %g %g\n" % v for v in corners) + "".join("f %d %d %d\n" % tuple(k + 1 for k in f) for f in faces))
+(out / "map.ply").write_bytes(
+    b"ply\nformat binary_little_endian 1.0\nelement vertex 8\nproperty float x\nproperty float y\nproperty float z\nelement face 12\nproperty list uchar int vertex_indices\nend_header\n"
+    + b"".join(struct.pack("<3f", 600000 + x, 5200000 + y, z) for x, y, z in corners) + b"".join(struct.pack("<B3i", 3, *f) for f in faces))
+of_file = base.replace('shape = "sphere"\ndiameter = "1 m"', 'file = "%s"')
+expect("a block in feet", check(of_file % "feet.obj"), 0, "ft: is the unit that the head of the file names", "1 warning")
+expect("a block in feet, of a mass", check(of_file % "feet.obj" + 'mass = "2 t"\n'), 0, "No problems found")
+expect("a block in map coordinates", check(of_file % "map.ply"), 0, "this file keeps seven digits, here steps of 0.5 m", "1 warning")
+# What run refuses of a line, check does.
+line = '[[line]]\nname = "road"\n'
+(out / "road.geojson").write_text(json.dumps({"type": "LineString", "crs": {"type": "name", "properties": {"name": "EPSG:2263"}}, "coordinates": [[10, 10], [90, 90]]}))
+(out / "topology.geojson").write_text('{"type": "Topology", "arcs": []}')
+expect("a line", check(base + line + 'file = "road.geojson"\n'), 0, "No problems found")
+expect("a line off the terrain", check(base + line + "points = [[1000, 0], [1000, 60]]\n"), 2, "lies off the terrain")
+expect("a line of another system", check(base.replace('terrain = "slope.asc"', 'terrain = "slope.asc"\ncrs = "EPSG:25832"') + line + 'file = "road.geojson"\n'), 2, "is in another coordinate system")
+expect("a file without a line", check(base + line + 'file = "topology.geojson"\n'), 2, "holds no line")
+expect("a file by another case", check(base.replace("slope.asc", "Slope.asc")), 2, 'there is no file', 'did you mean "slope.asc"?')
+expect("milli for mega", check(base.replace('"38 MPa"', '"38 mPa"') + column % ("6", "1 m")), 2, 'm is milli, M mega: did you mean "38 MPa"?')
 expect("height at the start", check(base.replace('"sphere"\ndiameter = "1 m"', '"box"\nsize = [1, 1, 1]')), 0, "Start: 18.4 m above the ground, vertically below the lowest corner. The ground under them dips by")
 expect("no friction", check(base.replace("friction = 0.6\n", "")), 2, "add friction = ...; Friction: an angle with a unit", absent=["(a coefficient"])
 expect("in the ground", check(base, "--set", "block.B.position=[80, 80, 21.3]"), 2, "raise it by 0.201 m or more, to z = 21.501")

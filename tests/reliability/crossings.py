@@ -18,6 +18,8 @@ import time
 import h5py
 import numpy as np
 
+from scenes import MATERIALS, rigid_contact
+
 TALUS = sys.argv[1]
 MPIRUN = sys.argv[2] if len(sys.argv) > 2 else None
 ENVIRONMENT = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
@@ -30,22 +32,9 @@ duration = "1.2 s"
 [[plane]]
 normal = [0, 0, 1]
 material = "ground"
-[[material]]
-name = "rock"
-density = 2600
-[[material]]
-name = "ground"
-[[material]]
+""" + MATERIALS + """[[material]]
 name = "soft"
-[[interface]]
-between = ["rock", "rock"]
-friction = 0.5
-normal_stiffness = "hard"
-[[interface]]
-between = ["rock", "ground"]
-friction = 0.2
-normal_stiffness = "hard"
-[[interface]]
+""" + rigid_contact("rock", "rock", 0.5) + rigid_contact("rock", "ground", 0.2) + """[[interface]]
 between = ["rock", "soft"]
 friction = 0.3
 normal_stiffness = "50 MPa/m"

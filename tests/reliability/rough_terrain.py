@@ -11,6 +11,8 @@ import subprocess
 import sys
 import tempfile
 
+from scenes import MATERIALS, rigid_contact
+
 HEAD = """schema = 1
 [simulation]
 duration = "{duration} s"
@@ -19,18 +21,7 @@ threads = 1
 [site]
 terrain = "terrain.obj"
 material = "ground"
-[[material]]
-name = "rock"
-density = 2600
-[[material]]
-name = "ground"
-density = 2600
-[[interface]]
-between = ["rock", "*"]
-friction = {friction}
-normal_stiffness = "hard"
-{restitution}
-[output]
+""" + MATERIALS + rigid_contact("rock", "*", "{friction}", "{restitution}\n") + """[output]
 report = false
 """
 

@@ -28,6 +28,10 @@ std::string figure(const Json& p) {
                      p["high"].get<double>());
 }
 
+std::string kilojoules(double energy) {
+  return energy >= 1e6 ? fmt::format("{:.0f}", energy / 1e3) : fmt::format("{:.4g}", energy / 1e3);
+}
+
 class Figures {
  public:
   explicit Figures(const FragilityRuns& runs) : runs_(runs) {}
@@ -349,9 +353,10 @@ class Figures {
                                   : runs_.request.structure;
     return {{"cluster", best},
             {"variance_gain", most},
-            {"text", fmt::format("a hit on {} with {:.4g} to {:.4g} kJ ({} events, {} runs)", where,
-                                 c.events.front().energy / 1e3, c.events.back().energy / 1e3, c.events.size(),
-                                 done_of(best))}};
+            {"text", fmt::format("a hit on {} with {} to {} kJ ({} event{}, {} run{} so far)", where,
+                                 kilojoules(c.events.front().energy), kilojoules(c.events.back().energy),
+                                 c.events.size(), c.events.size() == 1 ? "" : "s", done_of(best),
+                                 done_of(best) == 1 ? "" : "s")}};
   }
 
   const FragilityRuns& runs_;

@@ -10,10 +10,15 @@
 #include <ogr_srs_api.h>
 #include <xtiffio.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
+#include <initializer_list>
 #include <limits>
 #include <memory>
+#include <string>
+#include <vector>
 
 using talus::geometry::Raster;
 
@@ -77,6 +82,24 @@ std::string name_in_plan(OGRSpatialReferenceH srs) {
   return name;
 }
 
+/// Unit and direction of the third axis of a system that is not put together from two.
+void tell_third_axis(OGRSpatialReferenceH srs, Raster* out) {
+  const char* options[] = {"FORMAT=WKT2_2018", nullptr};
+  char* wkt = nullptr;
+  if (OSRExportToWktEx(srs, &wkt, options) == OGRERR_NONE && wkt) {
+    const std::string text = wkt, mark = "LENGTHUNIT[\"";
+    const auto axis = text.rfind("AXIS[");
+    const auto unit = axis == std::string::npos ? axis : text.find(mark, axis);
+    if (unit != std::string::npos) {
+      const auto name = unit + mark.size(), end = text.find('"', name);
+      out->vertical_unit = text.substr(name, end - name);
+      out->vertical_metres = std::strtod(text.c_str() + end + 2, nullptr);
+      out->depths = text.substr(axis, unit - axis).find("down") != std::string::npos;
+    }
+  }
+  CPLFree(wkt);
+}
+
 void tell_units(OGRSpatialReferenceH srs, Raster* out) {
   out->crs = name_in_plan(srs);
   out->geographic = srs && OSRIsGeographic(srs) != 0;
@@ -93,17 +116,20 @@ void tell_units(OGRSpatialReferenceH srs, Raster* out) {
     OGRAxisOrientation way = OAO_Other;
     OSRGetAxis(srs, "VERT_CS", 0, &way);
     out->depths = way == OAO_Down;
+  } else if (OSRGetAxesCount(srs) == 3) {
+    tell_third_axis(srs, out);
   }
 }
 
-/// Where a file names a unit in plan and no more of its system than that, the library takes metres.
-void tell_unit_alone(const char* path, OGRSpatialReferenceH srs, Raster* out) {
-  if (srs && (OSRIsProjected(srs) || OSRIsGeographic(srs))) return;
+/// What the library makes nothing of: a unit in plan where the file says no more of its system (the library
+/// takes metres), and the third size of a pixel.
+void tell_tags(const char* path, OGRSpatialReferenceH srs, bool scaled, Raster* out) {
   const TIFFErrorHandler errors = TIFFSetErrorHandler(nullptr), warnings = TIFFSetWarningHandler(nullptr);
   TIFF* file = XTIFFOpen(path, "r");
   TIFFSetErrorHandler(errors), TIFFSetWarningHandler(warnings);
   if (!file) return;
-  if (GTIF* keys = GTIFNew(file)) {
+  const bool known = srs && (OSRIsProjected(srs) || OSRIsGeographic(srs));
+  if (GTIF* keys = known ? nullptr : GTIFNew(file)) {
     unsigned short code = 0;
     double metres = 0;
     char* name = nullptr;
@@ -115,6 +141,11 @@ void tell_unit_alone(const char* path, OGRSpatialReferenceH srs, Raster* out) {
     GTIFFreeMemory(name);
     GTIFFree(keys);
   }
+  unsigned short count = 0;
+  double* sizes = nullptr;
+  if (!scaled && TIFFGetField(file, TIFFTAG_GEOPIXELSCALE, &count, &sizes) == 1 && count > 2 &&
+      std::isfinite(sizes[2]) && sizes[2] != 0)
+    out->scale_z = sizes[2];
   XTIFFClose(file);
 }
 
@@ -148,13 +179,75 @@ bool apply_mask(GDALRasterBandH band, Raster* out) {
   return true;
 }
 
+/// Blocks of a sparse file that were never written hold no data; the library reads them as zeros.
+void drop_unwritten(GDALRasterBandH band, Raster* out) {
+  const auto status = [&](int x, int y, int columns, int rows) {
+    return GDALGetDataCoverageStatus(band, x, y, columns, rows, 0, nullptr);
+  };
+  if ((status(0, 0, out->columns, out->rows) & GDAL_DATA_COVERAGE_STATUS_EMPTY) == 0) return;
+  int width = 0, height = 0;
+  GDALGetBlockSize(band, &width, &height);
+  for (int y = 0; y < out->rows; y += height)
+    for (int x = 0; x < out->columns; x += width) {
+      const int columns = std::min(width, out->columns - x), rows = std::min(height, out->rows - y);
+      if ((status(x, y, columns, rows) & GDAL_DATA_COVERAGE_STATUS_DATA) != 0) continue;
+      for (int i = y; i < y + rows; ++i) {
+        const auto first = out->values.begin() + static_cast<std::ptrdiff_t>(i) * out->columns + x;
+        std::fill(first, first + columns, std::numeric_limits<double>::quiet_NaN());
+      }
+    }
+}
+
+bool is_blank(const char* text) {
+  return !text || std::string(text).find_first_not_of(" \t") == std::string::npos;
+}
+
+/// Names of the values of a band, by its list of categories or its attribute table.
+bool names_values(GDALRasterBandH band) {
+  char** names = GDALGetRasterCategoryNames(band);
+  for (int k = 0; k < CSLCount(names); ++k)
+    if (!is_blank(names[k])) return true;
+  GDALRasterAttributeTableH table = GDALGetDefaultRAT(band);
+  for (int c = 0; table && c < GDALRATGetColumnCount(table); ++c)
+    if (GDALRATGetUsageOfCol(table, c) == GFU_Name)
+      for (int r = 0; r < GDALRATGetRowCount(table); ++r)
+        if (!is_blank(GDALRATGetValueAsString(table, r, c))) return true;
+  return false;
+}
+
 void tell_kind(GDALDatasetH data, GDALRasterBandH band, Raster* out) {
   const GDALColorInterp colour = GDALGetRasterColorInterpretation(band);
   out->palette = GDALGetRasterColorTable(band) != nullptr || colour == GCI_PaletteIndex;
   out->colours = colour >= GCI_RedBand && colour <= GCI_YCbCr_CrBand && colour != GCI_AlphaBand;
+  out->classes = names_values(band);
+  out->images = std::max(1, CSLCount(GDALGetMetadata(data, "SUBDATASETS")) / 2);  // a name and a text of each
   out->bands = 0;
-  for (int b = 1; b <= GDALGetRasterCount(data); ++b)
-    out->bands += GDALGetRasterColorInterpretation(GDALGetRasterBand(data, b)) != GCI_AlphaBand;
+  for (int b = 1; b <= GDALGetRasterCount(data); ++b) {
+    GDALRasterBandH of = GDALGetRasterBand(data, b);
+    out->bands += GDALGetRasterColorInterpretation(of) != GCI_AlphaBand;
+    const std::string name = GDALGetDescription(of);
+    if (b == 1) out->band_name = name;
+    if (!name.empty()) out->band_names += (out->band_names.empty() ? "" : ", ") + name;
+  }
+}
+
+/// The first of these items of the metadata that is given.
+std::string item_of(GDALMajorObjectH of, std::initializer_list<const char*> names) {
+  for (const char* name : names)
+    if (const char* value = GDALGetMetadataItem(of, name, nullptr); !is_blank(value)) return value;
+  return {};
+}
+
+/// Units that stand among the metadata, as programs write them that do not use the fields for it.
+void tell_metadata(GDALDatasetH data, GDALRasterBandH band, Raster* out) {
+  if (out->band_unit.empty()) out->band_unit = item_of(band, {"units", "unit"});
+  out->loose_unit = item_of(data, {"units", "unit"});
+  const std::string heights =
+      item_of(data, {"vertical_units", "vertical_unit", "z_units", "z_unit", "zunits", "height_units",
+                     "height_unit", "elevation_units", "elevation_unit"});
+  if (heights.empty() || out->vertical_metres > 0) return;
+  out->vertical_unit = heights;
+  out->unit_by = "its metadata";
 }
 
 /// While it lives, what stands beside a file (.aux.xml) is read as part of it, and the unit of heights as
@@ -170,11 +263,19 @@ struct AllThatIsSaid {
   }
 };
 
-/// Ends with the copy of a text in the library's memory.
+/// Files in the library's memory, and the end of them.
 struct InMemory {
-  std::string name;
+  std::vector<std::string> names;
   ~InMemory() {
-    if (!name.empty()) VSIUnlink(name.c_str());
+    for (const std::string& name : names) VSIUnlink(name.c_str());
+  }
+  /// A copy of a file; none where it cannot be read.
+  void copy(const std::string& from, const std::string& to) {
+    GByte* bytes = nullptr;
+    vsi_l_offset size = 0;
+    if (!VSIIngestFile(nullptr, from.c_str(), &bytes, &size, -1)) return;
+    VSILFILE* file = VSIFileFromMemBuffer(to.c_str(), bytes, size, TRUE);
+    if (file) VSIFCloseL(file), names.push_back(to);
   }
 };
 
@@ -189,16 +290,18 @@ extern "C" __attribute__((visibility("default"))) bool talus_raster_read(const c
   InMemory copy;
   std::string bytes;
   if (text) {
-    copy.name = "/vsimem/talus_grid.txt";
+    copy.names.emplace_back("/vsimem/talus_grid.txt");
     bytes = *text;
-    VSILFILE* file =
-        VSIFileFromMemBuffer(copy.name.c_str(), reinterpret_cast<GByte*>(bytes.data()), bytes.size(), FALSE);
+    VSILFILE* file = VSIFileFromMemBuffer(copy.names.front().c_str(), reinterpret_cast<GByte*>(bytes.data()),
+                                          bytes.size(), FALSE);
     if (!file) return fail(out, "cannot be held in memory");
     VSIFCloseL(file);
+    for (const char* beside : {".aux.xml", ".msk"})
+      copy.copy(path + std::string(beside), copy.names.front() + beside);
   }
   // The grid text driver reads as 32-bit unless told: heights in map coordinates need all their digits.
   const char* options[] = {"DATATYPE=Float64", nullptr};
-  GDALDatasetH data = GDALOpenEx(text ? copy.name.c_str() : path, GDAL_OF_RASTER | GDAL_OF_READONLY,
+  GDALDatasetH data = GDALOpenEx(text ? copy.names.front().c_str() : path, GDAL_OF_RASTER | GDAL_OF_READONLY,
                                  height_formats, options, nullptr);
   if (!data) return fail(out, "not a raster that GDAL reads");
   const std::unique_ptr<void, void (*)(void*)> close(data, [](void* d) { GDALClose(d); });
@@ -224,6 +327,7 @@ extern "C" __attribute__((visibility("default"))) bool talus_raster_read(const c
     return fail(out, "cannot be read to its end");
   if (GDALDataTypeIsComplex(GDALGetRasterDataType(band))) return fail(out, "holds complex numbers");
   if (!apply_mask(band, out) || !apply_alpha(data, out)) return fail(out, "its mask cannot be read");
+  drop_unwritten(band, out);
   int has_nodata = 0;
   const double nodata = GDALGetRasterNoDataValue(band, &has_nodata);
   if (has_nodata)
@@ -238,15 +342,14 @@ extern "C" __attribute__((visibility("default"))) bool talus_raster_read(const c
     for (double& z : out->values) z = z * out->scale + out->offset;
   if (const char* unit = GDALGetRasterUnitType(band)) out->band_unit = unit;
   tell_kind(data, band, out);
-  if (!out->projection.empty()) {
-    OGRSpatialReferenceH srs = system_of(out->projection);
-    tell_units(srs, out);
-    if (srs) OSRDestroySpatialReference(srs);
-  } else {
-    tell_units(GDALGetSpatialRef(data), out);
-    if (std::strcmp(GDALGetDriverShortName(GDALGetDatasetDriver(data)), "GTiff") == 0)
-      tell_unit_alone(path, GDALGetSpatialRef(data), out);
-  }
+  OGRSpatialReferenceH own = GDALGetSpatialRef(data);
+  const bool beside = !out->projection.empty() && (out->grid_of_text || !own || OSRIsLocal(own));
+  OGRSpatialReferenceH srs = beside ? system_of(out->projection) : nullptr;
+  tell_units(beside ? srs : own, out);
+  if (std::strcmp(GDALGetDriverShortName(GDALGetDatasetDriver(data)), "GTiff") == 0)
+    tell_tags(path, beside ? srs : own, has_scale != 0, out);
+  if (srs) OSRDestroySpatialReference(srs);
+  tell_metadata(data, band, out);
   return true;
 }
 

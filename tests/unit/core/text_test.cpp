@@ -119,6 +119,18 @@ TEST(Table, DecimalCommas) {
   EXPECT_EQ(read("1,5", ',', 0), "1");
 }
 
+TEST(Table, NamesOfColumnsMayHaveUnits) {
+  const auto parts = [](const std::string& text) {
+    const NameAndUnit p = name_and_unit(text);
+    return p.name + "|" + p.unit + (p.square ? "|square" : "");
+  };
+  EXPECT_EQ(parts("s [mm]"), "s|mm|square");
+  EXPECT_EQ(parts("F (kN)"), "F|kN");
+  EXPECT_EQ(parts("[m/s]"), "|m/s|square");
+  for (const char* plain : {"energy", "", "a [b] c", "a (b]", "]"})
+    EXPECT_EQ(parts(plain), std::string(plain) + "|");
+}
+
 TEST(Csv, NamesAreNoFormulas) {
   EXPECT_EQ(csv_field("B1.position.x [m]"), "B1.position.x [m]");
   for (const char first : {'=', '+', '-', '@'})

@@ -17,6 +17,7 @@
 #include "ensemble/compare.hpp"
 #include "ensemble/ensemble.hpp"
 #include "ensemble/fragility/strata.hpp"
+#include "ensemble/report.hpp"
 #include "ensemble/results.hpp"
 #include "helpers/place.hpp"
 #include "sim/world.hpp"
@@ -236,6 +237,21 @@ TEST(Fragility, ClustersRunsAndProbabilities) {
   for (const Json& line : f["doubts"])
     EXPECT_NE(std::find(result.lines.begin(), result.lines.end(), line.get<std::string>()),
               result.lines.end());
+
+  // The report names the curves that there are, and says so where there is none.
+  const auto report = [&] {
+    Ensemble ensemble((place.path() / "scene.toml").string(), {});
+    return text_of(write_report(ensemble, out));
+  };
+  EXPECT_NE(report().find("Curves over the energy of the hit"), std::string::npos);
+  Json flat = f;
+  for (Json& m : flat["members"])
+    for (Json& c : m["curves"]) c["fitted"] = false;
+  const std::string kept = text_of(out / "fragility.json");
+  std::ofstream(out / "fragility.json") << flat;
+  EXPECT_EQ(report().find("Curves over the energy of the hit"), std::string::npos);
+  EXPECT_NE(report().find("No curve over the energy of the hit"), std::string::npos);
+  std::ofstream(out / "fragility.json", std::ios::binary) << kept;
 
   // Two threads, and a second call that finds all runs: the same bytes.
   write_fragility(request_of(place.path() / "two", 2));
@@ -483,6 +499,8 @@ TEST(Calibrate, FindsTheFrictionFromPassagesAndFromEndPoints) {
   std::string semicolons = "\xEF\xBB\xBFX;Y\r\n";
   for (const char c : ends.substr(4)) semicolons += c == ',' ? ';' : c == '.' ? ',' : c;
   EXPECT_EQ(best(semicolons), best(ends));
+  EXPECT_EQ(best("x [m],y (m)" + ends.substr(3)), best(ends));
+  EXPECT_NE(refusal("x [kg],y\n1,2\n1,2\n1,2\n1,2\n").find("is no"), std::string::npos);
   EXPECT_NE(refusal("x,y\n10,5,20,3\n11,5,20,3\n12,5,20,3\n13,5,20,3\n").find("are the commas decimal ones?"),
             std::string::npos);
   EXPECT_NE(refusal("x,y\n1 kg,2\n1,2\n1,2\n1,2\n").find("is no"), std::string::npos);

@@ -267,7 +267,11 @@ list = [[0, 0, 0], [150, 0, 0]]
   };
   EXPECT_NE(text_of(run.directory / "summary.json").find(expected), std::string::npos);
   write_maps(ensemble, run.directory, 70);
-  EXPECT_NE(text_of(write_report(ensemble, run.directory)).find(expected), std::string::npos);
+  const std::string page = text_of(write_report(ensemble, run.directory));
+  EXPECT_NE(page.find(expected), std::string::npos);
+  // A colour and what it stands for stay in one line; what is long in small print does not.
+  EXPECT_NE(page.find("td small,.key b{white-space:nowrap}"), std::string::npos);
+  EXPECT_NE(page.find("</span>little</b>"), std::string::npos);
 }
 
 std::string with_line(const std::string& points) {

@@ -345,3 +345,154 @@ TEST(RasterSays, PointsInRowsMayHaveAByteOrderMark) {
 }
 
 TEST(RasterSays, AnEmptyFileIsCalledEmpty) { EXPECT_NE(rule_of("").find("is empty"), std::string::npos); }
+
+TEST(RasterSays, StripsThatWereNeverWrittenAreHoles) {
+  TinyTiff t = tiff(heights);
+  t.sparse = true;
+  const Terrain terrain = terrain_of(t);
+  EXPECT_EQ(terrain.surface.vertices.size(), 6u);
+  EXPECT_TRUE(warned(terrain, "3 of 9 nodes"));
+}
+
+TEST(RasterSays, FurtherImagesOfAFileAreNamed) {
+  TinyTiff t = tiff(heights);
+  EXPECT_FALSE(warned(terrain_of(t), "images"));
+  t.second_page = true;
+  EXPECT_TRUE(warned(terrain_of(t), "2 images"));
+}
+
+TEST(RasterSays, AThirdScaleOfThePixelIsNamed) {
+  TinyTiff t = tiff(heights);
+  t.scale_z = 1;
+  EXPECT_TRUE(terrain_of(t).warnings.empty());
+  t.scale_z = 0.1;
+  EXPECT_TRUE(warned(terrain_of(t), "scale of heights of 0.1"));
+}
+
+TEST(RasterSays, AUnitOfHeightsCountsWithoutASystemOfThem) {
+  TinyTiff t = tiff(heights);
+  t.crs = 25832;
+  t.vertical_unit = 9002;
+  const Terrain terrain = terrain_of(t);
+  EXPECT_NEAR(north_west(terrain), 501 * 0.3048, 1e-9);
+  EXPECT_TRUE(warned(terrain, "converted to metres"));
+  t.vertical_unit = 9001;
+  EXPECT_TRUE(terrain_of(t).warnings.empty());
+}
+
+TEST(RasterSays, TheUnitOfTheThirdAxisCounts) {
+  const File file("axes.tif");
+  tiff(heights).write(file.path);
+  const std::string length = "LENGTHUNIT[&quot;metre&quot;,1]",
+                    angle = "ANGLEUNIT[&quot;degree&quot;,0.0174532925199433]";
+  const auto put = [&](const std::string& axis) {
+    std::ofstream(file.path + ".aux.xml")
+        << "<PAMDataset><SRS>PROJCRS[&quot;own&quot;,BASEGEOGCRS[&quot;own&quot;,DATUM[&quot;own&quot;,"
+           "ELLIPSOID[&quot;GRS 1980&quot;,6378137,298.257222101," +
+               length + "]],PRIMEM[&quot;Greenwich&quot;,0," + angle +
+               "]],CONVERSION[&quot;own&quot;,METHOD[&quot;Transverse "
+               "Mercator&quot;,ID[&quot;EPSG&quot;,9807]],"
+               "PARAMETER[&quot;Latitude of natural origin&quot;,0," +
+               angle + "],PARAMETER[&quot;Longitude of natural origin&quot;,9," + angle +
+               "],PARAMETER[&quot;Scale factor at natural origin&quot;,1,SCALEUNIT[&quot;unity&quot;,1]],"
+               "PARAMETER[&quot;False easting&quot;,0," +
+               length + "],PARAMETER[&quot;False northing&quot;,0," + length +
+               "]],CS[Cartesian,3],AXIS[&quot;(E)&quot;,east,ORDER[1]," + length +
+               "],AXIS[&quot;(N)&quot;,north,ORDER[2]," + length +
+               "],AXIS[&quot;ellipsoidal height (h)&quot;,up,ORDER[3]," + axis + "]]</SRS></PAMDataset>";
+  };
+  TerrainOptions o;
+  o.origin = Vec3(1000, 2000, 0);
+  put("LENGTHUNIT[&quot;foot&quot;,0.3048]");
+  const Terrain feet = load_terrain(file.path, o);
+  EXPECT_NEAR(north_west(feet), 501 * 0.3048, 1e-9);
+  EXPECT_TRUE(warned(feet, "converted to metres"));
+  put(length);
+  const Terrain metres = load_terrain(file.path, o);
+  EXPECT_NEAR(north_west(metres), 501, 1e-9);
+  EXPECT_TRUE(metres.warnings.empty());
+  std::filesystem::remove(file.path + ".aux.xml");
+}
+
+TEST(RasterSays, WhatStandsBesideAFileCountsWhateverItsKind) {
+  const std::string feet =
+      "PROJCS[\"own\",GEOGCS[\"GCS\",DATUM[\"D_North_American_1983\",SPHEROID[\"GRS_1980\",6378137.0,298.257]"
+      "],PRIMEM[\"Greenwich\",0.0],UNIT[\"Degree\",0.0174532925199433]],PROJECTION[\"Transverse_Mercator\"],"
+      "PARAMETER[\"Central_Meridian\",9],UNIT[\"Foot_US\",0.3048006096012192]]";
+  std::string points;
+  for (int i = 0; i < 4; ++i)
+    for (int j = 0; j < 4; ++j)
+      points += std::to_string(5 * j) + " " + std::to_string(15 - 5 * i) + " " + std::to_string(i + j) + "\n";
+  const File image("side.tif"), rows("rows.xyz", points);
+  tiff(heights).write(image.path);
+  for (const File* file : {&image, &rows}) {
+    const File beside(file == &image ? "side.prj" : "rows.prj", feet);
+    try {
+      load_terrain(file->path);
+      ADD_FAILURE() << file->path;
+    } catch (const InputError& e) {
+      EXPECT_NE(e.problems()[0].rule.find("unit of its coordinates in plan"), std::string::npos) << e.what();
+    }
+  }
+  TinyTiff own = tiff(heights);  // what the file itself says goes before
+  own.crs = 25832;
+  own.write(image.path);
+  const File beside("side.prj", feet);
+  EXPECT_TRUE(load_terrain(image.path).warnings.empty());
+  // A text in another encoding is read from memory, and what stands beside it stands beside it still.
+  const File grid("m.asc", "\xEF\xBB\xBF" + text_grid(5, "500")),
+      unit("m.asc.aux.xml",
+           "<PAMDataset><PAMRasterBand band=\"1\"><UnitType>ft</UnitType></PAMRasterBand></PAMDataset>");
+  EXPECT_TRUE(warned(load_terrain(grid.path), "converted to metres, times 0.3048"));
+}
+
+TEST(RasterSays, ClassesAreNoHeights) {
+  const File file("classes_of_ground.tif"), aux("classes_of_ground.tif.aux.xml");
+  tiff({1, 2, 3, 1, 2, 3, 1, 2, 3}).write(file.path);
+  const auto rule = [&](const std::string& band) -> std::string {
+    std::ofstream(aux.path) << "<PAMDataset><PAMRasterBand band=\"1\">" + band +
+                                   "</PAMRasterBand></PAMDataset>";
+    try {
+      load_terrain(file.path);
+    } catch (const InputError& e) { return e.problems()[0].rule; }
+    return "none";
+  };
+  EXPECT_EQ(rule(""), "none");
+  EXPECT_NE(rule("<CategoryNames><Category>rock</Category><Category>forest</Category></CategoryNames>")
+                .find("names of classes"),
+            std::string::npos);
+  const std::string columns =
+      "<GDALRasterAttributeTable><FieldDefn index=\"0\"><Name>Value</Name><Type>0</Type><Usage>5</Usage>"
+      "</FieldDefn><FieldDefn index=\"1\"><Name>Class</Name><Type>2</Type><Usage>2</Usage></FieldDefn>";
+  EXPECT_NE(rule(columns + "<Row index=\"0\"><F>1</F><F>rock</F></Row></GDALRasterAttributeTable>")
+                .find("names of classes"),
+            std::string::npos);
+  EXPECT_EQ(rule(columns + "<Row index=\"0\"><F>1</F><F></F></Row></GDALRasterAttributeTable>"), "none");
+}
+
+TEST(RasterSays, WhatABandIsCalledCounts) {
+  const auto terrain = [](const std::string& items, int bands = 1) {
+    TinyTiff t = tiff(heights);
+    if (bands == 2) t.values.insert(t.values.end(), heights.begin(), heights.end());
+    t.bands = bands;
+    t.metadata = "<GDALMetadata>" + items + "</GDALMetadata>";
+    return terrain_of(t);
+  };
+  const auto named = [](const std::string& name, int band = 0) {
+    return "<Item name=\"DESCRIPTION\" sample=\"" + std::to_string(band) + "\" role=\"description\">" + name +
+           "</Item>";
+  };
+  for (const char* name : {"slope", "Aspect (deg)", "Hillshade"})
+    EXPECT_TRUE(warned(terrain(named(name)), "is what its band is called")) << name;
+  EXPECT_TRUE(terrain(named("elevation")).warnings.empty());
+  EXPECT_TRUE(warned(terrain(named("aspect") + named("elevation", 1), 2), "2 bands (aspect, elevation)"));
+  for (const std::string& said :
+       {named("elevation [ft]"), std::string("<Item name=\"units\" sample=\"0\">feet</Item>"),
+        std::string("<Item name=\"VERTICAL_UNITS\">feet</Item>")}) {
+    const Terrain t = terrain(said);
+    EXPECT_NEAR(north_west(t), 501 * 0.3048, 1e-9) << said;
+    EXPECT_TRUE(warned(t, "converted to metres")) << said;
+  }
+  EXPECT_TRUE(warned(terrain("<Item name=\"UNITS\">US survey feet</Item>"), "US survey feet"));
+  EXPECT_TRUE(terrain("<Item name=\"UNITS\">metre</Item>").warnings.empty());
+}

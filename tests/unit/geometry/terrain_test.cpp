@@ -256,6 +256,23 @@ TEST(Terrain, BreaklinesThatCannotBeAreRefused) {
   EXPECT_EQ(rule("[[[0, 0], [10, 10]]]"), "is not GeoJSON as needed here");
 }
 
+TEST(Terrain, BreaklinesFarFromTheTerrainAreWarnedOf) {
+  std::string text = "ncols 6\nnrows 6\nxllcenter 0\nyllcenter 0\ncellsize 5\n";
+  for (int k = 0; k < 36; ++k) text += std::to_string(500 + k / 6) + " ";
+  const TemporaryFile grid("far.asc", text);
+  for (const auto& [height, warned] : {std::pair{"0", true}, {"1640", true}, {"503", false}}) {
+    const std::string z = height;
+    const TemporaryFile line("far.geojson", line_file("[[[3, 4, " + z + "], [17, 16, " + z + "]]]"));
+    TerrainOptions o;
+    o.breaklines = line.path;
+    const Terrain t = load_terrain(grid.path, o);
+    EXPECT_EQ(std::any_of(t.warnings.begin(), t.warnings.end(),
+                          [](const Problem& p) { return p.key == "site.breaklines"; }),
+              warned)
+        << height;
+  }
+}
+
 TEST(Terrain, HighestPlaceWithinARectangle) {
   TriangleSurface s;
   s.vertices = {{0, 0, 0}, {10, 0, 0}, {10, 10, 10}, {0, 10, 10}};

@@ -19,7 +19,11 @@ struct TinyTiff {
   int crs = 0;                      // EPSG code of a projected system
   int vertical = 0;                 // EPSG code of a system of heights
   int linear_unit = 0;              // EPSG code of the unit in plan
+  int vertical_unit = 0;            // EPSG code of the unit of heights, without a system of them
+  double scale_z = 0;               // third number of the pixel's size
+  bool sparse = false;              // the last row is a strip that was never written
   std::vector<unsigned char> mask;  // a second image, 0: no data
+  bool second_page = false;         // the same once more, as an image of its own
   double west = 1000, north = 2030, cell = 10;
 
   void write(const std::string& path) const {
@@ -95,19 +99,31 @@ struct TinyTiff {
         {279, longs(static_cast<std::uint32_t>(pixels.size()))},
         {284, shorts({1})},
         {339, shorts(std::vector<int>(static_cast<std::size_t>(bands), bytes ? 1 : 3))},
-        {33550, doubles({cell, cell, 0})},
+        {33550, doubles({cell, cell, scale_z})},
         {33922, doubles({0, 0, 0, west, north, 0})}};
     if (alpha) tags[338] = shorts({2});
     if (photometric == 3) tags[320] = shorts(std::vector<int>(768, 77));
     if (!nodata.empty()) tags[42113] = text(nodata);
     if (!metadata.empty()) tags[42112] = text(metadata);
+    if (sparse) {  // a strip a row
+      std::string begins, counts;
+      for (int i = 0; i < rows; ++i) {
+        const auto row = static_cast<std::uint32_t>(pixels.size()) / static_cast<std::uint32_t>(rows);
+        const bool there = i + 1 < rows;
+        begins += longs(there ? begin + row * static_cast<std::uint32_t>(i) : 0).second;
+        counts += longs(there ? row : 0).second;
+      }
+      tags[273] = {4, begins}, tags[279] = {4, counts}, tags[278] = longs(1);
+    }
     std::vector<int> keys{1, 1, 0, crs ? 3 : 2, 1024, 0, 1, crs ? 1 : 32767, 1025,
                           0, 1, 1};  // four numbers each
     if (crs) keys.insert(keys.end(), {3072, 0, 1, crs});
     if (linear_unit) keys[3] += 1, keys.insert(keys.end(), {3076, 0, 1, linear_unit});
     if (vertical) keys[3] += 1, keys.insert(keys.end(), {4096, 0, 1, vertical});
+    if (vertical_unit) keys[3] += 1, keys.insert(keys.end(), {4099, 0, 1, vertical_unit});
     tags[34735] = shorts(keys);
     directory(tags);
+    if (second_page) directory(tags);
     if (!mask.empty()) {
       const auto at = static_cast<std::uint32_t>(out.size());
       out += std::string(mask.begin(), mask.end());

@@ -114,9 +114,46 @@ position = [0, 0, 2]
   const Scene s = read_scene_text(scene, place.scene());
   EXPECT_NEAR(s.laws(0, 1).table.at(2).first, 0.02, 1e-15);
   EXPECT_NEAR(s.laws(0, 1).table.at(2).second, 2.5e6, 1e-6);
+  for (const char* text : {"indentation [mm];force [kN]\n0;0\n10;1000\n20;2500\n",
+                           "u,F\nmm,kN\n0,0\n10,1000\n20,2500\n", "mm;MN\n0;0\n10;1\n20;2,5\n"}) {
+    place.put("table.csv", text);
+    const Scene of_units = read_scene_text(scene, place.scene());
+    EXPECT_NEAR(of_units.laws(0, 1).table.at(2).first, 0.02, 1e-15) << text;
+    EXPECT_NEAR(of_units.laws(0, 1).table.at(2).second, 2.5e6, 1e-6) << text;
+  }
+  place.put("table.csv", "force [N],indentation [m]\n0,0\n1e6,0.01\n");
+  EXPECT_NE(refusal(place, scene).find("is a length in m"), std::string::npos) << refusal(place, scene);
   place.put("table.csv", "0,0\n0,01,1000000\n");
   EXPECT_NE(refusal(place, scene).find("3 numbers where 2 are expected"), std::string::npos)
       << refusal(place, scene);
+}
+
+TEST(Dialects, UnitsThatTheHeadOfATableNames) {
+  const Place place;
+  const auto expect_read = [&](const char* text) {
+    place.put("rows.csv", text);
+    const Scene s = read_scene_text(impact, place.scene());
+    EXPECT_TRUE(s.impact->velocity.isApprox(Vec3(20, 0, -2), 1e-12)) << text;
+    EXPECT_TRUE(s.impact->point.isApprox(Vec3(-6, 0.1, 2.2), 1e-12)) << text;
+    EXPECT_NEAR(s.impact->shape.mass, 500, 1e-9) << text;
+  };
+  expect_read("x [m];y [m];z [m];vx [km/h];vy [km/h];vz [km/h];mass [t]\n-6;0,1;2,2;72;0;-7,2;0,5\n");
+  expect_read("x,y,z,vx (m/s),vy (m/s),vz (m/s),mass (measured)\n-6,0.1,2.2,20,0,-2,500\n");
+  expect_read("x;y;z;vx;vy;vz;mass\ncm;cm;cm;m/s;m/s;m/s;t\n-600;10;220;20;0;-2;0.5\n");
+  expect_read("x;y;z;vx;vy;vz;mass\n[m];[m];[m];[m/s];[m/s];[m/s];[kg]\n-6;0.1;2.2;20;0;-2;500\n");
+  place.put("rows.csv", "x [ft],y,z,vx,vy,vz,mass\n-6,0.1,2.2,20,0,-2,500\n");
+  EXPECT_NE(refusal(place, impact).find("1 ft = 0.3048 m"), std::string::npos) << refusal(place, impact);
+  place.put("rows.csv", "x,y,z,vx [kN],vy,vz,mass\n-6,0.1,2.2,20,0,-2,500\n");
+  EXPECT_NE(refusal(place, impact).find("vx is a velocity in m/s"), std::string::npos)
+      << refusal(place, impact);
+}
+
+TEST(Dialects, PointsThatGroupDigitsAreRefused) {
+  const Place place;
+  place.put("rows.csv", "x;y;z;vx;vy;vz;mass\n-6;0,1;2,2;20;0;-2;1.500\n");
+  EXPECT_NE(refusal(place, impact).find("decimal commas in some numbers and points in others"),
+            std::string::npos)
+      << refusal(place, impact);
 }
 
 TEST(Dialects, SceneFilesInOtherEncodings) {

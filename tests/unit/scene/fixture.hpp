@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <numbers>
 #include <string>
 
 #include "core/error.hpp"
@@ -157,5 +158,21 @@ audit = "strict"
 interval = "0.05 s"
 history_interval = "1 ms"
 )";
+
+inline constexpr double degree = std::numbers::pi / 180;
+
+/// Place of a material in the scene.
+inline int index(const Scene& scene, const std::string& name) {
+  for (std::size_t i = 0; i < scene.materials.size(); ++i)
+    if (scene.materials[i].name == name) return static_cast<int>(i);
+  ADD_FAILURE() << "no material " << name;
+  return 0;
+}
+
+inline std::string text_of(const std::vector<Problem>& problems) {
+  std::string all;
+  for (const Problem& p : problems) all += p.str() + "\n";
+  return all;
+}
 
 }  // namespace talus::scene

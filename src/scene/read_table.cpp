@@ -1,0 +1,166 @@
+// Tables of numbers in files: columns, their names and units.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <sstream>
+
+#include "core/table.hpp"
+#include "core/text_file.hpp"
+#include "core/units.hpp"
+#include "scene/reading.hpp"
+
+namespace talus::scene {
+namespace {
+
+constexpr const char* remedy =
+    "numbers in SI with decimal points, separated by commas; or with decimal commas, separated by "
+    "semicolons";
+
+std::optional<Quantity> unit_of(const std::string& text, std::string& error) {
+  if (text.find_first_of("0123456789") == 0 && text != "1") return {};
+  return parse_quantity("1 " + text, error);
+}
+
+class TableReader {
+ public:
+  TableReader(const View& view, const std::string& key, std::size_t columns, const ColumnDimension& holds)
+      : view_(view), key_(key), holds_(holds), expected_(columns) {}
+
+  NumberTable read(const std::string& path) {
+    std::string text;
+    try {
+      text = read_text(path);
+    } catch (const InputError& e) {
+      view_.problem(key_, e.problems()[0].rule, e.problems()[0].remedy);
+      return {};
+    }
+    separator_ = table_separator(text);
+    std::istringstream in(text);
+    std::string line;
+    for (line_ = 1; std::getline(in, line); ++line_)
+      if (!is_blank_row(line) && !take(table_cells(line, separator_))) return {};
+    if (table_.rows.empty()) view_.problem(key_, "the file holds no rows of numbers", remedy);
+    return std::move(table_);
+  }
+
+ private:
+  bool take(const std::vector<TableCell>& cells) {
+    std::vector<double> row;
+    for (const TableCell& cell : cells) {
+      std::string error;
+      const auto value = parse_quantity(with_decimal_point(cell, separator_), error);
+      if (!value || !value->dimension.none()) break;
+      row.push_back(value->value);
+    }
+    const bool begins_a_number = cells[0].text.find_first_of("0123456789") <= 1;  // after a sign or a point
+    if (row.empty() && table_.rows.empty() && !begins_a_number) return take_names(cells);
+    if (row.size() < cells.size())
+      return refuse(
+          fmt::format("line {} of the file: \"{}\" is not a number", line_, cells[row.size()].text));
+    if (expected_ > 0 && row.size() != expected_)
+      return refuse(fmt::format(
+          "line {} of the file has {} numbers where {} are expected{}", line_, row.size(), expected_,
+          separator_ == ',' && row.size() > expected_ ? "; are the commas decimal ones?" : ""));
+    if (!one_decimal_mark(cells)) return false;
+    if (table_.rows.empty() && !settle_units()) return false;
+    for (std::size_t k = 0; k < row.size() && k < factors_.size(); ++k) row[k] *= factors_[k];
+    table_.rows.push_back(std::move(row));
+    table_.lines.push_back(line_);
+    return true;
+  }
+
+  /// A row of text: names of columns with or without units, or units alone under the names.
+  bool take_names(const std::vector<TableCell>& cells) {
+    if (expected_ == 0) expected_ = cells.size();
+    std::vector<std::string> names, units;
+    bool units_alone = true;
+    for (const TableCell& cell : cells) {
+      const NameAndUnit parts = name_and_unit(cell.text);
+      std::string error;
+      if (parts.name.empty() ? !unit_of(parts.unit, error) : !unit_of(cell.text, error)) units_alone = false;
+      names.push_back(parts.name);
+      units.push_back(parts.unit);
+      if (parts.unit.empty() || unit_of(parts.unit, error)) continue;
+      const bool counts = holds_(names.size() - 1, parts.name).has_value();
+      if (counts && (parts.square || error.find("\": ") != std::string::npos))  // of a unit known by name
+        return refuse(fmt::format("line {} of the file: column {}: {}", line_, cell.text, error));
+      units.back().clear();
+    }
+    if (units_alone && (!table_.header.empty() || fit(cells))) {
+      units_.clear();
+      for (const TableCell& cell : cells) {
+        const NameAndUnit parts = name_and_unit(cell.text);
+        units_.push_back(parts.name.empty() ? parts.unit : cell.text);
+      }
+      return true;
+    }
+    if (!table_.header.empty()) return true;  // a second row of text
+    table_.header = std::move(names);
+    units_ = std::move(units);
+    return true;
+  }
+
+  /// Cells are units of what the columns hold: a first row of them is no row of names.
+  bool fit(const std::vector<TableCell>& cells) const {
+    for (std::size_t k = 0; k < cells.size(); ++k) {
+      std::string error;
+      const auto unit = unit_of(cells[k].text, error);
+      if (!unit || holds_(k, "") != unit->dimension) return false;
+    }
+    return true;
+  }
+
+  bool settle_units() {
+    for (std::size_t k = 0; k < units_.size(); ++k) {
+      std::string error;
+      const Quantity unit =
+          units_[k].empty() ? Quantity{1, {}} : unit_of(units_[k], error).value_or(Quantity{1, {}});
+      factors_.push_back(unit.value);
+      table_.units.push_back(unit.dimension);
+      const std::string name = k < table_.header.size() ? table_.header[k] : fmt::format("column {}", k + 1);
+      const auto holds = holds_(k, name);
+      if (unit.dimension.none() || !holds || *holds == unit.dimension ||
+          (*holds == dimension::angular_velocity && unit.dimension == dimension::rate))
+        continue;
+      return refuse(
+          fmt::format("the file gives {} in {}: {} is {}", name, units_[k], name, describe(*holds)));
+    }
+    return true;
+  }
+
+  /// Where commas are decimal ones, a point groups digits: 1.500 is fifteen hundred there.
+  bool one_decimal_mark(const std::vector<TableCell>& cells) {
+    for (const TableCell& cell : cells) {
+      if (cell.text.find(',') != std::string::npos && comma_.empty()) comma_ = cell.text;
+      if (cell.text.find('.') != std::string::npos && point_.empty()) point_ = cell.text;
+    }
+    return comma_.empty() || point_.empty() ||
+           refuse(fmt::format("the file has decimal commas in some numbers and points in others: {} and {}",
+                              comma_, point_));
+  }
+
+  bool refuse(const std::string& rule) {
+    view_.problem(key_, rule, remedy);
+    return false;
+  }
+
+  const View& view_;
+  const std::string& key_;
+  const ColumnDimension& holds_;
+  std::size_t expected_;
+  char separator_ = ',';
+  int line_ = 0;
+  std::vector<std::string> units_;
+  std::vector<double> factors_;
+  std::string comma_, point_;  // first numbers with either
+  NumberTable table_;
+};
+
+}  // namespace
+
+NumberTable read_numbers(const View& view, const std::string& key, const std::string& path,
+                         std::size_t columns, const ColumnDimension& holds) {
+  return TableReader(view, key, columns, holds).read(path);
+}
+
+}  // namespace talus::scene
