@@ -295,18 +295,44 @@ double error_by_ends(const IslandContext& in, const Step& step, double h, std::s
 }
 
 double error_by_end_rule(const IslandContext& in, const Step& step, double h) {
-  double fastest = 0;
-  for (const Body& b : step.bodies) {
-    if (!b.end_rule && !b.strains_at_end) continue;
-    const double radius = in.model.blocks[static_cast<std::size_t>(b.block)].shape->radius;
-    const auto swings = [&](const Vec12& v) {
-      const Vec3 moves = v.head<3>();
-      return (b.end_rule ? (moves - b.along * moves).norm() : 0.0) +
-             (b.ndof == 12 ? radius * v.tail<6>().norm() : 0.0);
-    };
-    fastest = std::max({fastest, swings(b.v0), swings(b.v_solved)});
+  const auto held = [](const Body& b, const Vec12& v) {
+    const Vec3 moves = v.head<3>();
+    return b.end_rule ? Vec3(moves - b.along * moves) : Vec3(Vec3::Zero());
+  };
+  double worst = 0;
+  for (Vec12 Body::*const of : {&Body::v0, &Body::v_solved}) {
+    double inertia = 0, stiffness = 0, fastest = 0, longest = 0, strains = 0;
+    for (const Body& b : step.bodies) {
+      if (!b.end_rule && !b.strains_at_end) continue;
+      const auto k = static_cast<std::size_t>(b.block);
+      const Vec3 v = held(b, b.*of);
+      inertia += in.model.blocks[k].mass * v.squaredNorm();
+      fastest = std::max(fastest, v.norm());
+      longest = std::max(longest, fall_time(in, b.block));
+      if (b.ndof == 12)
+        strains = std::max(strains, v.norm() + in.model.blocks[k].shape->radius * (b.*of).tail<6>().norm());
+    }
+    for (const Touch& t : step.touches) {
+      if (t.row < 0 || t.mode != Mode::spring_end || t.b < 0) continue;
+      const auto of_block = [&](int block) {
+        const int l = in.local[static_cast<std::size_t>(block)];
+        return l < 0 ? Vec3(Vec3::Zero())
+                     : held(step.bodies[static_cast<std::size_t>(l)],
+                            step.bodies[static_cast<std::size_t>(l)].*of);
+      };
+      Vec3 u = of_block(t.b);
+      if (t.a.kind == Partner::Kind::block) u -= of_block(t.a.index);
+      stiffness += t.stiffness * std::pow(t.normal.dot(u), 2);
+    }
+    const double half_period = 0.5 * std::numbers::pi * h;
+    worst = std::max(worst, half_period * strains);
+    if (!(inertia > 0)) continue;
+    worst = std::max(worst, half_period * fastest);
+    if (!(stiffness > 0)) continue;
+    const double rate = std::sqrt(stiffness / inertia);
+    worst = std::max(worst, fastest * std::min(1 / rate, 0.5 * h * rate * longest));
   }
-  return 0.5 * std::numbers::pi * h * fastest / (in.settings.accuracy * in.scale.length);
+  return worst / (in.settings.accuracy * in.scale.length);
 }
 
 }  // namespace talus::coupling

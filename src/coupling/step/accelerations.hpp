@@ -23,7 +23,9 @@ double error_by_ends(const IslandContext& in, const Step& step, double h, std::s
 
 /// The same of places that go by a rule of order 1, by velocities at the end in the directions that springs
 /// hold, and of strains: in half a period an oscillation of frequency w and speed v = w a loses pi/2 h w of
-/// its amplitude a, hence pi/2 h v, however many springs share it.
+/// its amplitude a, hence pi/2 h v, however many springs share it. Of what springs hold in the time t_c as
+/// well: h w v t_c/2, but no more than all of a = v/w. w by Rayleigh's quotient of the springs for these
+/// velocities.
 double error_by_end_rule(const IslandContext& in, const Step& step, double h);
 
 /// The accelerations that the contacts of the present state allow, per body, less that by drag, whose share a
