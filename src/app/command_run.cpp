@@ -155,15 +155,8 @@ ensemble::GroundHeight ground_under(sim::Simulation& simulation) {
 }
 
 std::vector<ensemble::PlanLine> lines_of(sim::Simulation& simulation) {
-  std::vector<ensemble::PlanLine> lines = ensemble::plan_lines(simulation.scene(), simulation.header().crs);
-  ensemble::GroundExtent extent{.box = {}, .cell = simulation.header().terrain_cell};
-  for (const Vec3& v : simulation.header().terrain.vertices) extent.box.extend(v);
-  const std::vector<Problem> problems =
-      ensemble::line_problems(lines, ground_under(simulation), extent, simulation.scene().file,
-                              simulation.scene().site ? simulation.scene().site->origin : Vec3::Zero());
-  if (std::any_of(problems.begin(), problems.end(),
-                  [](const Problem& p) { return p.severity == Problem::Severity::error; }))
-    throw InputError(problems);
+  std::vector<Problem> problems;
+  std::vector<ensemble::PlanLine> lines = ensemble::checked_lines(simulation, problems);
   for (const Problem& p : problems) tell("{}\n", p.str());
   if (!lines.empty() && simulation.scene().site && simulation.header().crs.empty())
     tell("{}\n", Problem{.severity = Problem::Severity::warning,
