@@ -47,15 +47,21 @@ Face face_at(const TriangleSurface& s, int first) {
   return f;
 }
 
-/// Keeps of the polygon where a linear function of (u, v, depth) is not negative.
+/// Keeps of the polygon where a linear function of (u, v, depth) is not negative. Each corner is asked once:
+/// a second answer may round to the other side of zero, and the corner would be lost.
 template <class Function>
 void keep(Polygon& polygon, Polygon& next, const Function& value) {
   next.clear();
+  if (polygon.empty()) return;
+  const double first = value(polygon[0]);
+  double va = first;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Vec3 &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
-    const double va = value(a), vb = value(b);
+    const bool last = i + 1 == polygon.size();
+    const Vec3 &a = polygon[i], &b = polygon[last ? 0 : i + 1];
+    const double vb = last ? first : value(b);
     if (va >= 0) next.push_back(a);
     if ((va >= 0) != (vb >= 0)) next.push_back(a + va / (va - vb) * (b - a));
+    va = vb;
   }
   polygon.swap(next);
 }
