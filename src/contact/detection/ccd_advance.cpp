@@ -388,31 +388,19 @@ double hulls_apart(const Mover& A, const Mover& B, double aim) {
   return s;
 }
 
-/// Calls use(s0, s1) for parts of [from, 1] one after the other in which two bodies stay near their own size
-/// while it returns true.
+/// Calls use(s0, s1) for parts of [s0, s1] one after the other in which no point of either body goes farther
+/// than the body reaches, while it returns true; parts in which their boxes do not meet are passed over.
 template <class Use>
-void short_parts(const Mover& a, const Mover& b, double from, double margin, Use&& use) {
-  const auto longer = [&](const Mover& m, double s0, double s1) {
-    return swept(m, s0, s1, margin).diagonal().norm() >
-           1.5 * bounds(*m.p, m.motion->start).diagonal().norm() + 8 * margin;
+bool short_parts(const Mover& a, const Mover& b, double s0, double s1, double margin, Use&& use) {
+  if (!meet(swept(a, s0, s1, margin), swept(b, s0, s1, margin))) return true;
+  const auto far = [&](const Mover& m) {  // |c'| <= |d| + |q|
+    const Motion& of = *m.motion;
+    return (s1 - s0) * (of.displacement.norm() + of.half_gravity_step.norm() + m.reach * of.rotation.norm()) >
+           m.reach;
   };
-  struct Part {
-    double s0, s1;
-  };
-  std::array<Part, 64> stack;
-  int top = 0;
-  stack[top++] = {from, 1};
-  while (top > 0) {
-    const auto [s0, s1] = stack[--top];
-    if (!meet(swept(a, s0, s1, margin), swept(b, s0, s1, margin))) continue;
-    if (top + 2 < 64 && (longer(a, s0, s1) || longer(b, s0, s1))) {
-      const double middle = 0.5 * (s0 + s1);
-      stack[top++] = {middle, s1};
-      stack[top++] = {s0, middle};
-    } else if (!use(s0, s1)) {
-      return;
-    }
-  }
+  if (!far(a) && !far(b)) return use(s0, s1);
+  const double middle = 0.5 * (s0 + s1);
+  return short_parts(a, b, s0, middle, margin, use) && short_parts(a, b, middle, s1, margin, use);
 }
 
 }  // namespace
@@ -436,7 +424,7 @@ double time_of_impact(const Polyhedron& A, const Motion& motion_a, const Polyhed
     });
   const Levels levels = levels_for(start, start <= tolerance, tolerance);
   double first = never;
-  short_parts(a, b, from, tolerance, [&](double s0, double s1) {
+  short_parts(a, b, from, 1, tolerance, [&](double s0, double s1) {
     const Box3 common = swept(a, s0, s1, tolerance).intersection(swept(b, s0, s1, tolerance));
     pairs_of_pieces(a, b, common, s0, s1, tolerance, [&](const Mover& pa, const Mover& pb) {
       const double to = std::min(first, s1);

@@ -272,6 +272,24 @@ TEST(TimeOfImpact, HollowRocksThatSpinPastEachOtherCostLittle) {
   EXPECT_LT(static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC, 0.5);
 }
 
+/// The box about a cube grows by up to the root of three as it turns onto its corner, however short the part
+/// of the motion: a channel that turns about what is within it, and does not touch it.
+TEST(TimeOfImpact, AChannelThatTurnsAboutWhatIsWithinCostsLittle) {
+  const auto channel = [](double l) {
+    const double out = 0.5 * l, in = 0.4 * l;
+    return prism(
+        {{-out, -out}, {out, -out}, {out, out}, {in, out}, {in, -in}, {-in, -in}, {-in, out}, {-out, out}},
+        {{0, 1, 4}, {0, 4, 5}, {1, 2, 3}, {1, 3, 4}, {5, 6, 7}, {5, 7, 0}}, -out, out);
+  };
+  const auto large = channel(1), small = channel(0.1);
+  Motion a, b;
+  a.rotation = 2 * Vec3(1, -1, 0).normalized();
+  ASSERT_GT(gap_at(large, a.at(0), small, b.at(0)), 0.1);
+  const std::clock_t start = std::clock();
+  EXPECT_EQ(time_of_impact(large, a, small, b, tolerance), 2);
+  EXPECT_LT(static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC, 0.5);
+}
+
 TEST(TimeOfImpact, SweptBoxHoldsTheWholeMotion) {
   std::mt19937 rng(13);
   std::normal_distribution<double> g;
