@@ -47,7 +47,7 @@ double slow_speed(const IslandContext& in, const Touch& t) {
 double impact_speed(const IslandContext& in, const Touch& t) {
   const double fall = std::sqrt(in.model.gravity.norm() * in.scale.length), relative = relative_speed(in, t),
                motion = fall > 0 ? std::min(relative, fall) : relative;
-  return std::max(contact::tolerances().still * in.scale.speed,
+  return std::max(t.stiffness > 0 ? in.gentle_speed() : contact::tolerances().still * in.scale.speed,
                   (t.persistent ? in.scale.part_of_error() : in.scale.part_of_none()) * motion);
 }
 
@@ -56,14 +56,19 @@ bool meets_hard(const IslandContext& in, const Touch& t) {
          (t.stiffness == 0 || t.law->restitution);
 }
 
+bool spring_presses(const IslandContext& in, const Touch& t) {
+  return t.stiffness > 0 &&
+         (t.persistent || t.at.gap < -contact::tolerances().overlap_none * in.scale.length);
+}
+
 bool rebounds(const IslandContext& in, const Touch& t) {
   return t.stiffness == 0 && t.law->restitution.value_or(0) > 0 &&
          t.approach < -std::max(slow_speed(in, t), impact_speed(in, t));
 }
 
 bool rebound_waits(const IslandContext& in, const Step& step) {
-  return std::ranges::any_of(
-      step.touches, [&](const Touch& t) { return rebounds(in, t) && meets_hard(in, t) && !(t.bond() > 0); });
+  return std::ranges::any_of(step.touches,
+                             [&](const Touch& t) { return rebounds(in, t) && meets_hard(in, t); });
 }
 
 bool any_contact(const IslandContext& in, const Step& step) {

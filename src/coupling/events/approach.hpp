@@ -20,11 +20,15 @@ double slow_speed(const IslandContext& in, const Touch& t);
 /// Approach below which a touch is resting contact and no impact: round-off, or a part of the motion of the
 /// two against each other, however slow that has become. A touch that carried force in the last step moves at
 /// its normal by what the step's own error leaves. The error acts over the time of a fall by L: of motions
-/// that are faster than that fall, a part of the fall's speed [m/s].
+/// that are faster than that fall, a part of the fall's speed. A spring takes what would rebound beneath the
+/// accuracy [m/s].
 double impact_speed(const IslandContext& in, const Touch& t);
 
 /// Closed, and an approach is stopped by an impulse of no duration.
 bool meets_hard(const IslandContext& in, const Touch& t);
+
+/// A spring that presses already: what its two sides approach by is taken by its force, and is no impact.
+bool spring_presses(const IslandContext& in, const Touch& t);
 
 /// Comes on fast enough to be thrown back.
 bool rebounds(const IslandContext& in, const Touch& t);

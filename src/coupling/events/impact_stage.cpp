@@ -50,9 +50,11 @@ ImpactStage::Restitution ImpactStage::impact_rows(const Restitution& part) {
     c.compliance.setZero();
     c.cohesion = c.tension = 0;
     c.impulse.setZero();
-    if (t.law->restitution && t.approach < -std::max(slow_speed(in_, t), impact_speed(in_, t))) {
-      const double approach = strains(in_.model, t) ? std::min(t.u_ref, 0.0) : t.approach,
-                   restitution = t.law->restitution_at(approach);
+    const double approach = std::min(strains(in_.model, t) ? t.u_ref : t.approach, 0.0);
+    if (spring_presses(in_, t)) {
+      c.bias[0] = -approach;  // it goes on: a blow elsewhere presses it no faster
+    } else if (t.law->restitution && t.approach < -std::max(slow_speed(in_, t), impact_speed(in_, t))) {
+      const double restitution = t.law->restitution_at(approach);
       c.bias[0] = part.normal * restitution * approach;
       asked.normal = std::max(asked.normal, restitution);
     }
@@ -124,8 +126,7 @@ bool ImpactStage::resolve(double time) {
     if (!meets_hard(in_, t)) continue;
     along = along || t.law->restitution_tangential.value_or(0) != 0;
     const bool closes = in_.scale.left_open(t) && t.approach > -2 * in_.scale.closing_speed();
-    if (t.approach < -impact_speed(in_, t) && !closes &&
-        !(t.bond() > 0)) {  // what holds together does not meet
+    if (t.approach < -impact_speed(in_, t) && !closes && !spring_presses(in_, t)) {
       approaching = true;
       given = given || t.law->restitution.has_value();
     }

@@ -76,6 +76,21 @@ TEST(Bonds, BreaksWhereTheSwingReachesItsStrength) {
   for (const auto& r : o.rows) EXPECT_NEAR(r.ledger.residual, 0, 1e-9 * bonded_weight);
 }
 
+/// Two bonded cubes that start against each other stop each other in an inelastic impact: half of their
+/// energy was called the scheme's.
+TEST(Bonds, WhatIsBondedMeetsAsWell) {
+  SceneText s(Method::by_accuracy(1e-3), 0.1, Vec3::Zero());
+  s.history(0.01).material("rock", 2500);
+  s.interface("rock", "rock", 0.5, "tension = 5e4\ncohesion = 1e5\nnormal_stiffness = \"hard\"");
+  s.box("A", Vec3::Ones(), Vec3::Zero(), velocity(Vec3(1, 0, 0)) + "deformable = false\n");
+  s.box("B", Vec3::Ones(), Vec3(1, 0, 0), velocity(Vec3(-1, 0, 0)) + "deformable = false\n");
+  const Outcome o = run_scene(s.str());
+  ASSERT_TRUE(o.ok()) << o.result.message;
+  const double brought = 2 * 0.5 * 2500;
+  EXPECT_NEAR(o.last().ledger.damping_work, brought, 1e-9 * brought);
+  EXPECT_NEAR(o.last().ledger.algorithmic, 0, 1e-9 * brought);
+}
+
 TEST(Bonds, WhatMeetsLaterDoesNotStick) {
   for (const char* kind : {"hard", "1e8 Pa/m"}) {
     SceneText s(Method::by_accuracy(1e-3), 0.6);
