@@ -478,7 +478,7 @@ void RowAssembly::fill_row(Touch& t, double h, bool first_pass) {
   add_shear(in_, step_, t, c, path, m, h);
   t.slip_row = t.frame.rightCols<2>().transpose() * (m.by_mean ? t.slip : Vec3(path.turned * t.slip));
   if (t.swings) c.bias.tail<2>() += t.slip_row;
-  c.impulse = first_pass ? Vec3(h * (t.frame.transpose() * t.warm)) : t.impulse;
+  if (!t.rolls) c.impulse = first_pass ? Vec3(h * (t.frame.transpose() * t.warm)) : t.impulse;
   step_.problem.contacts[static_cast<std::size_t>(t.row)] = c;
 }
 

@@ -13,16 +13,29 @@ inline bool at_coulomb_bound(const contact::ProblemContact& c, const Vec3& impul
   return impulse.tail<2>().norm() >= bound * (1 - contact::tolerances().at_bound);
 }
 
-/// Rolling and drilling resistance: after the rows of all touches, a contact for each of the two that a touch
-/// has, in the touches' order. The tangential rows are R (w_b - w_a) . t, of drilling R (w_b - w_a) . n; the
-/// impulse is couple / R, at most mu_r p_n (mu_d p_n) of the touch.
+/// Whether two touches resist rolling about the same axes by the same law: their couples are one, bounded by
+/// the sum of both normal impulses. Two of them would leave open which of the two bears what, and with that
+/// how the normal impulses are shared, and the bounds. A couple below its bound still leaves open what it
+/// bears of the moment that the points' own impulses could bear, which friction between them turns into
+/// another motion: of such points a problem begins without impulses, so that a step and the accelerations at
+/// its ends share them alike.
+inline bool roll_as_one(const Touch& s, const Touch& t) {
+  return s.a == t.a && s.b == t.b && s.law == t.law &&
+         s.at.normal.cross(t.at.normal).norm() < contact::tolerances().same_normal &&
+         s.at.normal.dot(t.at.normal) > 0;
+}
+
+/// Rolling and drilling resistance: after the rows of all touches, a contact for each of the two that touches
+/// have that roll as one, in the order of the first of these. The tangential rows are R (w_b - w_a) . t, of
+/// drilling R (w_b - w_a) . n; the impulse is couple / R, at most mu_r p_n (mu_d p_n) of these touches.
 inline std::size_t couples(const Touch& t) {
-  return t.row >= 0 && t.rolls
+  return t.row >= 0 && t.rolls && t.couple_of < 0
              ? std::size_t{t.law->rolling_resistance > 0} + std::size_t{t.law->drilling_resistance > 0}
              : 0;
 }
 
-/// Calls use(touch, resistance, contact) for these contacts of a problem, none if it was assembled without.
+/// Calls use(touch, resistance, contact) for these contacts of a problem and the first of their touches, none
+/// if it was assembled without.
 template <class Use>
 void each_rolling(std::span<Touch> touches, contact::ContactProblem& problem, Use&& use) {
   std::size_t next = 0;

@@ -4,6 +4,7 @@
 //   |m_n| <= mu_d R p_n   m_n opposite to the drilling velocity (w_b - w_a)_n
 //   |m_t| <= d p_n        of a face that bounces on springs, p_n over the face
 //
+// p_n is that of all points of a pair with this normal: they have one couple.
 // R: equivalent radius, of two blocks R_a R_b / (R_a + R_b). d = 0.1 accuracy L: the part of the block size
 // that the place of the face's force is not known to.
 //
@@ -66,8 +67,13 @@ double rolling_arm(const IslandContext& in, const Touch& t) {
 }
 
 void add_rolling_rows(const IslandContext& in, Step& step) {
-  for (const Touch& t : step.touches) {
+  for (std::size_t i = 0; i < step.touches.size(); ++i) {
+    Touch& t = step.touches[i];
+    t.couple_of = -1;
     if (couples(t) == 0) continue;
+    for (std::size_t k = i; k-- > 0 && step.touches[k].a == t.a && step.touches[k].b == t.b;)
+      if (couples(step.touches[k]) > 0 && roll_as_one(step.touches[k], t)) t.couple_of = static_cast<int>(k);
+    if (t.couple_of >= 0) continue;
     const auto add = [&](std::span<const Vec3> axes) {
       step.problem.contacts.push_back(couple(in, step, t, axes));
     };
@@ -109,14 +115,20 @@ void add_rocking_rows(const IslandContext& in, Step& step, double h, bool first_
 }
 
 double limit_rolling(Step& step, const std::function<double(const Touch&)>& pressed) {
+  std::vector<double> all_pressed(step.touches.size(), 0.0);
+  for (std::size_t i = 0; i < step.touches.size(); ++i) {
+    const Touch& t = step.touches[i];
+    if (t.row < 0 || !t.rolls) continue;
+    all_pressed[t.couple_of < 0 ? i : static_cast<std::size_t>(t.couple_of)] += std::max(0.0, pressed(t));
+  }
   double change = 0, all = 0;
-  each_rolling(step.touches, step.problem,
-               [&](const Touch& t, double resistance, contact::ProblemContact& c) {
-                 const double bound = resistance * std::max(0.0, pressed(t));
-                 change += std::abs(bound - c.cohesion);
-                 all += bound;
-                 c.cohesion = bound;
-               });
+  each_rolling(
+      step.touches, step.problem, [&](const Touch& t, double resistance, contact::ProblemContact& c) {
+        const double bound = resistance * all_pressed[static_cast<std::size_t>(&t - step.touches.data())];
+        change += std::abs(bound - c.cohesion);
+        all += bound;
+        c.cohesion = bound;
+      });
   return all > 0 ? change / all : 0;
 }
 

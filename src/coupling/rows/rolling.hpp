@@ -16,8 +16,8 @@ namespace talus::coupling {
 /// R: of a block at what is fixed its equivalent radius, of two blocks half of their harmonic mean [m].
 double rolling_arm(const IslandContext& in, const Touch& t);
 
-/// The couples of every touch that resists rolling or drilling, after the rows of all touches; bounded by
-/// nothing yet.
+/// The couples of all touches that resist rolling or drilling, after the rows of all touches, one for those
+/// of a pair with the same normal; bounded by nothing yet.
 void add_rolling_rows(const IslandContext& in, Step& step);
 
 /// A couple for each pair whose springs press on a face and carry more motion than the accuracy may lose,

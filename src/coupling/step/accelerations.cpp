@@ -55,8 +55,15 @@ class EndProblem {
 
  private:
   struct Couple {
-    std::size_t row, of;
+    std::size_t row;
+    const Touch* first;
+    std::vector<std::size_t> of;  // rows of the touches that roll as one
     double resistance;
+    double bound(const contact::ContactProblem& problem) const {
+      double pressed = 0;
+      for (const std::size_t k : of) pressed += std::max(0.0, problem.contacts[k].impulse[0]);
+      return resistance * pressed;
+    }
   };
   void add_bodies();
   bool closed(const Touch& t) const;
@@ -65,6 +72,8 @@ class EndProblem {
                                  double arm = 0);
   void add_couple(const Touch& t, const Mat3& frame, std::span<const Vec3> axes, double resistance,
                   std::size_t of);
+  /// Normal impulse of the last step's force.
+  double warm_pressure(const Touch& t) const { return std::max(0.0, delta_ * t.at.normal.dot(t.warm)); }
   /// Bounds of the couples by the normal impulses found; true if they were met.
   bool bounds_met();
 
@@ -155,8 +164,8 @@ void EndProblem::add_couple(const Touch& t, const Mat3& frame, std::span<const V
   if (fastest <= slowest_)
     for (std::size_t r = 0; r < axes.size(); ++r)
       rolling.bias[static_cast<int>(r) + 1] = -arm * axes[r].dot(spin);
-  rolling.cohesion = resistance * std::max(0.0, problem_.contacts[of].impulse[0]);
-  couples_.push_back({problem_.contacts.size(), of, resistance});
+  rolling.cohesion = resistance * warm_pressure(t);
+  couples_.push_back({problem_.contacts.size(), &t, {of}, resistance});
   problem_.contacts.push_back(rolling);
 }
 
@@ -192,10 +201,18 @@ bool EndProblem::add(const Touch& t) {
     c.cohesion = (t.law->cohesion + (t.glued ? t.bond_cohesion : 0.0)) * t.at.area * delta_;
     if (t.glued) c.tension = (t.law->tension + t.bond_tension) * t.at.area * delta_;
   }
-  c.impulse = delta_ * (frame.transpose() * t.warm);
+  if (!t.rolls) c.impulse = delta_ * (frame.transpose() * t.warm);
   const std::size_t of = problem_.contacts.size();
   problem_.contacts.push_back(c);
   if (!t.rolls) return true;
+  bool joins = false;
+  for (Couple& couple : couples_) {
+    if (!roll_as_one(*couple.first, t)) continue;
+    couple.of.push_back(of);
+    problem_.contacts[couple.row].cohesion += couple.resistance * warm_pressure(t);
+    joins = true;
+  }
+  if (joins) return true;
   add_couple(t, frame, std::array<Vec3, 2>{frame.col(1), frame.col(2)}, t.law->rolling_resistance, of);
   add_couple(t, frame, std::array<Vec3, 1>{frame.col(0)}, t.law->drilling_resistance, of);
   return true;
@@ -204,7 +221,7 @@ bool EndProblem::add(const Touch& t) {
 bool EndProblem::bounds_met() {
   double change = 0, all = 0;
   for (const Couple& couple : couples_) {
-    const double bound = couple.resistance * std::max(0.0, problem_.contacts[couple.of].impulse[0]);
+    const double bound = couple.bound(problem_);
     change += std::abs(bound - problem_.contacts[couple.row].cohesion);
     all += bound;
     problem_.contacts[couple.row].cohesion = bound;

@@ -73,7 +73,8 @@ struct TouchRow {
   Mat3 frame = Mat3::Identity();  // columns n, t1, t2 at mid-step
   Vec3 acts_at = Vec3::Zero();    // where the impulse acts on both sides at the start [m]
   double theta = 0.5;
-  int row = -1;                   // contact index in the problem
+  int row = -1;        // contact index in the problem
+  int couple_of = -1;  // that of the step's touches whose rolling couple this one takes part in; -1: its own
   double gap_ref = 0, u_ref = 0;  // gap and normal velocity at the end of the linearisation [m], [m/s]
   double indentation = 0;     // at the end of the step by the last solution, where the law is linearised [m]
   double balanced_force = 0;  // by which a spring_end of a block that others press acts over the step, by the
