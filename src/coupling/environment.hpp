@@ -121,21 +121,21 @@ struct Ledger {
 struct ContactMemory {
   std::uint64_t partner = 0;  // kind and index of body A
   std::uint64_t feature = 0;
-  Vec3 force = Vec3::Zero();      // mean force of the last step, world [N]
-  Vec3 shear = Vec3::Zero();      // elastic tangential displacement of B against A, world [m]
-  double normal_energy = 0;       // stored in the normal spring [J]
-  Vec3 shear_way = Vec3::Zero();  // by which the last step stretched it, world [m]
-  double shear_energy = 0;        // stored in the shear spring [J]
-  double crushed = 0;             // indentation lost for good [m]
-  double indentation = 0;         // of the normal spring, where the next step starts from [m]
-  double offset = 0;              // gap that it acts on less the geometric one [m]
-  double stiffness = 0;           // of the spring [N/m]
-  double growth = 0;              // of its area as it sinks, NormalLaw::growth [N/m^3]
-  double lasted = 0;              // length of the last step, where it was a leapfrog's; else 0 [s]
-  Vec3 place = Vec3::Zero();      // where, world [m]
-  Vec3 normal = Vec3::Zero();     // out of the partner
-  bool broken = false;            // cohesion and tension lost
-  bool glued = false;             // it has been closed since the start: it holds in tension too
+  Vec3 force = Vec3::Zero();          // mean force of the last step, world [N]
+  Vec3 shear = Vec3::Zero();          // elastic tangential displacement of B against A, world [m]
+  double normal_energy = 0;           // stored in the normal spring [J]
+  Vec3 shear_way = Vec3::Zero();      // by which the last step stretched it, world [m]
+  double shear_energy = 0;            // stored in the shear spring [J]
+  double crushed = 0;                 // indentation lost for good [m]
+  double indentation = 0;             // of the normal spring, where the next step starts from [m]
+  double offset = 0;                  // gap that it acts on less the geometric one [m]
+  double stiffness = 0;               // of the spring [N/m]
+  Vec3 corner_normal = Vec3::Zero();  // in the axes of the block whose corner it is, of its cell; 0: none
+  double lasted = 0;                  // length of the last step, where it was a leapfrog's; else 0 [s]
+  Vec3 place = Vec3::Zero();          // where, world [m]
+  Vec3 normal = Vec3::Zero();         // out of the partner
+  bool broken = false;                // cohesion and tension lost
+  bool glued = false;                 // it has been closed since the start: it holds in tension too
 };
 
 /// Feature under which a block remembers how deep it was born inside a partner, in `indentation`: pieces of a

@@ -23,6 +23,8 @@ struct Swap {
   double taken = 1;    // largest numerical energy error, of the energy in motion
   double made = 1e-4;  // the same, between two rows; a table's edge that springs leave within a step is a
                        // stated limit (docs/theory/contact.md)
+  double chord = 0;    // of strains that oscillate faster than steps in flight a row within a step knows the
+                       // chord alone, whose energy is less: part of the energy in motion that they hold
 };
 
 const std::string ridge =
@@ -85,7 +87,8 @@ TEST_P(SpringSwaps, MakeNoEnergy) {
     friction_back =
         std::max(friction_back, o.rows[i - 1].ledger.friction_work - o.rows[i].ledger.friction_work);
   }
-  EXPECT_LE(growth, swap.made * in_motion);
+  EXPECT_LE(growth, (swap.made + swap.chord) * in_motion);
+  if (swap.chord > 0) EXPECT_LE(o.result.counters.gained, swap.made * in_motion);  // from step to step
   EXPECT_LE(residual, 1e-4 * in_motion);
   EXPECT_LE(friction_back, 1e-4 * in_motion);
   EXPECT_LE(std::abs(o.last().ledger.numerical_dissipation()), swap.taken * in_motion);
@@ -100,7 +103,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Swap{"TableEdgePerArea", "normal_stiffness = \"1e8 Pa/m\"", 0, table, 0.2, 0.03},
                     Swap{"RollingPerArea", "normal_stiffness = \"1e8 Pa/m\"", 1, roller, 1e-3},
                     Swap{"RollingPerPoint", "normal_stiffness = \"1e7 N/m\"", 1, roller, 0.05},
-                    Swap{"EdgeFirst", "", 0.6, edge_first, 0.05},
+                    Swap{"EdgeFirst", "", 0.6, edge_first, 0.05, 1e-4, 2e-3},
                     Swap{"OverhangPerArea", "normal_stiffness = \"2e8 Pa/m\"", 5, overhang, 2e-3},
                     Swap{"OverhangStiffShear",
                          "normal_stiffness = \"2e8 Pa/m\"\nshear_stiffness = \"2e9 Pa/m\"", 0.6, overhang,

@@ -95,6 +95,16 @@ int plane_block(const Plane& plane, const Polyhedron& B, const Pose& pose_b, dou
   return static_cast<int>(out.size() - start);
 }
 
+PressedCorner pressed_corner(FeatureKey key) {
+  const auto form = static_cast<Form>(key >> 60);
+  const int first = static_cast<int>((key >> 30) & 0x3fffffffu), second = static_cast<int>(key & 0x3fffffffu);
+  PressedCorner corner;
+  if (form == Form::vertex_face || form == Form::vertex_edge) corner.of_a = first;
+  if (form == Form::face_vertex || form == Form::edge_vertex || form == Form::vertex_vertex)
+    corner.of_b = second;
+  return corner;
+}
+
 Pose Motion::at(double s) const {
   Pose p;
   p.c = start.c + s * displacement + (s * s - s) * half_gravity_step;

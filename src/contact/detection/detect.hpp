@@ -28,6 +28,13 @@ struct ContactPoint {
   int face_b = -1;
 };
 
+/// The corner of A or of B that touches a face, an edge or a corner of the other, by the contact's key; -1:
+/// none.
+struct PressedCorner {
+  int of_a = -1, of_b = -1;
+};
+PressedCorner pressed_corner(FeatureKey key);
+
 /// Contacts of block A against block B with gap <= margin, appended to `out`; returns the number added.
 /// Convex pairs: separating axis of least penetration; face-face clipped to a polygon of at most eight points
 /// whose areas sum to the clipped area; crossing edges one point, and with it the clipped area where they

@@ -33,31 +33,24 @@ double NormalLaw::whole(double x) const {
 }
 
 double NormalLaw::lost(double x) const {
-  const auto f = [&](double z) { return z > 0 ? elastic(z) : 0.0; };
-  return (1 - hardening()) * (f(x - yield()) - f(x - bottom()));
+  return (1 - hardening()) * (elastic(x - yield()) - elastic(x - bottom()));
 }
 
 double NormalLaw::lost_slope(double x) const {
-  const auto f = [&](double z) { return z > 0 ? stiffness + 3 * growth * z * z : 0.0; };
-  return (1 - hardening()) * (f(x - yield()) - f(x - bottom()));
+  return (1 - hardening()) * (elastic_slope(x - yield()) - elastic_slope(x - bottom()));
 }
 
 double NormalLaw::lost_work(double x) const {
-  const auto f = [&](double z) { return z > 0 ? elastic_energy(z) : 0.0; };
-  return (1 - hardening()) * (f(x - yield()) - f(x - bottom()));
+  return (1 - hardening()) * (elastic_energy(x - yield()) - elastic_energy(x - bottom()));
 }
 
 double NormalLaw::inverse(double force) const {
-  if (!(force > 0)) return 0;
-  if (!(growth > 0)) return force / stiffness;
-  // k x + g x^3 = F by x = 2 a sinh(z), a^2 = k/(3 g): 4 sinh^3 z + 3 sinh z = sinh 3z
-  const double a = std::sqrt(stiffness / (3 * growth));
-  return 2 * a * std::sinh(std::asinh(1.5 * force / (stiffness * a)) / 3);
+  return corner ? corner->depth_of(force / stiffness) : std::max(0.0, force / stiffness);
 }
 
 double NormalLaw::reached(double y) const {
   const double force = elastic(y);
-  double low = yield(), high = yield() + y;
+  double low = yield(), high = 2 * yield() + y;
   while (lost(high) < force && high < low + 1e3 * (y + yield())) high += high - low;
   for (int i = 0; i < 80; ++i) {
     const double middle = 0.5 * (low + high);
@@ -68,10 +61,10 @@ double NormalLaw::reached(double y) const {
 
 double NormalLaw::force(double x) const {
   if (bed) return bed->force(x);
-  if (law->kind == ContactLaw::Kind::linear) return (stiffness + growth * (x > 0 ? x * x : 0.0)) * x;
+  if (law->kind == ContactLaw::Kind::linear && !corner) return stiffness * x;
   if (x <= 0) return 0;
   switch (law->kind) {
-    case ContactLaw::Kind::linear: break;
+    case ContactLaw::Kind::linear: return elastic(x);
     case ContactLaw::Kind::hertz: return stiffness * std::pow(whole(x), 1.5);
     case ContactLaw::Kind::crushing: return x > crushed ? elastic(x) - elastic(crushed_after(x)) : 0.0;
     case ContactLaw::Kind::table: {
@@ -86,19 +79,19 @@ double NormalLaw::force(double x) const {
 
 double NormalLaw::slope(double x) const {
   if (bed) return bed->slope(x);
-  if (law->kind == ContactLaw::Kind::linear) return stiffness + 3 * growth * (x > 0 ? x * x : 0.0);
+  if (law->kind == ContactLaw::Kind::linear && !corner) return stiffness;
   if (x < 0) return 0;
   switch (law->kind) {
-    case ContactLaw::Kind::linear: break;
+    case ContactLaw::Kind::linear: return elastic_slope(x);
     case ContactLaw::Kind::hertz: {
       const double tangent = 1.5 * stiffness * std::sqrt(whole(x));
       return tangent / std::max(1 - relief * tangent, least_relieved);
     }
     case ContactLaw::Kind::crushing: {
-      const double elastic_slope = stiffness + 3 * growth * x * x, back = x - yield();
+      const double loading = elastic_slope(x), back = x - yield();
       if (x < crushed) return 0;
-      if (!plain()) return lost(x) > elastic(crushed) ? elastic_slope - lost_slope(x) : elastic_slope;
-      return back < crushed ? elastic_slope : elastic_slope - stiffness - 3 * growth * back * back;
+      if (!plain()) return lost(x) > elastic(crushed) ? loading - lost_slope(x) : loading;
+      return back < crushed ? loading : loading - elastic_slope(back);
     }
     case ContactLaw::Kind::table: {
       const auto& t = law->table;
@@ -163,20 +156,15 @@ double NormalLaw::crushed_after(double x) const {
 }
 
 double NormalLaw::depth_of(double energy) const {
-  if (law->kind == ContactLaw::Kind::crushing) {  // p A/k f(x - p A/k) < W
-    const double crushes = energy / yield();
-    return yield() + std::min(crushes / stiffness, growth > 0 ? std::cbrt(crushes / growth)
-                                                              : std::numeric_limits<double>::infinity());
-  }
-  // k x^2 / 2 + g x^4 / 4 = W
-  return std::sqrt(4 * energy / (stiffness + std::sqrt(stiffness * stiffness + 4 * growth * energy)));
+  if (law->kind == ContactLaw::Kind::crushing)  // p A/k f(x - p A/k) < W
+    return yield() + inverse(energy / yield());
+  return corner ? corner->depth_of_square(energy / stiffness) : std::sqrt(2 * energy / stiffness);
 }
 
 double NormalLaw::mean_force(double x0, double x1, double& derivative) const {
-  if (law->kind == ContactLaw::Kind::linear && !bed) {
-    const double a = std::max(x0, 0.0), b = std::max(x1, 0.0), squares = growth * (a * a + b * b);
-    derivative = 0.5 * stiffness + 0.25 * (squares + 2 * growth * b * (a + b));
-    return 0.5 * stiffness * (x0 + x1) + 0.25 * squares * (a + b);
+  if (law->kind == ContactLaw::Kind::linear && !bed && !corner) {
+    derivative = 0.5 * stiffness;
+    return 0.5 * stiffness * (x0 + x1);
   }
   return secant(x0, x1, derivative);
 }

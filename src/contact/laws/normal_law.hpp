@@ -1,26 +1,26 @@
 /// Normal force of a sprung contact over its indentation x (x <= 0: no force).
 ///
 ///   linear    F = k x (below 0 as well: a row cuts it, p >= 0)
-///             F = k x + g x^3 at a corner whose area grows as it sinks
+///             F = f(x) = k V(x) at a corner, whose area grows as it sinks
 ///   hertz     F = k s^(3/2),  k = 4/3 E* sqrt(R),  s = x + c F                              [hertz1882]
-///   crushing  F = f(x) - f(max(y, x - p A/k)),  f(x) = k x + g x^3
+///   crushing  F = f(x) - f(max(y, x - p A/k)),  f(x) = k x, at a corner k V(x)
 ///             with a pressure that grows, and an end:
 ///             F = f(x) - max(f(y), (1 - r) (f(x - p/k_A) - f(x - p/k_A - H/(1 - r)))),  r = G/(k_A + G)
 ///   table     F linear between the points, the last slope beyond them
 ///   bed       the sum over the columns below a block (contact/laws/bed.hpp), linear or crushing
 ///
 ///   k     stiffness of the contact point                        [N/m], hertz [N/m^1.5]
-///   g     growth of its area, nil but at corners                [N/m^3]
+///   V     mean depth of a corner's cell, int_0^x A(x)/A         [m]
 ///   R     radius of a sphere on a half-space                    [m]
 ///   c     compliance of the cell touched, which Hertz's law holds already; 0 at a fixed surface [m/N]
 ///   y     crushed for good                                      [m]
-///   p, A  pressure that crushes, area at x = 0                  [Pa], [m^2]
+///   p, A  pressure that crushes, area, of a corner its cell's     [Pa], [m^2]
 ///   k_A   stiffness per area, k / A                             [Pa/m]
 ///   G, H  growth of the pressure by depth, thickness crushed    [Pa/m], [m]
 ///
-/// With g = 0 crushing is min(k (x - y), p A). A corner is made of columns of the area that x has come
-/// through, A + 3 x^2 A g/k, each elastic up to p: it crushes p times the volume that it sinks into. Columns
-/// with G and H follow k_A (s - y) = p + G y, y <= H; f(x) = 0 for x < 0.
+/// Of a face crushing is min(k (x - y), p A). A corner is made of columns of the area that x has come
+/// through, A(x), each elastic up to p: it crushes p times the volume that it sinks into. Columns with G and
+/// H follow k_A (s - y) = p + G y, y <= H; f(x) = 0 for x < 0.
 ///
 /// A step of a curved law from x0 to x1 takes the mean force (W(x1) - W(x0)) / (x1 - x0), the discrete
 /// gradient of the work W(x) = int_0^x F: its work is then exactly the change of W, whether the contact opens
@@ -31,6 +31,7 @@
 #include <memory>
 
 #include "contact/laws/bed.hpp"
+#include "contact/laws/corner_area.hpp"
 #include "contact/laws/law.hpp"
 
 namespace talus::contact {
@@ -38,8 +39,8 @@ namespace talus::contact {
 struct NormalLaw {
   const ContactLaw* law = nullptr;
   double stiffness = 0;                                     // k: [N/m], hertz [N/m^1.5]
-  double growth = 0;                                        // linear, crushing: g [N/m^3]
-  double limit = 0;                                         // crushing: p A, A the area at x = 0 [N]
+  std::shared_ptr<const CornerArea> corner;                 // linear, crushing: of a corner's cell
+  double limit = 0;                                         // crushing: p A [N]
   double crushed = 0;                                       // crushing: y [m]
   double relief = 0;                                        // hertz: c [m/N]
   double start = -std::numeric_limits<double>::infinity();  // crushing, of a leapfrog's step: x at its start,
@@ -64,6 +65,9 @@ struct NormalLaw {
   double before(double x0) const;
   double crushing_before(double x0) const;
   double crushed_after(double x) const;  // y once x was reached [m]
+  /// Part of its area that presses at x.
+  double part(double x) const { return corner ? corner->part(x) : x > 0 ? 1.0 : 0.0; }
+  double pressed_area(double x) const { return limit / law->crushing_pressure * part(x); }  // crushing [m^2]
   double depth_of(double energy) const;  // linear: x at which it stores that; crushing: no less than x at
                                          // which it has taken that, nothing crushed before [m]
   /// Mean force over a step from x0 to x1, and its derivative by x1.
@@ -73,9 +77,14 @@ struct NormalLaw {
   double secant(double x0, double x1, double& derivative) const;
 
  private:
-  double whole(double x) const;                                                // hertz: s [m]
-  double elastic(double x) const { return (stiffness + growth * x * x) * x; }  // f [N]
-  double elastic_energy(double x) const { return (0.5 * stiffness + 0.25 * growth * x * x) * x * x; }  // [J]
+  double whole(double x) const;  // hertz: s [m]
+  double elastic(double x) const {
+    return stiffness * (corner ? corner->volume(x) : std::max(0.0, x));
+  }                                                                     // f [N]
+  double elastic_slope(double x) const { return stiffness * part(x); }  // [N/m]
+  double elastic_energy(double x) const {
+    return stiffness * (corner ? corner->square(x) : x > 0 ? 0.5 * x * x : 0.0);
+  }  // [J]
   double hardening() const {
     return law->yield_gradient > 0 && law->stiffness == ContactLaw::Stiffness::per_area
                ? law->yield_gradient / (law->normal_stiffness + law->yield_gradient)

@@ -24,7 +24,8 @@ enum class Form : std::uint64_t {
   edge_edge,
   vertex_vertex,
   vertex_edge,
-  edge_vertex
+  edge_vertex,
+  surface_point = 12  // geometry/corner_cell.hpp; 7 to 11 are of skins
 };
 
 inline FeatureKey make_key(Form form, int a, int b) {

@@ -26,16 +26,15 @@ double friction_now(const dda::State& s, const Touch& t, double ahead) {
   return t.law->friction_after(std::max(way_of(s, t.b), other) + ahead);
 }
 
-void share_width(std::span<Touch> touches, const Polyhedron& block) {
+void share_width(std::span<Touch> touches) {
   const auto ploughs = [](const Touch& t) {
     return t.law->kind == ContactLaw::Kind::crushing &&
            (t.law->ploughing_pressure > 0 || t.law->ploughing_density > 0) && t.at.gap < 0;
   };
-  const double tip = 0.1 * block.inradius;
   double all = 0;
   for (Touch& t : touches) {
     if (!ploughs(t)) continue;
-    t.width = t.at.area > 0 ? t.at.area : tip * tip + t.at.gap * t.at.gap;  // as its spring has it
+    t.width = t.normal_law.bed ? t.at.area : t.normal_law.pressed_area(-t.at.gap);
     all += t.width;
   }
   for (Touch& t : touches) t.width /= all > 0 ? std::sqrt(all) : 1.0;

@@ -27,7 +27,7 @@ bool remembers_way(const ContactLaws& laws);
 /// Coefficient of friction of a touch after so much more of its way [m].
 double friction_now(const dda::State& state, const Touch& touch, double ahead = 0);
 /// Widths A_i / sqrt(sum A_j) of the touches of a pair that have sunk in.
-void share_width(std::span<Touch> touches, const Polyhedron& block);
+void share_width(std::span<Touch> touches);
 /// A touch's part of T at a slip speed [m/s] [N].
 double ploughing(const Touch& touch, double slip);
 /// Lets a block's way go on by a step of length h [s]; `slip`: fastest of its contacts [m/s], negative out of

@@ -29,11 +29,8 @@ struct Spring {
   /// it holds.
   double crushed_at(double s) const {
     const contact::NormalLaw& law = touch->normal_law;
-    return crushes()
-               ? std::max(law.crushed,
-                          depth - std::min(s, 1.0) *
-                                      (depth - std::max(law.crushed, depth - law.limit / law.stiffness)))
-               : law.crushed;
+    return crushes() ? std::max(law.crushed, depth - std::min(s, 1.0) * (depth - law.crushed_after(depth)))
+                     : law.crushed;
   }
   double stored_at(double s) const {
     if (!crushes() || !(depth > 0)) return touch->normal_law.stored(scaled(s));
@@ -48,13 +45,12 @@ struct Spring {
 /// What the spring held at its last indentation.
 double held_at_end(const ContactMemory& m, const ContactLaw& law) {
   const bool power = law.kind == ContactLaw::Kind::linear || law.kind == ContactLaw::Kind::hertz;
-  if (!power || (m.feature >> 60) == 15)
-    return m.normal_energy;  // of a structure's skin: its columns are unknown
+  if (!power || (m.feature >> 60) == 15 || !m.corner_normal.isZero(0))
+    return m.normal_energy;  // of a structure's skin, or a corner: its columns are unknown
   if (m.glued && m.indentation == 0) return m.normal_energy;  // it pulled
   contact::NormalLaw spring;
   spring.law = &law;
   spring.stiffness = m.stiffness;
-  spring.growth = m.growth;
   return spring.stored(m.indentation);
 }
 
@@ -65,7 +61,7 @@ double scale_to(const std::vector<Spring*>& springs, double energy, double now) 
   const ContactLaw::Kind kind = springs.front()->touch->law->kind;
   const bool power = std::all_of(springs.begin(), springs.end(),
                                  [&](const Spring* p) {
-                                   return p->touch->law->kind == kind && p->touch->normal_law.growth == 0;
+                                   return p->touch->law->kind == kind && !p->touch->normal_law.corner;
                                  }) &&
                      (kind == ContactLaw::Kind::linear || kind == ContactLaw::Kind::hertz);
   if (power)
@@ -90,25 +86,50 @@ const ContactMemory* nearest_alike(const std::vector<const ContactMemory*>& list
   return nearest;
 }
 
+/// True of a loaded spring that presses much the same way as one that vanished loaded.
+bool inherits(const Spring& p, const std::vector<const ContactMemory*>& lost) {
+  const ContactLaw::Kind kind = p.touch->law->kind;
+  if (kind != ContactLaw::Kind::linear && kind != ContactLaw::Kind::hertz) return false;
+  return p.depth > 0 && std::any_of(lost.begin(), lost.end(), [&](const ContactMemory* m) {
+           return m->normal_energy > 0 && m->normal.dot(p.touch->at.normal) > near_enough;
+         });
+}
+
 /// What vanished without a successor that could hold its energy leaves it to the loaded springs that press
-/// much the same way: these grow stiffer, until they open.
+/// much the same way: first to those that are indented by less than the blocks have come into each other
+/// there, down to that. The rest.
+double deepen(std::vector<Spring>& springs, const std::vector<const ContactMemory*>& lost, double energy) {
+  const auto taken = [&](double part, bool take) {
+    double sum = 0;
+    for (Spring& p : springs) {
+      const double way = -p.touch->at.gap - p.depth;
+      if (!(way > 0) || !inherits(p, lost)) continue;
+      const double before = p.stored(), depth = p.depth;
+      p.depth += part * way;
+      sum += p.stored() - before;
+      if (!take) p.depth = depth;
+    }
+    return sum;
+  };
+  if (const double most = taken(1, false); most <= energy) return energy - taken(1, true);
+  double low = 0, high = 1;
+  for (int i = 0; i < 60; ++i) {
+    const double part = 0.5 * (low + high);
+    (taken(part, false) > energy ? high : low) = part;
+  }
+  return energy - taken(low, true);
+}
+
+/// Then all of these grow stiffer, until they open.
 bool stiffen(const std::vector<Spring>& springs, const std::vector<const ContactMemory*>& lost,
              double energy) {
-  const auto heir = [&](const Spring& p) {
-    const ContactLaw::Kind kind = p.touch->law->kind;
-    if (kind != ContactLaw::Kind::linear && kind != ContactLaw::Kind::hertz) return false;
-    return p.depth > 0 && std::any_of(lost.begin(), lost.end(), [&](const ContactMemory* m) {
-             return m->normal_energy > 0 && m->normal.dot(p.touch->at.normal) > near_enough;
-           });
-  };
   double held = 0;
-  for (const Spring& p : springs) held += heir(p) ? p.stored() : 0.0;
+  for (const Spring& p : springs) held += inherits(p, lost) ? p.stored() : 0.0;
   const double by = 1 + energy / held;
   if (!(by <= most_stiffening)) return false;
   for (const Spring& p : springs) {
-    if (!heir(p)) continue;
+    if (!inherits(p, lost)) continue;
     p.touch->normal_law.stiffness *= by;
-    p.touch->normal_law.growth *= by;
     p.touch->stiffness *= by;
   }
   return true;
@@ -179,8 +200,9 @@ void carry_springs(const CandidatePair& pair, std::span<Touch> touches,
   changed.clear();
   for (Spring& p : springs) {
     Touch& t = *p.touch;
-    if (p.last != nullptr && std::abs(p.last->stiffness - t.normal_law.stiffness) <=
-                                 contact::tolerances().same_stiffness * t.normal_law.stiffness) {
+    if (p.last != nullptr && p.last->corner_normal == t.corner_normal &&
+        std::abs(p.last->stiffness - t.normal_law.stiffness) <=
+            contact::tolerances().same_stiffness * t.normal_law.stiffness) {
       p.depth = p.last->indentation > opened * t.at.gap && p.last->indentation > 0 ? p.last->indentation
                                                                                    : std::min(0.0, -t.at.gap);
       continue;
@@ -208,13 +230,14 @@ void carry_springs(const CandidatePair& pair, std::span<Touch> touches,
     p->touch->normal_law.crushed = p->crushed_at(s);
     p->depth = p->scaled(s);
   }
+  const double none = contact::tolerances().same_stiffness * budget;
+  if (left > none) left = deepen(springs, lost, left);
   for (const Spring& p : springs) {
     Touch& t = *p.touch;
     t.offset = -p.depth - t.at.gap;
     t.at.gap = -p.depth;
   }
-  if (left > contact::tolerances().same_stiffness * budget && !stiffen(springs, lost, left))
-    set_free(pair, given, left, loose);
+  if (left > none && !stiffen(springs, lost, left)) set_free(pair, given, left, loose);
   carry_shear(springs, all);
   for (const Spring& p : springs) {
     const bool stays =

@@ -51,7 +51,7 @@ void remember_row(const IslandContext& in, const Step& step, const Touch& t, dou
     memory.indentation = std::max(0.0, t.indentation + (t.indentation > 0 ? led_out : 0.0));
     memory.offset = t.offset - led_out;
     memory.stiffness = own ? t.stiffness : t.normal_law.stiffness;
-    memory.growth = t.normal_law.growth;
+    memory.corner_normal = t.corner_normal;
     memory.lasted = in.leapfrog() ? h : 0;
   }
   if (memory.broken || memory.glued || memory.crushed > 0 || memory.normal_energy + memory.shear_energy > 0 ||

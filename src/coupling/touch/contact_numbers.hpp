@@ -15,7 +15,7 @@ void each_number(Memory& m, F&& f) {
   f(m.indentation);
   f(m.offset);
   f(m.stiffness);
-  f(m.growth);
+  f(m.corner_normal);
   f(m.place);
   f(m.normal);
   f(m.lasted);
@@ -23,7 +23,7 @@ void each_number(Memory& m, F&& f) {
 }
 
 /// How many numbers that are.
-constexpr std::size_t memory_numbers = 5 * 3 + 8;
+constexpr std::size_t memory_numbers = 6 * 3 + 7;
 
 /// Feature of a contact that another body, or the same two the other way round, knew under another name;
 /// found by none, so that the pair's contacts take it over.

@@ -184,6 +184,59 @@ const Bond* find_bond(const Environment& env, const CandidatePair& pair, int joi
   return at != env.bonds.end() && at->a == a && at->b == b && at->joint == joint ? &*at : nullptr;
 }
 
+/// True if a corner of A touches B.
+bool presses_corner_of_a(const Touch& t) {
+  return t.a.kind == Partner::Kind::block && contact::pressed_corner(t.at.key).of_a >= 0;
+}
+
+/// What of the surface a contact presses by: a flat face by its share, a corner by its cell seen along
+/// `normal`, in the axes of the block whose corner it is. On planes a face that lies flat is a part of such
+/// cells, but where it is bonded. Of edges across each other it is that of a right-angled corner that sinks
+/// into a plane, three times the square of the depth.
+contact::CornerCell cell_of(const dda::Model& m, const Touch& t, const Vec3& normal) {
+  if (t.at.area > 0 && (t.a.kind != Partner::Kind::plane || t.glued)) return {t.at.area, {}};
+  const auto shape_of = [&](int block) -> const Polyhedron& {
+    return *m.blocks[static_cast<std::size_t>(block)].shape;
+  };
+  const contact::PressedCorner pressed = contact::pressed_corner(t.at.key);
+  if (contact::is_surface_point(t.at.key)) return contact::cell_of_point(shape_of(t.b), t.at.key, normal);
+  contact::CornerCell cell;
+  if (pressed.of_b >= 0)
+    cell = contact::corner_cell(shape_of(t.b), pressed.of_b, normal, false);
+  else if (presses_corner_of_a(t))
+    cell = contact::corner_cell(shape_of(t.a.index), pressed.of_a, normal, false);
+  if (cell.area > 0) return cell;
+  const double r = shape_of(t.b).inradius;
+  return {3 * r * r, {{3 * r * r, {0, r, r}}}};
+}
+
+/// The spring of a contact that presses by areas. One that goes on loaded keeps the cell that it had where
+/// the one that it has now would hold less at the indentation that it has.
+void set_area_spring(Touch& t, const dda::Model& m, const dda::State& s, const ContactMemory* last,
+                     double crushed) {
+  const bool of_a = presses_corner_of_a(t);
+  const Vec3 normal = s.q[static_cast<std::size_t>(of_a ? t.a.index : t.b)].conjugate() *
+                      (of_a ? Vec3(-t.at.normal) : t.at.normal);
+  const auto set = [&](const Vec3& seen_along) {
+    t.corner_normal = seen_along;
+    const contact::CornerCell cell = cell_of(m, t, seen_along);
+    set_spring(t, m, cell, crushed);
+    return cell.area;
+  };
+  double area = set(normal);
+  constexpr double more =
+      1e-2;  // part of what it holds by which another cell has to hold more: not round-off's
+  const bool goes_on = last != nullptr && last->normal_energy > 0 && !last->corner_normal.isZero(0);
+  if (goes_on && t.normal_law.stored(last->indentation) <= last->normal_energy * (1 + more))
+    area = set(last->corner_normal);
+  if (contact::is_surface_point(t.at.key)) t.at.area = area * t.normal_law.part(-t.at.gap);  // cohesion's
+}
+
+/// At a node of a skin that moves points without an area have that of a tenth of the block's inradius.
+contact::CornerCell at_node(const Polyhedron& block, const contact::ContactPoint& at) {
+  return {at.area > 0 ? at.area : 0.01 * block.inradius * block.inradius, {}};
+}
+
 /// What the touches of a bed need of the state.
 void finish_bed(const dda::Model& m, const dda::State& s, const Environment& env, const CandidatePair& pair,
                 const std::vector<ContactMemory>& memory, std::span<Touch> touches) {
@@ -191,7 +244,7 @@ void finish_bed(const dda::Model& m, const dda::State& s, const Environment& env
     t.approach = t.at.normal.dot(point_velocity(s, pair.b, t.at.point_b) - partner_velocity(s, env, t));
   spare_newborn(touches, memory, pair.a.id());
   share_dashpots(m, pair, true, touches);
-  share_width(touches, *m.blocks[static_cast<std::size_t>(pair.b)].shape);
+  share_width(touches);
 }
 
 }  // namespace
@@ -221,6 +274,9 @@ void find_points(const dda::Model& m, const dda::State& s, const Environment& en
     case Partner::Kind::plane: contact::plane_block(env.planes[of_a], shape_b, pose_b, margin, points); break;
     case Partner::Kind::terrain:
       contact::surface_block(*env.terrain, shape_b, pose_b, margin, points);
+      if (!env.terrain->surface().two_sided &&
+          std::any_of(env.laws.law.begin(), env.laws.law.end(), presses_by_area))
+        contact::surface_points(*env.terrain, shape_b, pose_b, margin, points);
       if (!env.terrain->surface().material.empty()) index = env.terrain.get();
       break;
     case Partner::Kind::structure:
@@ -253,6 +309,8 @@ void make_touches(const dda::Model& m, const dda::State& s, const Environment& e
       at_structure &&
       glued_elsewhere(memory,
                       partner);  // the bond is hard, and so are its ruins until it has given way everywhere
+  const bool by_surface = pair.a.kind == Partner::Kind::terrain && !env.terrain->surface().two_sided &&
+                          !glued_elsewhere(memory, partner);
   std::vector<const ContactMemory*> last_of;
   double lasted = 0;  // the leapfrog's step before, 0: none [s]
   for (const ContactMemory& c : memory)
@@ -260,12 +318,18 @@ void make_touches(const dda::Model& m, const dda::State& s, const Environment& e
   const BeforeFullStep before(m, s, pair.b, lasted);
   const auto take = [&](const FoundPoint& found) {
     const contact::ContactPoint& p = found.at;
+    const ContactLaw& law = env.laws_at(pair.a)(material_of(m, env, pair.a, p.face_a), m.blocks[kb].material);
+    // On ground that gives way by areas a block presses by its own surface, by what of the ground there lies
+    // against it no matter; what is bonded by the faces that are bonded.
+    if (pair.a.kind == Partner::Kind::terrain &&
+        contact::is_surface_point(p.key) != (by_surface && presses_by_area(law)))
+      return;
     Touch& t = out.emplace_back();
     t.on_edge = found.on_edge;
     t.a = pair.a;
     t.b = pair.b;
     t.at = p;
-    t.law = &env.laws_at(pair.a)(material_of(m, env, pair.a, p.face_a), m.blocks[kb].material);
+    t.law = &law;
     if (pair.a.kind == Partner::Kind::block && (!env.joint_laws.empty() || !env.bonds.empty())) {
       const int joint = joint_of(m, pair, p);
       if (joint >= 0 && joint < static_cast<int>(env.joint_laws.size()) &&
@@ -290,7 +354,11 @@ void make_touches(const dda::Model& m, const dda::State& s, const Environment& e
     const bool hard = bonded || (at_skin && p.face_a >= 0 &&
                                  within_cell(*t.law, env.structures[of_a].structure->skin().young(),
                                              face_edge(env.structures[of_a].index->surface(), p.face_a)));
-    if (!hard) set_spring(t, m, last != nullptr ? last->crushed : 0.0, at_skin);
+    const double crushed = last != nullptr ? last->crushed : 0.0;
+    if (!hard && presses_by_area(law) && !at_skin)
+      set_area_spring(t, m, s, last, crushed);
+    else if (!hard)
+      set_spring(t, m, at_node(shape_b, p), crushed);
     if (last != nullptr && !at_skin && !t.glued)
       keep_stiffness(t, *last);  // a bond's strength goes with the area, and so does its spring
     if (at_structure && t.stiffness > 0 && p.area == 0) relieve(t, env.structures[of_a]);
@@ -311,7 +379,7 @@ void make_touches(const dda::Model& m, const dda::State& s, const Environment& e
       }
   }
   share_dashpots(m, pair, at_skin, std::span(out).subspan(first));
-  share_width(std::span(out).subspan(first), shape_b);
+  share_width(std::span(out).subspan(first));
 }
 
 void find_touches(const dda::Model& m, const dda::State& s, const Environment& env, const CandidatePair& pair,

@@ -40,7 +40,8 @@ constexpr std::uint64_t no_feature = born_inside;
 struct TouchSpring {
   double stiffness =
       0;  // k_n of this point [N/m], 0: hard; of a curved law its tangent where the contact will work
-  contact::NormalLaw normal_law;  // if stiffness > 0
+  contact::NormalLaw normal_law;      // if stiffness > 0
+  Vec3 corner_normal = Vec3::Zero();  // of the cell of its corner, ContactMemory::corner_normal
   double shear_stiffness = 0;
   double dashpot = 0;  // its share of 2 zeta sqrt(K m), K of the pair's closed points, m in series [N s/m]
   double rate_sq = 0;  // bound on the square of the fastest frequency that the spring takes part in [1/s^2]

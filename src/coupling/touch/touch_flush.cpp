@@ -6,6 +6,7 @@
 #include <tuple>
 #include <utility>
 
+#include "contact/geometry/corner_cell.hpp"
 #include "contact/geometry/surface_index.hpp"
 #include "contact/tolerances.hpp"
 
@@ -94,7 +95,9 @@ class EdgeFilter {
   /// In ascending order: what was dropped supports nothing, so that no two contacts drop each other.
   bool internal(std::size_t i) {
     const Touch& t = touches_[i];
-    if ((t.at.area > 0 && !at_skin(t)) || t.normal_law.bed || t.a.kind == Partner::Kind::plane) return false;
+    if ((t.at.area > 0 && !at_skin(t)) || t.normal_law.bed || t.a.kind == Partner::Kind::plane ||
+        contact::is_surface_point(t.at.key))
+      return false;
     dropped_[i] = slides(t, t.b) || (t.a.kind == Partner::Kind::block && slides(t, t.a.index)) ? 1 : 0;
     return dropped_[i] != 0;
   }

@@ -72,7 +72,26 @@ double damping_ratio(const ContactLaw& law, bool lasts) {
   return contact::damping_ratio_for(*law.restitution);
 }
 
+/// Where nothing leads deeper [m].
+double least_depth(const Touch& t, const dda::Model& m) {
+  return 1e-12 * m.blocks[static_cast<std::size_t>(t.b)].shape->inradius;
+}
+
+/// Slope of a corner's law where this approach and the weight lead to at most [N/m].
+double deepest_slope(const Touch& t, const dda::Model& m) {
+  const contact::NormalLaw& law = t.normal_law;
+  const double mass = mass_in_series(m, t), now = std::max(0.0, -t.at.gap),
+               energy = law.work(now) + 0.5 * mass * t.approach * t.approach,
+               rest = law.corner->depth_of(mass * m.gravity.norm() / law.stiffness);
+  return law.stiffness * law.part(std::max({now, rest, law.depth_of(energy), least_depth(t, m)}));
+}
+
 }  // namespace
+
+bool presses_by_area(const ContactLaw& law) {
+  return (law.stiffness == ContactLaw::Stiffness::per_area && law.kind == ContactLaw::Kind::linear) ||
+         law.kind == ContactLaw::Kind::crushing;
+}
 
 const ContactMemory* recall(const std::vector<ContactMemory>& memory, std::uint64_t partner, Touch& t) {
   const auto found =
@@ -148,12 +167,10 @@ void share_dashpots(const dda::Model& m, const CandidatePair& pair, bool lasts, 
   }
 }
 
-void set_spring(Touch& t, const dda::Model& m, double crushed, bool moving_skin) {
+void set_spring(Touch& t, const dda::Model& m, const contact::CornerCell& cell, double crushed) {
   const ContactLaw& law = *t.law;
   if (!law.sprung()) return;
-  // An isolated vertex or edge has no tributary area: it takes that of a tenth of the block's inradius.
-  const double inradius = m.blocks[static_cast<std::size_t>(t.b)].shape->inradius;
-  const double area = t.at.area > 0 ? t.at.area : 0.01 * inradius * inradius;
+  const double area = cell.area;
   const double share = law.stiffness == ContactLaw::Stiffness::per_area ? area : 1;
   const double mass = mass_in_series(m, t);
   t.normal_law.law = &law;
@@ -161,22 +178,14 @@ void set_spring(Touch& t, const dda::Model& m, double crushed, bool moving_skin)
   t.normal_law.limit = law.crushing_pressure * area;
   t.normal_law.crushed = crushed;
   t.shear_stiffness = law.shear_stiffness * share;
+  if (cell.triangles.empty() || !presses_by_area(law)) t.corner_normal.setZero();
   switch (law.kind) {
     case ContactLaw::Kind::crushing:
     case ContactLaw::Kind::linear:
       t.stiffness = t.normal_law.stiffness;
-      if ((law.stiffness == ContactLaw::Stiffness::per_area || law.kind == ContactLaw::Kind::crushing) &&
-          t.at.area == 0 && !moving_skin) {
-        // A corner's area grows with the square of its depth, as a right-angled corner's cut does. The
-        // deepest that this approach and the weight reach:
-        t.normal_law.growth =
-            law.stiffness == ContactLaw::Stiffness::per_area ? law.normal_stiffness : t.stiffness / area;
-        const double now = std::max(0.0, -t.at.gap),
-                     energy = t.normal_law.work(now) + 0.5 * mass * t.approach * t.approach;
-        const double rest = std::min(mass * m.gravity.norm() / t.stiffness,
-                                     std::cbrt(mass * m.gravity.norm() / t.normal_law.growth));
-        const double deepest = std::max({now, rest, t.normal_law.depth_of(energy)});
-        t.stiffness += 3 * t.normal_law.growth * (deepest * deepest);
+      if (!cell.triangles.empty() && presses_by_area(law)) {
+        t.normal_law.corner = std::make_shared<const contact::CornerArea>(cell.triangles);
+        t.stiffness = deepest_slope(t, m);
       }
       break;
     case ContactLaw::Kind::hertz: {
@@ -184,7 +193,7 @@ void set_spring(Touch& t, const dda::Model& m, double crushed, bool moving_skin)
       const double k = t.normal_law.stiffness;
       const double impact = std::pow(1.25 * mass * t.approach * t.approach / k, 0.4),
                    rest = std::pow(mass * m.gravity.norm() / k, 2.0 / 3.0);
-      t.stiffness = t.normal_law.slope(std::max({impact, rest, -t.at.gap, 1e-12 * inradius}));
+      t.stiffness = t.normal_law.slope(std::max({impact, rest, -t.at.gap, least_depth(t, m)}));
       break;
     }
     case ContactLaw::Kind::table:
@@ -207,16 +216,20 @@ bool within_cell(const ContactLaw& law, double young, double edge) {
 }
 
 void keep_stiffness(Touch& t, const ContactMemory& last) {
+  contact::NormalLaw& law = t.normal_law;
   if (t.stiffness == 0 || !(last.normal_energy > 0) ||
-      last.stiffness <= t.normal_law.stiffness * (1 + contact::tolerances().same_stiffness))
+      law.stored(last.indentation) >= last.normal_energy * (1 - contact::tolerances().same_stiffness))
     return;
-  const double grown = last.stiffness / t.normal_law.stiffness;
-  t.normal_law.stiffness = last.stiffness;
-  t.normal_law.growth = last.growth;
-  t.normal_law.limit *= grown;
-  t.stiffness = std::max(t.stiffness, last.stiffness + 3 * last.growth * last.indentation * last.indentation);
-  if (t.law->kind == ContactLaw::Kind::hertz) t.stiffness *= grown;
-  if (t.law->stiffness == ContactLaw::Stiffness::per_area && last.growth == 0) t.shear_stiffness *= grown;
+  const double grown = last.stiffness / law.stiffness;
+  if (last.corner_normal.isZero(0) && law.corner) {  // a face that has tilted
+    law.corner.reset();
+    t.corner_normal.setZero();
+    t.stiffness = law.stiffness;
+  }
+  law.stiffness = last.stiffness;
+  law.limit *= grown;
+  t.stiffness *= grown;
+  if (t.law->stiffness == ContactLaw::Stiffness::per_area) t.shear_stiffness *= grown;
 }
 
 void relieve(Touch& t, const StructurePart& part) {

@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "contact/geometry/corner_cell.hpp"
 #include "coupling/touch/touch.hpp"
 
 namespace talus::coupling {
@@ -10,8 +11,12 @@ namespace talus::coupling {
 /// What the contact remembers, taken over; null: it is new.
 const ContactMemory* recall(const std::vector<ContactMemory>& memory, std::uint64_t partner, Touch& t);
 
-/// Springs and law of a contact point. `crushed`: indentation lost for good in earlier steps [m].
-void set_spring(Touch& t, const dda::Model& m, double crushed, bool moving_skin);
+/// Whether the force of the law is one of the area that presses.
+bool presses_by_area(const ContactLaw& law);
+
+/// Springs and law of a contact point. `cell`: the part of the surface that it presses by (corner_cell.hpp),
+/// of no height where all of it is there at once; `crushed`: indentation lost for good in earlier steps [m].
+void set_spring(Touch& t, const dda::Model& m, const contact::CornerCell& cell, double crushed);
 
 /// Mean force of a spring over the step, from its start to the indentation of the last solution, and its
 /// derivative by the latter [N], [N/m]. Its work is that of the law, also of a contact that closes within the
@@ -27,9 +32,9 @@ bool within_cell(const ContactLaw& law, double young, double edge);
 /// The same of a spring of that stiffness [N/m], whatever it is of; `cell`: Young's modulus times edge [N/m].
 bool gives_less_than_cell(const ContactLaw& law, double stiffness, double cell);
 
-/// A loaded spring keeps the stiffness it had where its area shrinks (a face that tilts to a corner) or where
-/// it took over what others held: a softer one would hold its energy only at an indentation that nothing has
-/// made.
+/// A loaded spring keeps the stiffness and the form of area that it had where what it has now would hold less
+/// at its indentation (a face that tilts to a corner), and where it took over what others held: a softer one
+/// would hold its energy only at an indentation that nothing has made.
 void keep_stiffness(Touch& t, const ContactMemory& last);
 
 /// Takes what the touched cell of a structure gives of its own off a linear or Hertz's spring, at most half

@@ -20,21 +20,24 @@ ContactLaw layer(double gradient, double thickness) {
   return law;
 }
 
-NormalLaw at_point(const ContactLaw& law, double area, double growth) {
+NormalLaw at_point(const ContactLaw& law, double area, const std::vector<CornerArea::Triangle>& corner = {}) {
   NormalLaw n;
   n.law = &law;
   n.stiffness = law.normal_stiffness * area;
-  n.growth = growth;
+  if (!corner.empty()) n.corner = std::make_shared<const CornerArea>(corner);
   n.limit = law.crushing_pressure * area;
   return n;
 }
 
 TEST(YieldingLaw, ForceIsTheSlopeOfTheWorkAndNothingComesBackOfWhatCrushed) {
-  for (const double growth : {0.0, 50e6})
+  using Cell = std::vector<CornerArea::Triangle>;
+  const Cell face, tip{{1, {0, 0.04, 0.04}}}, edge{{1, {0, 0, 0.05}}, {1, {0, 0.05, 0.05}}},
+      apart{{0.3, {0, 0.01, 0.03}}, {0.7, {0.02, 0.06, 0.2}}};
+  for (const Cell& corner : {face, tip, edge, apart})
     for (const double gradient : {0.0, 5e6})
       for (const double thickness : {0.0, 0.05}) {
         const ContactLaw law = layer(gradient, thickness);
-        NormalLaw n = at_point(law, 0.2, growth);
+        NormalLaw n = at_point(law, 0.2, corner);
         for (const double crushed : {0.0, 0.01, 0.03}) {
           n.crushed = crushed;
           double lost = 0;
@@ -42,7 +45,7 @@ TEST(YieldingLaw, ForceIsTheSlopeOfTheWorkAndNothingComesBackOfWhatCrushed) {
             const double d = 1e-7, slope = (n.work(x + d) - n.work(x - d)) / (2 * d);
             EXPECT_NEAR(slope, n.force(x), 2e-5 * (1 + n.force(x)))
                 << "x " << x << " crushed " << crushed << " gradient " << gradient << " thickness "
-                << thickness << " growth " << growth;
+                << thickness << " triangles " << corner.size();
             EXPECT_NEAR((n.force(x + d) - n.force(x - d)) / (2 * d), n.slope(x), 1e-3 * n.slope(x) + 1e4);
             EXPECT_GE(n.crushing(x), lost - 1e-6);
             lost = n.crushing(x);
@@ -62,7 +65,7 @@ TEST(YieldingLaw, ColumnsHardenAndEnd) {
   // One column of unit area: k (s - y) = p + G y, y <= H.
   const double k = 50e6, p = 2e5, G = 5e6, H = 0.05;
   const ContactLaw law = layer(G, H);
-  const NormalLaw n = at_point(law, 1, 0);
+  const NormalLaw n = at_point(law, 1);
   for (const double y : {0.0, 0.01, 0.03, 0.0499}) {
     const double s = y + (p + G * y) / k;
     EXPECT_NEAR(n.force(s), p + G * y, 1e-6 * p);
