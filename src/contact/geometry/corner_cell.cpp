@@ -195,26 +195,21 @@ CornerCell corner_cell(const Polyhedron& body, int corner, const Vec3& n, bool d
 
 void surface_points(const SurfaceIndex& terrain, const Polyhedron& body, const Pose& pose, double margin,
                     std::vector<ContactPoint>& out) {
-  const std::size_t first = out.size();
   const auto take = [&](int low, int high) {
     const FeatureKey key = narrow::make_key(Form::surface_point, low, high);
-    if (std::any_of(out.begin() + static_cast<std::ptrdiff_t>(first), out.end(),
-                    [&](const ContactPoint& p) { return p.key == key; }))
-      return;
     const Vec3 x = pose.world(0.5 * (vertex(body, low) + vertex(body, high)));
     Foot foot = nearest_foot(terrain, x, margin);
-    if (foot.triangle < 0) {
-      if (!plumb_at(terrain, x).solid) return;
-      foot = nearest_foot(terrain, x, body.radius);
-      if (foot.triangle < 0) return;
-    }
+    const bool near = foot.triangle >= 0;
+    if (!near && (!plumb_at(terrain, x).solid || (foot = nearest_foot(terrain, x, body.radius)).triangle < 0))
+      return;
     const Vec3 way = x - foot.place;
     const bool inside = way.dot(foot.normal) < 0;
-    const double distance = way.norm();
+    const double distance = way.norm(), none = tolerances().same_place * body.radius;
+    if (near && inside && distance > none && !plumb_at(terrain, x).solid)
+      return;  // past the terrain's border
     ContactPoint c;
     c.gap = inside ? -distance : distance;
-    c.normal =
-        distance > tolerances().same_place * body.radius ? Vec3(way / c.gap) : foot.normal.normalized();
+    c.normal = distance > none ? Vec3(way / c.gap) : foot.normal.normalized();
     c.point_b = x;
     c.point_a = foot.place;
     c.area = 0;
@@ -223,13 +218,14 @@ void surface_points(const SurfaceIndex& terrain, const Polyhedron& body, const P
     if (cell_of_point(body, key, pose.F.transpose() * c.normal).area > 0) out.push_back(c);
   };
   for (int v = 0; v < static_cast<int>(body.vertices.size()); ++v) take(v, v);
-  for (const std::array<int, 3>& t : body.triangles) {
-    if (!is_large(body, t)) continue;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto [low, high] = std::minmax(t[k], t[(k + 1) % 3]);
-      take(low, high);
-    }
-  }
+  thread_local std::vector<std::pair<int, int>> edges;
+  edges.clear();
+  for (const std::array<int, 3>& t : body.triangles)
+    if (is_large(body, t))
+      for (std::size_t k = 0; k < 3; ++k) edges.emplace_back(std::minmax(t[k], t[(k + 1) % 3]));
+  std::sort(edges.begin(), edges.end());
+  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+  for (const auto& [low, high] : edges) take(low, high);
 }
 
 bool is_surface_point(FeatureKey key) { return key >> 60 == static_cast<FeatureKey>(Form::surface_point); }

@@ -361,7 +361,7 @@ void make_touches(const dda::Model& m, const dda::State& s, const Environment& e
       set_spring(t, m, at_node(shape_b, p), crushed);
     if (last != nullptr && !at_skin && !t.glued)
       keep_stiffness(t, *last);  // a bond's strength goes with the area, and so does its spring
-    if (at_structure && t.stiffness > 0 && p.area == 0) relieve(t, env.structures[of_a]);
+    if (at_skin && t.stiffness > 0 && p.area == 0) relieve(t, env.structures[of_a]);
     if (at_skin) last_of.push_back(last);
   };
   for (const FoundPoint& found : points) take(found);

@@ -161,6 +161,23 @@ TEST(Footprints, ABallThatTurnsInALayerThatHardensLosesNothingElse) {
   EXPECT_LT(std::abs(o.last().ledger.algorithmic), 2e-3 * moved);
 }
 
+// Past the border of the terrain is no ground, however near its rim is.
+TEST(Footprints, ABallFallsPastTheBorder) {
+  SceneText s(Method::by_accuracy(1e-3), 0.6);
+  s.history(0.01)
+      .material("rock", density)
+      .material("ground", density)
+      .interface("rock", "ground", 0, springs);
+  s.raw(terrain(1, 0));
+  std::vector<Vec3> x = ball(60);
+  for (Vec3& p : x) p.x() += 3.03 + radius + 1e-3;
+  s.hull("B", x, Vec3(3.03 + radius + 1e-3, 0, 0.52), "deformable = false\n");
+  const Outcome o = run_scene(s.str());
+  ASSERT_TRUE(o.ok()) << o.result.message;
+  EXPECT_NEAR(o.last().position[0].z(), 0.52 - 0.5 * 9.81 * 0.36, 1e-6);
+  EXPECT_NEAR(o.last().position[0].x(), 3.03 + radius + 1e-3, 1e-6);
+}
+
 // On a ridge under its middle, between corners, a cube is held by the points there: it does not come down on
 // its corners.
 TEST(Footprints, ACubeIsHeldByARidgeUnderItsMiddle) {
