@@ -96,8 +96,8 @@ int plane_block(const Plane& plane, const Polyhedron& B, const Pose& pose_b, dou
 }
 
 PressedCorner pressed_corner(FeatureKey key) {
-  const auto form = static_cast<Form>(key >> 60);
-  const int first = static_cast<int>((key >> 30) & 0x3fffffffu), second = static_cast<int>(key & 0x3fffffffu);
+  const Form form = narrow::form_of(key);
+  const auto [first, second] = narrow::features_of(key);
   PressedCorner corner;
   if (form == Form::vertex_face || form == Form::vertex_edge) corner.of_a = first;
   if (form == Form::face_vertex || form == Form::edge_vertex || form == Form::vertex_vertex)

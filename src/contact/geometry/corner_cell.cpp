@@ -164,10 +164,6 @@ Foot nearest_foot(const SurfaceIndex& surface, const Vec3& x, double within) {
   return foot;
 }
 
-std::pair<int, int> ends_of(FeatureKey key) {
-  return {static_cast<int>((key >> 30) & 0x3fffffffu), static_cast<int>(key & 0x3fffffffu)};
-}
-
 }  // namespace
 
 CornerCell corner_cell(const Polyhedron& body, int corner, const Vec3& n, bool divided) {
@@ -228,10 +224,10 @@ void surface_points(const SurfaceIndex& terrain, const Polyhedron& body, const P
   for (const auto& [low, high] : edges) take(low, high);
 }
 
-bool is_surface_point(FeatureKey key) { return key >> 60 == static_cast<FeatureKey>(Form::surface_point); }
+bool is_surface_point(FeatureKey key) { return narrow::form_of(key) == Form::surface_point; }
 
 CornerCell cell_of_point(const Polyhedron& body, FeatureKey key, const Vec3& n) {
-  const auto [low, high] = ends_of(key);
+  const auto [low, high] = narrow::features_of(key);
   if (low == high) return corner_cell(body, low, n, true);
   const Vec3 x = 0.5 * (vertex(body, low) + vertex(body, high));
   Gathered sum(x, n);

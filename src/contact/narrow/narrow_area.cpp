@@ -116,8 +116,8 @@ void press_areas(const Search& s, const Polyhedron& b, std::vector<ContactPoint>
     for (int k = 0; k < static_cast<int>(points.size()); ++k) {
       const auto& c = points[k];
       if (!opposed(c)) continue;
-      const auto form = static_cast<Form>(c.key >> 60);
-      const int feature = static_cast<int>(c.key & 0x3fffffffu);
+      const Form form = form_of(c.key);
+      const int feature = features_of(c.key).second;
       bool on = false;
       if (form == Form::vertex_face)
         on = feature == face;

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "contact/detection/detect.hpp"
@@ -31,6 +32,11 @@ enum class Form : std::uint64_t {
 inline FeatureKey make_key(Form form, int a, int b) {
   return (static_cast<std::uint64_t>(form) << 60) | ((static_cast<std::uint64_t>(a) & 0x3fffffffu) << 30) |
          (static_cast<std::uint64_t>(b) & 0x3fffffffu);
+}
+inline Form form_of(FeatureKey key) { return static_cast<Form>(key >> 60); }
+/// The a and b that a key was made of.
+inline std::pair<int, int> features_of(FeatureKey key) {
+  return {static_cast<int>((key >> 30) & 0x3fffffffu), static_cast<int>(key & 0x3fffffffu)};
 }
 
 /// How near points of two bodies of these radii are one, where `pose` is [m]: far out the round-off of its
