@@ -3,12 +3,13 @@ JOBS ?= $(shell nproc)
 PRESET ?= release
 BUILD := build/$(PRESET)
 
-.PHONY: help setup build test demo cases bench reference docs fuzz deb format format-check lint lint-changed clean
+.PHONY: help setup build test verify demo cases bench reference docs fuzz deb format format-check lint lint-changed clean
 
 help:
 	@echo "make demo    install what is missing, build, run the demo case, name the report to open"
 	@echo "make test    install what is missing, build, run every test"
 	@echo "make build   build alone: the program is build/release/talus"
+	@echo "make verify  every row of talus verify, against what docs/results says falls short (some minutes)"
 	@echo "make cases   run every case in full (long)"
 	@echo "make bench   benchmark of the contact solver, kernels, and the scenes beside Bullet and ODE (docs/results/peers.md)"
 	@echo "make reference  regenerate docs/scene.md, docs/theory/tolerances.md and docs/talus.1 from the program (seconds)"
@@ -33,6 +34,10 @@ test: setup
 	@cmake --build $(BUILD) --target talus_report_page
 	@cmake --build $(BUILD) -j $(JOBS)
 	@ctest --test-dir $(BUILD) --output-on-failure -j $(JOBS)
+
+verify: build
+	@for suite in dda fem coupling stability invariants; do \
+	  python3 tests/verify/run.py $(BUILD)/talus $$suite docs/results/verification-$$suite.md $(BUILD)/verify-$$suite --full || exit 1; done
 
 demo: setup build
 	@$(BUILD)/talus run cases/tirol-pier/reinforced.toml -o results/tirol-pier

@@ -1,5 +1,4 @@
-// Blocks and structures: the coupled suite in its short form, bad starts, and what one run hands on to the
-// next.
+// Blocks and structures: bad starts, and what one run hands on to the next.
 #include <gtest/gtest.h>
 
 #include <fmt/format.h>
@@ -13,22 +12,6 @@
 
 namespace talus::verify {
 namespace {
-
-class Coupled : public testing::TestWithParam<const char*> {};
-
-TEST_P(Coupled, Holds) {
-  const Report report = run_suites("coupling", true, {}, GetParam());
-  ASSERT_FALSE(report.results.empty());
-  for (const CaseResult& r : report.results) {
-    if (!r.judged) continue;
-    EXPECT_TRUE(r.passed) << table_line(r);
-  }
-}
-
-// C2 and C6 are left to `talus verify coupling` (docs/results/verification-coupling.md).
-INSTANTIATE_TEST_SUITE_P(C, Coupled,
-                         testing::Values("C1", "C3", "C4", "C5", "S6", "E32", "E33", "E34", "E35"),
-                         [](const auto& info) { return std::string(info.param); });
 
 /// A wall of concrete, 1 m thick, its near face at x = -0.5, and a cube of this size with its centroid at x.
 std::string wall(double x, double size, const std::string& more = {}, double speed = 10, double end = 0.01) {
