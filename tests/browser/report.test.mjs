@@ -44,7 +44,11 @@ function lowContrast() {
     if (!node.textContent.trim() || !e.checkVisibility() || e.closest("script, style, .skip, .stage")) continue;   // the stage is seen through
     let ground = null;
     for (let at = e; at && !ground; at = at.parentElement) { const c = rgba(getComputedStyle(at).backgroundColor); if (c[3] > 0.5) ground = c; }
-    const [a, b] = [luminance(rgba(getComputedStyle(e).color)), luminance(ground)].sort((x, y) => y - x);
+    if (e.closest(":disabled")) continue;
+    let opacity = 1;   // what is faded mixes with its ground
+    for (let at = e; at; at = at.parentElement) opacity *= +getComputedStyle(at).opacity;
+    const seen = rgba(getComputedStyle(e).color).map((c, i) => opacity * c + (1 - opacity) * ground[i]);
+    const [a, b] = [luminance(seen), luminance(ground)].sort((x, y) => y - x);
     if ((a + 0.05) / (b + 0.05) < 4.5) found.add(`${((a + 0.05) / (b + 0.05)).toFixed(2)} ${e.tagName}.${e.className}: ${node.textContent.trim().slice(0, 30)}`);
   }
   return [...found];
