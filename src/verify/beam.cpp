@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/bisect.hpp"
 #include "core/types.hpp"
 
 namespace talus::verify {
@@ -76,13 +77,9 @@ std::vector<BeamMode> cantilever_modes(const Beam& b, int count) {
   while (static_cast<int>(modes.size()) < count) {
     const double high = low + step, f_high = determinant(b, high);
     if ((f_low < 0) != (f_high < 0)) {
-      double a = low, z = high;
-      for (int i = 0; i < 60; ++i) {
-        const double mid = 0.5 * (a + z);
-        ((determinant(b, mid) < 0) == (f_low < 0) ? a : z) = mid;
-      }
       BeamMode mode;
-      mode.omega = 0.5 * (a + z);
+      mode.omega =
+          bisect(low, high, [&](double at) { return (determinant(b, at) < 0) == (f_low < 0); }).first;
       const Mat4 t = transfer(b, mode.omega), s = slice(b, mode.omega);
       Eigen::Vector4d y(0, 0, -t(2, 3), t(2, 2));  // free end: no moment; no shear follows at a root
       double mass = 0;

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "core/bisect.hpp"
 #include "verify/impact_text.hpp"
 #include "verify/measures.hpp"
 #include "verify/scene_text.hpp"
@@ -35,12 +36,7 @@ double work(const Shape& s, double stiffness, double yield, double d) {
 }
 
 double depth_of(const Shape& s, double stiffness, double yield, double energy) {
-  double low = 0, high = 1;
-  for (int i = 0; i < 60; ++i) {
-    const double d = 0.5 * (low + high);
-    (work(s, stiffness, yield, d) > energy ? high : low) = d;
-  }
-  return low;
+  return bisect(0, 1, [&](double d) { return !(work(s, stiffness, yield, d) > energy); }).first;
 }
 
 Shape sphere(int longitudes) {

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "core/bisect.hpp"
 #include "verify/scene_text.hpp"
 
 namespace talus::verify {
@@ -56,11 +57,7 @@ double shaken_block_slip(double amplitude, double omega, double friction, double
         high += grain;
       }
       if (high >= end) break;
-      for (int i = 0; i < 200; ++i) {
-        const double mid = 0.5 * (low + high);
-        (std::abs(accelerate(mid)) <= friction ? low : high) = mid;
-      }
-      t = high;
+      t = bisect(low, high, [&](double at) { return std::abs(accelerate(at)) <= friction; }).second;
       if (t >= end) break;
     }
     // Slides with sign s until u returns to zero.
@@ -82,10 +79,7 @@ double shaken_block_slip(double amplitude, double omega, double friction, double
       return x;
     }
     high = std::min(high, end);
-    for (int i = 0; i < 200; ++i) {
-      const double mid = 0.5 * (low + high);
-      (s * slip_velocity(mid) > 0 ? low : high) = mid;
-    }
+    high = bisect(low, high, [&](double at) { return s * slip_velocity(at) > 0; }).second;
     x = slip_place(high);
     t = high;
     u = 0;

@@ -1,4 +1,5 @@
 #include "contact/laws/impact_damping.hpp"
+#include "core/bisect.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -14,12 +15,7 @@ double restitution_of(double zeta) {
 
 double damping_ratio_for(double restitution) {
   const double e = std::clamp(restitution, least_restitution, 1.0);
-  double low = 0, high = 10;  // restitution_of falls
-  for (int i = 0; i < 60; ++i) {
-    const double zeta = 0.5 * (low + high);
-    (restitution_of(zeta) > e ? low : high) = zeta;
-  }
-  return 0.5 * (low + high);
+  return bisect(0, 10, [&](double zeta) { return restitution_of(zeta) > e; }).first;  // it falls
 }
 
 }  // namespace talus::contact

@@ -1,4 +1,5 @@
 #include "contact/laws/normal_law.hpp"
+#include "core/bisect.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -52,11 +53,7 @@ double NormalLaw::reached(double y) const {
   const double force = elastic(y);
   double low = yield(), high = 2 * yield() + y;
   while (lost(high) < force && high < low + 1e3 * (y + yield())) high += high - low;
-  for (int i = 0; i < 80; ++i) {
-    const double middle = 0.5 * (low + high);
-    (lost(middle) < force ? low : high) = middle;
-  }
-  return high;
+  return bisect(low, high, [&](double at) { return lost(at) < force; }).second;
 }
 
 double NormalLaw::force(double x) const {

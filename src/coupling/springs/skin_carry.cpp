@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/bisect.hpp"
 #include "coupling/touch/touch_bed.hpp"
 
 namespace talus::coupling {
@@ -32,12 +33,7 @@ double growth_for(const std::vector<Heir>& heirs, double more) {
     return sum;
   };
   if (gained(most_skin_growth) <= more) return most_skin_growth;
-  double low = 1, high = most_skin_growth;
-  for (int i = 0; i < 60; ++i) {
-    const double s = 0.5 * (low + high);
-    (gained(s) > more ? high : low) = s;
-  }
-  return low;
+  return bisect(1, most_skin_growth, [&](double s) { return !(gained(s) > more); }).first;
 }
 
 void deepen(std::vector<Heir>& heirs, double more) {

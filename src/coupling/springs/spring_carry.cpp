@@ -1,8 +1,10 @@
 #include "coupling/springs/spring_carry.hpp"
 #include "contact/tolerances.hpp"
+#include "core/bisect.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 namespace talus::coupling {
@@ -45,7 +47,7 @@ struct Spring {
 /// What the spring held at its last indentation.
 double held_at_end(const ContactMemory& m, const ContactLaw& law) {
   const bool power = law.kind == ContactLaw::Kind::linear || law.kind == ContactLaw::Kind::hertz;
-  if (!power || (m.feature >> 60) == 15 || !m.corner_normal.isZero(0))
+  if (!power || contact::form_of(m.feature) == contact::Form::handed_over || !m.corner_normal.isZero(0))
     return m.normal_energy;  // of a structure's skin, or a corner: its columns are unknown
   if (m.glued && m.indentation == 0) return m.normal_energy;  // it pulled
   contact::NormalLaw spring;
@@ -66,14 +68,12 @@ double scale_to(const std::vector<Spring*>& springs, double energy, double now) 
                      (kind == ContactLaw::Kind::linear || kind == ContactLaw::Kind::hertz);
   if (power)
     return std::min(most_growth, std::pow(energy / now, kind == ContactLaw::Kind::linear ? 0.5 : 0.4));
-  double low = 0, high = most_growth;
-  for (int i = 0; i < 60; ++i) {
-    const double s = 0.5 * (low + high);
+  const auto too_much = [&](double s) {
     double sum = 0;
     for (const Spring* p : springs) sum += p->stored_at(s);
-    (sum > energy ? high : low) = s;
-  }
-  return low;
+    return sum > energy;
+  };
+  return bisect(0, most_growth, std::not_fn(too_much)).first;
 }
 
 const ContactMemory* nearest_alike(const std::vector<const ContactMemory*>& list, const Touch& t) {
@@ -112,12 +112,8 @@ double deepen(std::vector<Spring>& springs, const std::vector<const ContactMemor
     return sum;
   };
   if (const double most = taken(1, false); most <= energy) return energy - taken(1, true);
-  double low = 0, high = 1;
-  for (int i = 0; i < 60; ++i) {
-    const double part = 0.5 * (low + high);
-    (taken(part, false) > energy ? high : low) = part;
-  }
-  return energy - taken(low, true);
+  const double part = bisect(0, 1, [&](double at) { return !(taken(at, false) > energy); }).first;
+  return energy - taken(part, true);
 }
 
 /// Then all of these grow stiffer, until they open.

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/bisect.hpp"
 #include "core/reject.hpp"
 #include "fem/materials/material_eigen.hpp"
 
@@ -223,13 +224,8 @@ bool Cdpm2::apex(const Haigh& trial, double f_c, double kappa_n, double& v, doub
     const double k = kappa_at(x);
     return yield_at(x, 0, 1, q1(k), q2(k));
   };
-  double inside = 0, outside = trial.v;
-  if (!(value(outside) > 0)) return false;
-  for (int i = 0; i < 100; ++i) {
-    const double mid = 0.5 * (inside + outside);
-    (value(mid) > 0 ? outside : inside) = mid;
-  }
-  v = inside;
+  if (!(value(trial.v) > 0)) return false;
+  v = bisect(0, trial.v, [&](double at) { return !(value(at) > 0); }).first;
   kappa = kappa_at(v);
   // The apex takes all directions between those of the potential around it.
   const Gradient m = flow(v, 0, q1(kappa), q2(kappa));
@@ -245,11 +241,7 @@ bool Cdpm2::fixed(const Haigh& trial, double q1, double q2, double& v, double& r
   r = trial.r;
   if (yield_at(v, r, rho, q1, q2) <= 0) return true;
   if (yield_at(v, 0, rho, q1, q2) > 0) {
-    double inside = 0, outside = v;
-    for (int i = 0; i < 80; ++i) {
-      const double mid = 0.5 * (inside + outside);
-      (yield_at(mid, 0, rho, q1, q2) > 0 ? outside : inside) = mid;
-    }
+    const double inside = bisect(0, v, [&](double at) { return !(yield_at(at, 0, rho, q1, q2) > 0); }).first;
     const Gradient m = flow(inside, 0, q1, q2);
     const double volume = (trial.v - inside) / bulk_, shear = trial.r / (2 * mu_);
     if (volume * m.v > 0 && shear * std::abs(m.v) <= m.r * std::abs(volume)) {
@@ -324,14 +316,12 @@ bool Cdpm2::plastic_step(const Sym& strain, double f_c, bool last_resort, State&
     done = regular(h, f_c, s.kappa, v, r, kappa) || nested(h, f_c, s.kappa, v, r, kappa);
   if (!done) {
     if (!last_resort) return false;
-    double low = 0, high = 1;  // along the ray to the origin, which lies inside
     const double rho = shape(h.cos_theta), a = q1(s.kappa), b = q2(s.kappa);
-    for (int i = 0; i < 100; ++i) {
-      const double mid = 0.5 * (low + high);
-      (yield_at(mid * h.v, mid * h.r, rho, a, b) > 0 ? high : low) = mid;
-    }
-    v = low * h.v;
-    r = low * h.r;
+    // Along the ray to the origin, which lies inside.
+    const double part =
+        bisect(0, 1, [&](double at) { return !(yield_at(at * h.v, at * h.r, rho, a, b) > 0); }).first;
+    v = part * h.v;
+    r = part * h.r;
     kappa = s.kappa;
     s.fallbacks += 1;
   }
