@@ -8,9 +8,6 @@
 
 namespace talus::contact {
 
-using narrow::Form;
-using narrow::make_key;
-
 int block_block(const Polyhedron& A, const Pose& pose_a, const Polyhedron& B, const Pose& pose_b,
                 double margin, std::vector<ContactPoint>& out) {
   if (A.convex && B.convex) return narrow::convex_convex(A, pose_a, B, pose_b, margin, out);
@@ -96,8 +93,8 @@ int plane_block(const Plane& plane, const Polyhedron& B, const Pose& pose_b, dou
 }
 
 PressedCorner pressed_corner(FeatureKey key) {
-  const Form form = narrow::form_of(key);
-  const auto [first, second] = narrow::features_of(key);
+  const Form form = form_of(key);
+  const auto [first, second] = features_of(key);
   PressedCorner corner;
   if (form == Form::vertex_face || form == Form::vertex_edge) corner.of_a = first;
   if (form == Form::face_vertex || form == Form::edge_vertex || form == Form::vertex_vertex)

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "contact/geometry/polyhedron.hpp"
@@ -16,6 +17,35 @@ namespace talus::contact {
 /// Features in contact, the same value while the same pair of features touches: key of warm starts, slip
 /// history.
 using FeatureKey = std::uint64_t;
+
+/// What kind of features meet; the top four bits of a FeatureKey.
+enum class Form : std::uint64_t {
+  vertex_face = 1,
+  face_vertex,
+  edge_edge,
+  vertex_vertex,
+  vertex_edge,
+  edge_vertex,
+  skin_face,      // a face of a structure's boundary surface and a vertex, by area
+  skin_corner,    // a block's corner at such a surface
+  elastic_bed,    // parts of a face of an elastic foundation,
+  crushing_bed,   // of a crushable layer,
+  crater,         // and what is crushed of it
+  surface_point,  // geometry/corner_cell.hpp
+  handed_over = 15
+};
+
+/// The first of all keys of that form.
+constexpr FeatureKey first_key(Form form) { return static_cast<FeatureKey>(form) << 60; }
+inline FeatureKey make_key(Form form, int a, int b) {
+  return first_key(form) | ((static_cast<FeatureKey>(a) & 0x3fffffffu) << 30) |
+         (static_cast<FeatureKey>(b) & 0x3fffffffu);
+}
+constexpr Form form_of(FeatureKey key) { return static_cast<Form>(key >> 60); }
+/// The a and b that a key was made of.
+inline std::pair<int, int> features_of(FeatureKey key) {
+  return {static_cast<int>((key >> 30) & 0x3fffffffu), static_cast<int>(key & 0x3fffffffu)};
+}
 
 struct ContactPoint {
   Vec3 point_a;  // on body A, world [m]

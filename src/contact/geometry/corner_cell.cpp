@@ -13,8 +13,6 @@
 namespace talus::contact {
 namespace {
 
-using narrow::Form;
-
 /// Gathers the triangles of a cell, given in the body's loops.
 class Gathered {
  public:
@@ -192,7 +190,7 @@ CornerCell corner_cell(const Polyhedron& body, int corner, const Vec3& n, bool d
 void surface_points(const SurfaceIndex& terrain, const Polyhedron& body, const Pose& pose, double margin,
                     std::vector<ContactPoint>& out) {
   const auto take = [&](int low, int high) {
-    const FeatureKey key = narrow::make_key(Form::surface_point, low, high);
+    const FeatureKey key = make_key(Form::surface_point, low, high);
     const Vec3 x = pose.world(0.5 * (vertex(body, low) + vertex(body, high)));
     Foot foot = nearest_foot(terrain, x, margin);
     const bool near = foot.triangle >= 0;
@@ -224,10 +222,10 @@ void surface_points(const SurfaceIndex& terrain, const Polyhedron& body, const P
   for (const auto& [low, high] : edges) take(low, high);
 }
 
-bool is_surface_point(FeatureKey key) { return narrow::form_of(key) == Form::surface_point; }
+bool is_surface_point(FeatureKey key) { return form_of(key) == Form::surface_point; }
 
 CornerCell cell_of_point(const Polyhedron& body, FeatureKey key, const Vec3& n) {
-  const auto [low, high] = narrow::features_of(key);
+  const auto [low, high] = features_of(key);
   if (low == high) return corner_cell(body, low, n, true);
   const Vec3 x = 0.5 * (vertex(body, low) + vertex(body, high));
   Gathered sum(x, n);

@@ -18,27 +18,6 @@ namespace talus::contact::narrow {
 
 inline constexpr double infinity = std::numeric_limits<double>::infinity();
 
-/// What kind of features meet; the top four bits of a FeatureKey.
-enum class Form : std::uint64_t {
-  vertex_face = 1,
-  face_vertex,
-  edge_edge,
-  vertex_vertex,
-  vertex_edge,
-  edge_vertex,
-  surface_point = 12  // geometry/corner_cell.hpp; 7 to 11 are of skins
-};
-
-inline FeatureKey make_key(Form form, int a, int b) {
-  return (static_cast<std::uint64_t>(form) << 60) | ((static_cast<std::uint64_t>(a) & 0x3fffffffu) << 30) |
-         (static_cast<std::uint64_t>(b) & 0x3fffffffu);
-}
-inline Form form_of(FeatureKey key) { return static_cast<Form>(key >> 60); }
-/// The a and b that a key was made of.
-inline std::pair<int, int> features_of(FeatureKey key) {
-  return {static_cast<int>((key >> 30) & 0x3fffffffu), static_cast<int>(key & 0x3fffffffu)};
-}
-
 /// How near points of two bodies of these radii are one, where `pose` is [m]: far out the round-off of its
 /// coordinates.
 inline double same_point(double ra, double rb, const Pose& pose) {

@@ -82,8 +82,7 @@ class Vertices {
         c.normal = n;
         c.gap = n.dot(c.point_b - c.point_a);
         c.area = 0;
-        c.key = (std::uint64_t{8} << 60) | (static_cast<std::uint64_t>(taken.size()) << 30) |
-                static_cast<std::uint64_t>(v);
+        c.key = make_key(Form::skin_corner, static_cast<int>(taken.size()), static_cast<int>(v));
         taken.push_back(n);
         out.push_back(c);
       }

@@ -89,8 +89,7 @@ class Press {
     c.gap = gap;
     c.point_b = c.point_a + gap * normal;
     c.area = area;
-    c.key = (std::uint64_t{7} << 60) | (static_cast<std::uint64_t>(face) << 30) |
-            static_cast<std::uint64_t>(vertex);
+    c.key = make_key(Form::skin_face, face, vertex);
     c.face_b = face;
     out.push_back(c);
   }

@@ -218,8 +218,8 @@ NormalOwner normal_owner(const Touch& t, const dda::Model& model, const Environm
   if (t.a.kind == Partner::Kind::plane) return NormalOwner::a;
   // Edges found across each other by their own search: a face that they border may press on an area with
   // them, but does not carry their normal.
-  const bool of_edges = t.at.key >> 60 == static_cast<std::uint64_t>(contact::narrow::Form::edge_edge) &&
-                        (t.at.face_a < 0 || t.on_edge);
+  const bool of_edges =
+      contact::form_of(t.at.key) == contact::Form::edge_edge && (t.at.face_a < 0 || t.on_edge);
   if (of_edges && (t.a.kind != Partner::Kind::structure ||
                    env.structures[static_cast<std::size_t>(t.a.index)].fixed_surface))
     return NormalOwner::edges;

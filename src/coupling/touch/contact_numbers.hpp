@@ -27,7 +27,7 @@ constexpr std::size_t memory_numbers = 6 * 3 + 7;
 
 /// Feature of a contact that another body, or the same two the other way round, knew under another name;
 /// found by none, so that the pair's contacts take it over.
-constexpr std::uint64_t handed_over = std::uint64_t{15} << 60;
+constexpr std::uint64_t handed_over = contact::first_key(contact::Form::handed_over);
 
 inline std::int64_t bond_flags(const ContactMemory& m) { return (m.broken ? 1 : 0) | (m.glued ? 2 : 0); }
 inline void set_bond(ContactMemory& m, std::int64_t flags) {

@@ -8,20 +8,18 @@
 namespace talus::coupling {
 namespace {
 
-constexpr std::uint64_t index_bits = 0x3fffffff;
-
-std::optional<Vec3> edge_of(const Polyhedron& shape, const Pose& pose, std::size_t edge) {
-  if (edge >= shape.edges.size()) return {};  // a diagonal of a face
-  const Polyhedron::Edge& e = shape.edges[edge];
+std::optional<Vec3> edge_of(const Polyhedron& shape, const Pose& pose, int edge) {
+  if (edge >= static_cast<int>(shape.edges.size())) return {};  // a diagonal of a face
+  const Polyhedron::Edge& e = shape.edges[static_cast<std::size_t>(edge)];
   return Vec3((pose.F * (shape.vertices[static_cast<std::size_t>(e.v1)] -
                          shape.vertices[static_cast<std::size_t>(e.v0)]))
                   .normalized());
 }
 
 /// Of a triangle, by its half-edge.
-std::optional<Vec3> edge_of(const TriangleSurface& surface, std::size_t half_edge) {
-  if (half_edge / 3 >= surface.triangles.size()) return {};
-  const std::array<int, 3>& t = surface.triangles[half_edge / 3];
+std::optional<Vec3> edge_of(const TriangleSurface& surface, int half_edge) {
+  if (half_edge / 3 >= static_cast<int>(surface.triangles.size())) return {};
+  const std::array<int, 3>& t = surface.triangles[static_cast<std::size_t>(half_edge / 3)];
   return Vec3((surface.vertices[static_cast<std::size_t>(t[(half_edge + 1) % 3])] -
                surface.vertices[static_cast<std::size_t>(t[half_edge % 3])])
                   .normalized());
@@ -31,8 +29,8 @@ std::optional<Vec3> edge_of(const TriangleSurface& surface, std::size_t half_edg
 
 std::optional<CrossedEdges> crossed_edges(const Touch& t, const dda::Model& model, const Environment& env,
                                           const Pose& pose_a, const Pose& pose_b) {
-  if (t.b < 0 || t.at.key >> 60 != static_cast<std::uint64_t>(contact::narrow::Form::edge_edge)) return {};
-  const std::size_t of_a = t.at.key >> 30 & index_bits, of_b = t.at.key & index_bits;
+  if (t.b < 0 || contact::form_of(t.at.key) != contact::Form::edge_edge) return {};
+  const auto [of_a, of_b] = contact::features_of(t.at.key);
   std::optional<Vec3> a;
   if (t.a.kind == Partner::Kind::block)
     a = edge_of(*model.blocks[static_cast<std::size_t>(t.a.index)].shape, pose_a, of_a);

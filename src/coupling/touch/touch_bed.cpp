@@ -13,9 +13,9 @@
 namespace talus::coupling {
 namespace {
 
-constexpr std::uint64_t elastic_kind = 9, crushing_kind = 10,
-                        crater_kind = 11;  // in the upper bits of the key
-constexpr double one_direction = 0.9;      // cosine between normals of faces that a block sinks into together
+using contact::Form;
+
+constexpr double one_direction = 0.9;  // cosine between normals of faces that a block sinks into together
 constexpr double aside =
     0.005;  // of the force along the skin's normal, across it, up to which it counts as none
 
@@ -117,8 +117,8 @@ struct FaceBed {
 
 FaceBed face_bed(const TriangleSurface& skin, std::span<contact::Footprint> parts, bool crushes) {
   const std::uint64_t name = name_of(skin, parts.front().triangle);
-  FaceBed face{parts, ((crushes ? crushing_kind : elastic_kind) << 60) | (name << 2),
-               (crater_kind << 60) | ((name << 2) & ~(craters_of_a_face - 1))};
+  FaceBed face{parts, contact::first_key(crushes ? Form::crushing_bed : Form::elastic_bed) | (name << 2),
+               contact::first_key(Form::crater) | ((name << 2) & ~(craters_of_a_face - 1))};
   for (const contact::Footprint& part : parts) {
     face.deepest = std::max(face.deepest, part.deepest);
     for (const contact::Column& c : part.columns) face.sunk += c.mean() > 0 ? c.area : 0.0;
@@ -249,7 +249,7 @@ bool is_bed(const ContactLaw& law) {
          (law.kind == ContactLaw::Kind::linear || law.kind == ContactLaw::Kind::crushing);
 }
 
-bool is_crater(const ContactMemory& m) { return m.feature >> 60 == crater_kind; }
+bool is_crater(const ContactMemory& m) { return contact::form_of(m.feature) == Form::crater; }
 
 void keep_craters(std::span<const Touch* const> touches, int block, std::vector<ContactMemory>& list) {
   std::vector<ContactMemory> fresh;
@@ -275,7 +275,7 @@ void keep_craters(std::span<const Touch* const> touches, int block, std::vector<
 }
 
 void add_point(const ContactMemory& point, ContactMemory& part) {
-  const bool crushes = point.feature >> 60 == crushing_kind;  // an energy
+  const bool crushes = contact::form_of(point.feature) == Form::crushing_bed;  // an energy
   part.force += point.force;
   const double stiffness = part.stiffness + point.stiffness;
   if (stiffness > 0) part.shear += point.stiffness / stiffness * (point.shear - part.shear);

@@ -44,9 +44,7 @@ TEST(NormalOwner, EdgesAcrossEachOtherTurnTheirNormalThoughAFacePressesWithThem)
     const OnRidge on(zones);
     int crossings = 0;
     for (const Touch& t : on.touches) {
-      if (t.at.key >> 60 != static_cast<std::uint64_t>(contact::narrow::Form::edge_edge) ||
-          std::abs(t.at.gap) > 1e-9)
-        continue;
+      if (contact::form_of(t.at.key) != contact::Form::edge_edge || std::abs(t.at.gap) > 1e-9) continue;
       ++crossings;
       EXPECT_GE(t.at.face_b, 0);  // the lower face, on whose area the ends of the edge press
       EXPECT_EQ(normal_owner(t, on.model, on.env, nullptr), NormalOwner::edges) << zones;
