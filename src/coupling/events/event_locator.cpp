@@ -14,6 +14,7 @@
 #include "coupling/events/approach.hpp"
 #include "coupling/events/step_motion.hpp"
 #include "coupling/search/contact_search.hpp"
+#include "coupling/springs/spring_limits.hpp"
 #include "coupling/step/bodies.hpp"
 
 namespace talus::coupling {
@@ -111,13 +112,18 @@ bool Trials::begins(const Touch& t) const {
   // Nor is what comes on slowly an onset, while it is near.
   const bool slow =
       t.stiffness == 0 && t.approach >= -impact_speed(in_, t) && t.at.gap >= -in_.scale.near_gap();
-  const bool comes =
-      t.approach < (t.stiffness > 0 ? -t.quiet_speed : -contact::tolerances().slips * in_.scale.speed);
+  const bool comes = t.approach < -contact::tolerances().slips * in_.scale.speed;
   if (!(comes && !slow) && !came_through(t)) return false;
+  // A spring begins unloaded where it is found, late by a way whose square goes with what its stiffness would
+  // hold there.
+  const double late = in_.settings.accuracy * energy_of_no_event(in_, t, in_.gentle_speed());
+  if (t.stiffness > 0 && 0.5 * t.stiffness * t.at.gap * t.at.gap <= late) return false;
+  if (std::ranges::none_of(own, [](const Touch* s) { return s->row >= 0; })) return true;
   // In closed contact one feature may take the place of another, deep as it is: that crosses nothing. What
-  // sank by more than half of its depth did.
-  return !std::ranges::any_of(own, [](const Touch* s) { return s->row >= 0; }) ||
-         !(gap_before(t) < std::min(-10 * in_.scale.touch_gap(), 0.5 * t.at.gap));
+  // sank by more than half of its depth did, unless it lay closed before, where another stood for it.
+  const double before = gap_before(t);
+  return before > in_.scale.touch_gap() ||
+         (same != own.end() && before >= std::min(-10 * in_.scale.touch_gap(), 0.5 * t.at.gap));
 }
 
 Onset Trials::onset_at(double length) const {

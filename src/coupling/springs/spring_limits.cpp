@@ -9,6 +9,7 @@
 #include "contact/tolerances.hpp"
 #include "coupling/rows/contact_rows.hpp"
 #include "coupling/springs/spring_rules.hpp"
+#include "coupling/touch/touch_spring.hpp"
 
 namespace talus::coupling {
 namespace {
@@ -146,6 +147,12 @@ double spring_limit(const IslandContext& in, const Step& step, double h, bool ti
   return limit;
 }
 
+double energy_of_no_event(const IslandContext& in, const Touch& t, double speed) {
+  const double counts = std::max(std::abs(t.approach), speed);
+  return 0.5 * contact::tolerances().opening_energy * in.settings.accuracy * mass_in_series(in.model, t) *
+         counts * counts;
+}
+
 bool cut_at_release(const IslandContext& in, const Step& step, double& h) {
   // A spring that lets go within the step is followed to its free length, so that it gives back what it
   // stored.
@@ -163,8 +170,8 @@ bool cut_at_release(const IslandContext& in, const Step& step, double& h) {
     }
     const double beyond = t.at.gap + 0.5 * h * (t.approach + end_speed);
     if (!(beyond > 0)) continue;
-    if (beyond * beyond * t.rate_sq <=
-        contact::tolerances().opening_energy * in.settings.accuracy * t.approach * t.approach)
+    const double way = std::min(beyond, -t.at.gap);  // by which it pulls, or holds no longer what it held
+    if (0.5 * mass_in_series(in.model, t) * way * way * t.rate_sq <= energy_of_no_event(in, t, t.quiet_speed))
       continue;
     fraction = std::min(fraction, -t.at.gap / (beyond - t.at.gap));
   }

@@ -23,6 +23,10 @@ double rise_limit(const IslandContext& in, const Step& step, double ahead);
 /// structures in explicit steps follow rise_limit() [s].
 double spring_limit(const IslandContext& in, const Step& step, double h, bool time_stepped);
 
+/// Energy of a spring up to which its opening or closing within a step is no event: a part of that of its
+/// approach, or of `speed` [m/s] where it is slower [J].
+double energy_of_no_event(const IslandContext& in, const Touch& t, double speed);
+
 /// Shortens the step just computed to where a spring lets go, so that it gives back what it stored; false:
 /// none does within it.
 bool cut_at_release(const IslandContext& in, const Step& step, double& h);

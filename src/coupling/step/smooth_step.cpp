@@ -77,8 +77,12 @@ bool laws_met(const IslandContext& in, const Step& step, double h) {
       const double u = t.u_ref - (t.indentation + t.gap_ref) / (t.theta * h);
       force -= t.dashpot * (t.mode == Mode::spring_mean ? 0.5 * (t.approach + u) : u);
     }
+    // No closer than the solution, which leaves r of a row u + R p = b: r / R of its impulse, and impulses
+    // that move the bodies by less than r.
+    const double mass = t.b >= 0 ? mass_in_series(in.model, t) : 0,
+                 solved = 2 * step.solution.unsolved_speed * (1 / c.compliance[0] + mass);
     if (std::abs(c.impulse[0] - std::max(h * force, -least)) >
-        1e-10 * (c.impulse[0] + h * t.stiffness * 1e-6 * in.scale.length))
+        1e-10 * (c.impulse[0] + h * t.stiffness * 1e-6 * in.scale.length) + solved)
       return false;
   }
   return true;
@@ -105,8 +109,7 @@ SmoothStep::Outcome SmoothStep::solve(double h, bool time_stepped, int passes, b
   bool solved = true, followed = true;
   for (int pass = 0; pass < most_passes; ++pass) {
     assembly_.assemble(h, time_stepped, pass == 0);
-    if (time_stepped && in_.over_constrained() && !in_.large())
-      ask_for_no_motion(step_.touches, step_.problem, h);
+    if (time_stepped && in_.over_constrained()) ask_for_no_motion(step_.touches, step_.problem, h);
     const Effort effort = last_resort         ? Effort::last_resort
                           : pass + 1 < passes ? Effort::provisional
                           : solved            ? Effort::full

@@ -359,6 +359,7 @@ void make_touches(const dda::Model& m, const dda::State& s, const Environment& e
       set_area_spring(t, m, s, last, crushed);
     else if (!hard)
       set_spring(t, m, at_node(shape_b, p), crushed);
+    if (!hard && t.law->sprung() && t.stiffness == 0) return out.pop_back();  // of no area: it holds nothing
     if (last != nullptr && !at_skin && !t.glued)
       keep_stiffness(t, *last);  // a bond's strength goes with the area, and so does its spring
     if (at_skin && t.stiffness > 0 && p.area == 0) relieve(t, env.structures[of_a]);

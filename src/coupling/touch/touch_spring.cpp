@@ -5,6 +5,7 @@
 
 #include "contact/laws/impact_damping.hpp"
 #include "contact/tolerances.hpp"
+#include "core/bisect.hpp"
 
 namespace talus::coupling {
 namespace {
@@ -48,21 +49,7 @@ double depth_that_holds(const Touch& t, double x, double sunk, double energy) {
     return 0.5 * (t.normal_law.stored(std::max(0.0, d - sunk)) + t.normal_law.stored(d));
   };
   if (!(x > 0) || held(low) > energy || held(high) < energy) return x;
-  for (int i = 0; i < 50; ++i) {
-    const double d = 0.5 * (low + high);
-    (held(d) > energy ? high : low) = d;
-  }
-  return low;
-}
-
-/// Mass that a contact of the pair stops: the two blocks in series, the one if its partner is held or a
-/// structure [kg].
-double mass_in_series(const dda::Model& m, const Touch& t) {
-  const double mass = m.blocks[static_cast<std::size_t>(t.b)].mass;
-  if (t.a.kind != Partner::Kind::block || m.blocks[static_cast<std::size_t>(t.a.index)].ndof() == 0)
-    return mass;
-  const double other = m.blocks[static_cast<std::size_t>(t.a.index)].mass;
-  return mass * other / (mass + other);
+  return bisect(low, high, [&](double d) { return !(held(d) > energy); }).first;
 }
 
 /// Damping ratio of a spring: as given; at a deformable structure, where a contact lasts and is no impulse,
@@ -87,6 +74,14 @@ double deepest_slope(const Touch& t, const dda::Model& m) {
 }
 
 }  // namespace
+
+double mass_in_series(const dda::Model& m, const Touch& t) {
+  const double mass = m.blocks[static_cast<std::size_t>(t.b)].mass;
+  if (t.a.kind != Partner::Kind::block || m.blocks[static_cast<std::size_t>(t.a.index)].ndof() == 0)
+    return mass;
+  const double other = m.blocks[static_cast<std::size_t>(t.a.index)].mass;
+  return mass * other / (mass + other);
+}
 
 bool presses_by_area(const ContactLaw& law) {
   return (law.stiffness == ContactLaw::Stiffness::per_area && law.kind == ContactLaw::Kind::linear) ||
@@ -127,7 +122,7 @@ void go_on(std::span<Touch> touches, std::vector<const ContactMemory*>& last,
   bool flat_before = false;  // a face lay on the skin in the last step
   for (const ContactMemory& m : memory) {
     if (m.partner != partner) continue;
-    flat_before = flat_before || (m.feature >> 60) == 7;
+    flat_before = flat_before || contact::form_of(m.feature) == contact::Form::skin_face;
     if (m.indentation > 0 && std::find(last.begin(), last.end(), &m) == last.end()) lost.push_back(&m);
   }
   for (std::size_t i = 0; i < touches.size(); ++i) {

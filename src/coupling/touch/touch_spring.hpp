@@ -24,6 +24,10 @@ void set_spring(Touch& t, const dda::Model& m, const contact::CornerCell& cell, 
 /// energy.
 double mean_force(const Touch& t, double& derivative);
 
+/// Mass that a contact of the pair stops: the two blocks in series, the one if its partner is held or a
+/// structure [kg].
+double mass_in_series(const dda::Model& m, const Touch& t);
+
 /// Whether a spring in N/m gives less than the touched cell of a structure (Young's modulus [Pa], edge of its
 /// face [m]) does of its own, at whatever point of the face: the cell gives more than both should, and the
 /// contact is hard. One with a dashpot stays a spring.
