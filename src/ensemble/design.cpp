@@ -48,13 +48,31 @@ std::string list_text(std::span<const double> values) {
 }
 
 /// Value of a list as a number, if it is one.
-std::optional<double> number_of(const std::string& toml) {
+std::optional<Quantity> number_of(const std::string& toml) {
   const scene::Node node = scene::parse_toml_value(toml, "");
   std::string error;
-  if (node.is_number()) return node.as_number();
+  if (node.is_number()) return Quantity{node.as_number(), {}};
   if (node.kind != scene::Node::Kind::text) return {};
-  if (const auto quantity = parse_quantity(node.text, error)) return quantity->value;
-  return {};
+  return parse_quantity(node.text, error);
+}
+
+/// The values of a list as numbers of one unit; nothing if they are none. A number alone is in the unit of
+/// the key, where that has one; frictions are coefficients, those given as angles too.
+std::optional<std::vector<double>> numbers_of(const std::vector<std::string>& list, const scene::Key* key,
+                                              Dimension& unit) {
+  const auto of_key = [&](scene::Type type) { return key != nullptr && key->type == type; };
+  std::vector<double> numbers;
+  for (const std::string& text : list) {
+    auto number = number_of(text);
+    if (!number) return {};
+    if (number->dimension.none() && of_key(scene::Type::quantity)) number->dimension = key->dimension;
+    if (number->dimension == dimension::angle && of_key(scene::Type::friction))
+      number = Quantity{std::tan(number->value), {}};
+    if (!numbers.empty() && number->dimension != unit) return {};
+    unit = number->dimension;
+    numbers.push_back(number->value);
+  }
+  return numbers;
 }
 
 }  // namespace
@@ -117,10 +135,11 @@ Design::Design(const scene::Ensemble& ensemble, const scene::Template& scene) : 
     if (v.key && column.unit == "1" && single && v.key->type == scene::Type::quantity)
       column.unit = unit_name(v.key->dimension);
     if (vary.kind == Kind::list) {
-      for (const std::string& text : vary.list)
-        if (const auto number = number_of(text)) v.numbers.push_back(*number);
-      column.text = v.numbers.size() != vary.list.size();
-      if (column.text) v.numbers.clear(), column.unit.clear();
+      Dimension unit;
+      const auto numbers = numbers_of(vary.list, v.key, unit);
+      v.numbers = numbers.value_or(std::vector<double>());
+      column.text = !numbers;
+      column.unit = !numbers ? "" : unit.none() ? "1" : unit_name(unit);
     } else if (single) {
       v.distribution.emplace(vary);
     }

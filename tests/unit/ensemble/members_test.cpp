@@ -233,6 +233,22 @@ TEST(Members, StepLimitStopsAndCounts) {
   EXPECT_TRUE(fs::exists(place.path() / "out" / "members" / "17.toml"));
 }
 
+TEST(Members, ListsOfNumbersAreOfOneUnit) {
+  const auto column = [](const std::string& key, const std::string& list) {
+    const Place place;
+    const std::string text =
+        changed(tilted(), "key = \"interface.rock/ground.friction\"\nuniform = [0.1, 0.5]",
+                "key = \"" + key + "\"\nlist = " + list);
+    const Ensemble ensemble(place.put("scene.toml", text).string(), {});
+    const Column& c = ensemble.design().columns().front();
+    return c.text ? "text" : c.unit;
+  };
+  const std::string friction = "interface.rock/ground.friction";
+  EXPECT_EQ(column(friction, "[\"30 deg\", 0.7]"), "1");
+  EXPECT_EQ(column("interface.rock/ground.normal_stiffness", "[\"1 GN/m\", \"1 GPa/m\"]"), "text");
+  EXPECT_EQ(column("simulation.duration", "[1, \"1.6 s\"]"), "s");
+}
+
 // Of one crossing an interval of resamples is that value alone: no precision.
 TEST(Members, FewCrossingsAreNoPrecision) {
   const auto members = [](double most) {
@@ -310,6 +326,7 @@ TEST(Members, FactorialTakesEveryCombination) {
   for (long i = 0; i < 6; ++i) {
     const Draw d = ensemble.design().draw(i);
     seen.emplace(d.numbers[0][0], d.numbers[1][0]);
+    if (i % 3 == 1) { EXPECT_NEAR(d.numbers[0][0], std::tan(15 * M_PI / 180), 1e-12); }
   }
   EXPECT_EQ(seen.size(), 6u);
 }
