@@ -40,9 +40,9 @@ void print_summary(const ensemble::Summary& s, const fs::path& directory) {
     fmt::print("  95th percentile: energy {:.4g} kJ ({:.4g} to {:.4g}), height {:.3g} m ({:.3g} to {:.3g})\n",
                energy.value / 1e3, energy.low / 1e3, energy.high / 1e3, height.value, height.low,
                height.high);
-    if (line.members < ensemble::enough_for_p95)
+    if (line.members < ensemble::enough_for(95))
       fmt::print("  of {} members: too few to bound a 95th percentile, which takes {} that cross\n",
-                 line.members, ensemble::enough_for_p95);
+                 line.members, ensemble::enough_for(95));
   }
   for (const ensemble::StructureSummary& hit : s.structures) {
     if (s.done + s.suspect == 0) continue;

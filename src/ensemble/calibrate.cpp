@@ -178,6 +178,7 @@ class Calibration {
                       .value = {},
                       .rule = "is drawn for each member by [[ensemble.vary]], whatever a candidate says",
                       .remedy = "take its entry out of the scene, or leave it out here"});
+      refuse_ends_off_ground(ensemble);
     } catch (const InputError& error) { throw InputError(by_their_option(error.problems())); }
   }
 
@@ -203,6 +204,17 @@ class Calibration {
   }
 
  private:
+  /// End points of which none lies over ground are those of a map.
+  void refuse_ends_off_ground(const Ensemble& ensemble) const {
+    if (!measured_.line.empty()) return;
+    const auto over_ground = [&](const VecX& at) { return std::isfinite(ensemble.height(at[0], at[1])); };
+    if (std::ranges::any_of(measured_.points, over_ground)) return;
+    const VecX& first = measured_.points.front();
+    throw io::bad_file(request_.measured, fmt::format("x, y = {:.10g}, {:.10g}", first[0], first[1]),
+                       "and no other of the end points lies over ground",
+                       "end points are in scene coordinates: map coordinates less site.origin");
+  }
+
   /// The largest values of a member at the line, if it crosses it.
   void add_passage(const Ensemble& ensemble, const Member& member, Points& points) const {
     const auto line = std::find_if(ensemble.lines().begin(), ensemble.lines().end(),

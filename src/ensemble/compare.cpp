@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "ensemble/statistics.hpp"
 #include "io/files.hpp"
 #include "io/json_file.hpp"
 #include "io/xml.hpp"
@@ -28,9 +29,11 @@ const char* unit_of(const std::string& name) {
                                                     : "";
 }
 
-/// A figure of an option; `low` and `high` equal to the value where no interval is known.
+/// A figure of an option; `low` and `high` equal to the value where no interval is known. A percentile of
+/// fewer members than bound it has an interval that ends at the largest value seen: nothing is sure by it.
 struct Figure {
   double value = 0, low = 0, high = 0;
+  bool bounded = true;
 };
 
 std::optional<Figure> figure_of(const Json& e) {
@@ -48,14 +51,35 @@ Figure difference(const Figure& from, const Figure& to) {
   double d = to.value - from.value;
   if (std::abs(d) <= round_off * std::max(std::abs(to.value), std::abs(from.value))) d = 0;
   return {d, d - std::hypot(to.value - to.low, from.high - from.value),
-          d + std::hypot(to.high - to.value, from.value - from.low)};
+          d + std::hypot(to.high - to.value, from.value - from.low), from.bounded && to.bounded};
+}
+
+/// The last parts of their paths, as many as tell them apart.
+std::vector<std::string> names_of(const std::vector<fs::path>& directories) {
+  std::vector<fs::path> rest, names(directories.size());
+  for (const fs::path& directory : directories) {
+    const fs::path whole = fs::absolute(directory).lexically_normal();
+    rest.push_back(whole.filename().empty() ? whole.parent_path() : whole);
+  }
+  for (bool alike = true; alike;) {
+    alike = false;
+    for (std::size_t k = 0; k < names.size(); ++k) {
+      names[k] = names[k].empty() ? rest[k].filename() : rest[k].filename() / names[k];
+      rest[k] = rest[k].parent_path();
+    }
+    for (std::size_t k = 0; k < names.size(); ++k)
+      for (std::size_t j = 0; j < k; ++j) alike = alike || (names[j] == names[k] && rest[j] != rest[k]);
+  }
+  std::vector<std::string> texts;
+  for (const fs::path& name : names) texts.push_back(name.string());
+  return texts;
 }
 
 /// All figures of a directory by their names, in order.
 std::vector<std::pair<std::string, Figure>> figures_of(const fs::path& directory) {
   std::vector<std::pair<std::string, Figure>> all;
-  const auto add = [&](const std::string& name, const Json& e) {
-    if (const auto f = figure_of(e)) all.emplace_back(name, *f);
+  const auto add = [&](const std::string& name, const Json& e, bool bounded = true) {
+    if (auto f = figure_of(e)) f->bounded = bounded, all.emplace_back(name, *f);
   };
   const Json summary =
       io::read_json(directory / "summary.json", "name the output directory of talus ensemble");
@@ -66,9 +90,11 @@ std::vector<std::pair<std::string, Figure>> figures_of(const fs::path& directory
     const std::string name = line.value("name", "");
     add(name + ": probability of crossing", line.value("probability", Json()));
     for (const char* quantity : {"energy", "speed", "height"})
-      for (const char* p : {"p50", "p95", "p99"})
-        if (line.contains(quantity) && line[quantity].contains(p))
-          add(fmt::format("{}: {} {}", name, quantity, p), line[quantity][p]);
+      for (const int p : {50, 95, 99})
+        if (const std::string key = fmt::format("p{}", p);
+            line.contains(quantity) && line[quantity].contains(key))
+          add(fmt::format("{}: {} {}", name, quantity, key), line[quantity][key],
+              line.value("members", 0L) >= enough_for(p));
   }
   if (!fs::exists(directory / "fragility.json")) return all;
   const Json fragility = io::read_json(directory / "fragility.json", "run talus fragility again");
@@ -111,12 +137,10 @@ std::string cell(const Figure& f) {
 }  // namespace
 
 std::vector<std::string> write_comparison(const std::vector<fs::path>& directories, const fs::path& output) {
-  std::vector<std::string> names;
+  const std::vector<std::string> names = names_of(directories);
   std::vector<std::map<std::string, Figure>> options;
   std::vector<std::string> order;
   for (const fs::path& directory : directories) {
-    const fs::path clean = directory.filename().empty() ? directory.parent_path() : directory;
-    names.push_back(clean.filename().string());
     auto& option = options.emplace_back();
     for (const auto& [name, figure] : figures_of(directory)) {
       option[name] = figure;
@@ -148,12 +172,14 @@ std::vector<std::string> write_comparison(const std::vector<fs::path>& directori
       }
       const Figure d = difference(base->second, found->second);
       row["differences"].push_back(json_of(d));
-      const bool sure = d.low > 0 || d.high < 0;
+      const bool sure = d.bounded && (d.low > 0 || d.high < 0);
       body += fmt::format("<td{}>{}</td>", sure ? " class=\"sure\"" : "", cell(d));
       if (name.ends_with("p95") || name.find("P(class >= 3) per event") != std::string::npos)
         lines.push_back(fmt::format("{}: {} against {}: {:.4g} ({:.3g} to {:.3g}){}{}", name, names[k],
                                     names[0], d.value, d.low, d.high, unit_of(name),
-                                    sure ? "" : ", within the intervals"));
+                                    !d.bounded ? ", of too few members to bound it"
+                                    : sure     ? ""
+                                               : ", within the intervals"));
     }
     body += "</tr>\n";
     root["figures"].push_back(std::move(row));
@@ -177,7 +203,8 @@ std::vector<std::string> write_comparison(const std::vector<fs::path>& directori
       "var(--line);text-align:right;vertical-align:top}td:first-child,th:first-child{text-align:left}small{"
       "color:var(--soft);white-space:nowrap}.sure{font-weight:600}</style></head><body><main>"
       "<h1>Options side by side</h1><p>SI units. Small figures are 95 % intervals; a difference in bold has "
-      "an interval that leaves zero out. Blocks do not break on impact.</p><table><thead><tr>" +
+      "an interval that leaves zero out, of enough members to bound it. Blocks do not break on "
+      "impact.</p><table><thead><tr>" +
           head + "</tr></thead><tbody>" + body + "</tbody></table></main></body></html>\n");
   return lines;
 }

@@ -21,7 +21,6 @@ using Kind = scene::Vary::Kind;
 
 constexpr long default_most = 100000;         // members of an ensemble that stops by its precision
 constexpr std::uint32_t most_tries = 100000;  // for a place within the polygons and over ground
-constexpr double mostly_over_ground = 0.98;   // share of a release area: a cell at its edge is no mistake
 constexpr long planned_members = 1000;        // of which the plan states the whole numbers drawn
 
 InputError fault(const std::string& file, const scene::Vary& v, std::string rule, std::string remedy) {
@@ -33,11 +32,6 @@ InputError fault(const std::string& file, const scene::Vary& v, std::string rule
                             .value = v.key,
                             .rule = std::move(rule),
                             .remedy = std::move(remedy)});
-}
-
-std::string span_text(const Eigen::AlignedBox2d& b) {
-  return fmt::format("x {:.6g} to {:.6g}, y {:.6g} to {:.6g}", b.min().x(), b.max().x(), b.min().y(),
-                     b.max().y());
 }
 
 /// Uniform over all orientations [Shoemake 1992]: w, x, y, z.
@@ -54,13 +48,31 @@ std::string list_text(std::span<const double> values) {
 }
 
 /// Value of a list as a number, if it is one.
-std::optional<double> number_of(const std::string& toml) {
+std::optional<Quantity> number_of(const std::string& toml) {
   const scene::Node node = scene::parse_toml_value(toml, "");
   std::string error;
-  if (node.is_number()) return node.as_number();
+  if (node.is_number()) return Quantity{node.as_number(), {}};
   if (node.kind != scene::Node::Kind::text) return {};
-  if (const auto quantity = parse_quantity(node.text, error)) return quantity->value;
-  return {};
+  return parse_quantity(node.text, error);
+}
+
+/// The values of a list as numbers of one unit; nothing if they are none. A number alone is in the unit of
+/// the key, where that has one; frictions are coefficients, those given as angles too.
+std::optional<std::vector<double>> numbers_of(const std::vector<std::string>& list, const scene::Key* key,
+                                              Dimension& unit) {
+  const auto of_key = [&](scene::Type type) { return key != nullptr && key->type == type; };
+  std::vector<double> numbers;
+  for (const std::string& text : list) {
+    auto number = number_of(text);
+    if (!number) return {};
+    if (number->dimension.none() && of_key(scene::Type::quantity)) number->dimension = key->dimension;
+    if (number->dimension == dimension::angle && of_key(scene::Type::friction))
+      number = Quantity{std::tan(number->value), {}};
+    if (!numbers.empty() && number->dimension != unit) return {};
+    unit = number->dimension;
+    numbers.push_back(number->value);
+  }
+  return numbers;
 }
 
 }  // namespace
@@ -75,7 +87,7 @@ struct Design::Variable {
   std::vector<double> numbers;  // of the list, if all are
   std::string block;            // release
   geometry::Area area;
-  Eigen::AlignedBox2d limits;
+  geometry::AreaExtent extent;
   bool turns = false;
   bool whole = false;  // the key takes whole numbers
 };
@@ -123,10 +135,11 @@ Design::Design(const scene::Ensemble& ensemble, const scene::Template& scene) : 
     if (v.key && column.unit == "1" && single && v.key->type == scene::Type::quantity)
       column.unit = unit_name(v.key->dimension);
     if (vary.kind == Kind::list) {
-      for (const std::string& text : vary.list)
-        if (const auto number = number_of(text)) v.numbers.push_back(*number);
-      column.text = v.numbers.size() != vary.list.size();
-      if (column.text) v.numbers.clear(), column.unit.clear();
+      Dimension unit;
+      const auto numbers = numbers_of(vary.list, v.key, unit);
+      v.numbers = numbers.value_or(std::vector<double>());
+      column.text = !numbers;
+      column.unit = !numbers ? "" : unit.none() ? "1" : unit_name(unit);
     } else if (single) {
       v.distribution.emplace(vary);
     }
@@ -157,9 +170,12 @@ const Design::Variable* Design::find(const std::string& key) const {
   return found == variables_.end() ? nullptr : &*found;
 }
 
-bool Design::varies(const std::string& table) const {
+bool Design::varies(const std::string& part) const {
+  const auto meets = [&](const std::string& path) {
+    return path == part || path.starts_with(part + ".") || part.starts_with(path + ".");
+  };
   return std::any_of(variables_.begin(), variables_.end(), [&](const Variable& v) {
-    return v.vary.key.starts_with(table + ".") || v.vary.key == table;
+    return meets(v.vary.key) || (v.key != nullptr && meets(v.key->path));
   });
 }
 
@@ -192,8 +208,7 @@ std::vector<Problem> Design::place(const scene::Scene& provisional, OverGround g
     if (provisional.site)
       geometry::expect_same_crs(provisional.site->crs, v.area.crs, block->release->polygon,
                                 v.vary.key + ".polygon");
-    for (const auto& ring : v.area.rings)
-      for (const auto& p : ring) v.limits.extend(Eigen::Vector2d(p - origin_.head<2>()));
+    v.extent = geometry::extent_of(v.area, origin_, ground_);
     v.turns = block->release->turn && !find(v.block + ".orientation");
     if (v.turns)
       columns_.push_back({.name = v.block + ".orientation",
@@ -204,36 +219,12 @@ std::vector<Problem> Design::place(const scene::Scene& provisional, OverGround g
     Draw trial;
     trial.numbers.resize(columns_.size());
     draw_release(v, 0, trial);  // throws for an area without ground
-    if (const double over = extent_of(v).over_ground; over < mostly_over_ground)
-      warnings.push_back(
-          {.severity = Problem::Severity::warning,
-           .file = provisional.file,
-           .line = 0,
-           .column = 0,
-           .key = v.vary.key + ".polygon",
-           .value = span_text(v.limits),
-           .rule = fmt::format("{:.0f} % of the area has no ground below: no block starts there",
-                               100 * (1 - over)),
-           .remedy = "compare the polygon with the extent of the terrain"});
+    for (Problem& p : geometry::beside_ground(v.extent, v.vary.key + ".polygon")) {
+      p.file = provisional.file;
+      warnings.push_back(std::move(p));
+    }
   }
   return warnings;
-}
-
-/// By the middles of a hundred by a hundred cells of the area's bounds.
-Design::Extent Design::extent_of(const Variable& v) const {
-  constexpr int cells = 100;
-  long inside = 0, over = 0;
-  for (int i = 0; i < cells; ++i)
-    for (int j = 0; j < cells; ++j) {
-      const double x = v.limits.min().x() + (i + 0.5) / cells * v.limits.sizes().x(),
-                   y = v.limits.min().y() + (j + 0.5) / cells * v.limits.sizes().y();
-      if (!v.area.contains(x + origin_.x(), y + origin_.y())) continue;
-      ++inside;
-      if (ground_(x, y)) ++over;
-    }
-  if (inside == 0) return {};  // narrower than a cell
-  return {v.limits.sizes().prod() * static_cast<double>(inside) / (cells * cells),
-          static_cast<double>(over) / static_cast<double>(inside)};
 }
 
 std::vector<std::string> Design::plan() const {
@@ -241,8 +232,8 @@ std::vector<std::string> Design::plan() const {
   for (const Variable& v : variables_) {
     std::string what =
         v.vary.kind == Kind::release
-            ? fmt::format("one place a member in {:.3g} m^2, {} in scene coordinates{}", extent_of(v).area,
-                          span_text(v.limits), v.turns ? "; random orientation" : "")
+            ? fmt::format("one place a member in {:.3g} m^2, {} in scene coordinates{}", v.extent.area,
+                          v.extent.span(), v.turns ? "; random orientation" : "")
         : v.vary.kind == Kind::rotation ? std::string("any orientation")
         : v.vary.kind == Kind::list     ? fmt::format("one of {}", fmt::join(v.vary.list, ", "))
         : v.whole                       ? whole_numbers(v)
@@ -336,8 +327,8 @@ void Design::draw_release(const Variable& v, long index, Draw& draw) const {
                           : uniform_of(bits(ensemble_.seed, for_places, i,
                                             static_cast<std::uint32_t>(v.dimension + k), attempt));
     };
-    const double x = v.limits.min().x() + along(0) * v.limits.sizes().x(),
-                 y = v.limits.min().y() + along(1) * v.limits.sizes().y();
+    const double x = v.extent.limits.min().x() + along(0) * v.extent.limits.sizes().x(),
+                 y = v.extent.limits.min().y() + along(1) * v.extent.limits.sizes().y();
     if (!v.area.contains(x + origin_.x(), y + origin_.y()) || !ground_(x, y)) continue;
     draw.set.emplace_back(v.vary.key + ".at", list_text(std::array{x, y}));
     draw.set.emplace_back(v.vary.key + ".count", "1");
@@ -351,13 +342,13 @@ void Design::draw_release(const Variable& v, long index, Draw& draw) const {
     return;
   }
   const std::string degrees =
-      geometry::remedy_for_degrees({Eigen::Vector2d(v.limits.min() + origin_.head<2>()),
-                                    Eigen::Vector2d(v.limits.max() + origin_.head<2>())});
-  throw fault({}, v.vary,
-              fmt::format("no place of the area lies over ground; it spans {} in scene coordinates",
-                          span_text(v.limits)),
-              degrees.empty() ? "give the polygon in the terrain's coordinate system, and site.origin as well"
-                              : degrees);
+      geometry::remedy_for_degrees({Eigen::Vector2d(v.extent.limits.min() + origin_.head<2>()),
+                                    Eigen::Vector2d(v.extent.limits.max() + origin_.head<2>())});
+  throw fault(
+      {}, v.vary,
+      fmt::format("no place of the area lies over ground; it spans {} in scene coordinates", v.extent.span()),
+      degrees.empty() ? "give the polygon in the terrain's coordinate system, and site.origin as well"
+                      : degrees);
 }
 
 Draw Design::draw(long index) const {

@@ -58,8 +58,9 @@ class Design {
   /// One sentence for each variable that gave values that its key forbids among the first members, with how
   /// many.
   std::vector<Problem> forbidden(long members, const std::string& file) const;
-  /// True if some variable changes what lies below the first part of a key, e.g. "site".
-  bool varies(const std::string& table) const;
+  /// True if some variable changes a part of the scene: by the user's names ("block.B1.release"), or of any
+  /// name ("site", "material.roughness").
+  bool varies(const std::string& part) const;
 
  private:
   struct Variable;
@@ -67,10 +68,6 @@ class Design {
   void draw_number(const Variable& v, long index, Draw& draw) const;
   void draw_release(const Variable& v, long index, Draw& draw) const;
   const Variable* find(const std::string& key) const;
-  struct Extent {
-    double area = 0, over_ground = 1;  // [m^2], share of it
-  };
-  Extent extent_of(const Variable& v) const;
   std::string percentiles_of(const Variable& v) const;
   std::string whole_numbers(const Variable& v) const;
 

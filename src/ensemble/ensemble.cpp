@@ -100,8 +100,9 @@ Ensemble::Ensemble(const std::string& file, const scene::Overrides& overrides)
   title_ = provisional.title;
   planes_ = provisional.planes;
   if (provisional.site) origin_ = provisional.site->origin;
-  shares_ground_ = !design_.varies("site") && !design_.varies("plane") && !design_.varies("rock_mass");
-  shares_structures_ = !design_.varies("structure");
+  shares_ground_ = !design_.varies("site") && !design_.varies("plane") && !design_.varies("rock_mass") &&
+                   !design_.varies("material.roughness");
+  shares_structures_ = shares_ground_ && !design_.varies("structure");  // feet of viaducts follow the ground
   auto read_ground = std::make_unique<sim::Shared>(provisional);
   ground_ = read_ground->ground();
   crs_ = provisional.site ? (provisional.site->crs.empty() && ground_ ? ground_->crs : provisional.site->crs)

@@ -396,12 +396,12 @@ class Page {
       text += "</tr>";
     }
     text += "</table>";
-    if (s.value("members", 0L) < enough_for_p95)
+    if (s.value("members", 0L) < enough_for(95))
       text += fmt::format(
           "<p>Of {} members: too few to bound a 95th percentile, which takes {} that cross. No interval "
           "above "
           "reaches beyond the largest value seen.</p>",
-          s.value("members", 0L), enough_for_p95);
+          s.value("members", 0L), enough_for(95));
     const std::string at = "/lines/" + name + "/";
     const auto member = file_.read<std::int64_t>(at + "member").values;
     const auto translational = file_.read<double>(at + "kinetic_translational").values,

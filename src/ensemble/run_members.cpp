@@ -52,7 +52,9 @@ bool precise(const Ensemble& ensemble, const Briefs& briefs) {
                                ensemble.lines().begin());
   const auto quantity = static_cast<std::size_t>(
       std::find(quantities.begin(), quantities.end(), wanted.quantity) - quantities.begin());
-  const Bootstrap bootstrap(samples_of(briefs, line, quantity), ensemble.settings().seed,
+  const std::vector<Sample> samples = samples_of(briefs, line, quantity);
+  if (std::ranges::count_if(samples, &Sample::crosses) < enough_for(wanted.percentile)) return false;
+  const Bootstrap bootstrap(samples, ensemble.settings().seed,
                             ensemble.settings().design == scene::Ensemble::Design::sobol);
   const Estimate e = bootstrap.percentiles(std::array{wanted.percentile}).front();
   return 0.5 * (e.high - e.low) <= wanted.within * std::abs(e.value);  // false for NaN

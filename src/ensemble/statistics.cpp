@@ -51,6 +51,11 @@ double percentile(std::span<const double> sorted, double percent) {
   return sorted[k] + (place - static_cast<double>(k)) * (sorted[k + 1] - sorted[k]);
 }
 
+long enough_for(double percent) {
+  const double far = std::max(percent, 100 - percent) / 100;
+  return static_cast<long>(std::ceil(std::log(0.05) / std::log(far)));
+}
+
 Estimate wilson(long k, long n) {
   if (n == 0) return {none, none, none};
   return wilson_share(static_cast<double>(k) / static_cast<double>(n), static_cast<double>(n));

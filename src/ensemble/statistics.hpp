@@ -19,9 +19,11 @@ inline constexpr double none = std::numeric_limits<double>::quiet_NaN();  // a f
 inline constexpr double normal_975 =
     1.959963984540054;  // 97.5 % quantile of the standard normal distribution
 
-/// Of n values the largest lies above the 95th percentile with 95 % certainty from 59 on: 1 - 0.95^59 = 0.951
-/// [Wilks 1941]. With fewer the percentile has no upper bound that the sample knows of.
-inline constexpr long enough_for_p95 = 59;
+/// How many values it takes until the largest of them lies above the percentile, and the least below it, with
+/// 95 % certainty each: the least n with max(p, 1 - p)^n <= 0.05, p = percent / 100, which are 59 for the
+/// 95th [Wilks 1941]. With fewer the percentile has no bounds that the sample knows of, and an interval of
+/// resamples, which ends at the largest and the least of them, says nothing: of one value it is empty.
+long enough_for(double percent);
 
 struct Estimate {
   double value = 0, low = 0, high = 0;  // NaN where there is none

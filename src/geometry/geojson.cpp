@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include <nlohmann/json.hpp>
 
 #include "core/text_file.hpp"
@@ -11,11 +13,13 @@ namespace {
 using nlohmann::json;
 
 void add_polygon(const json& rings, Area& area) {
+  Area::Polygon polygon;
   for (const json& ring : rings) {
     std::vector<Eigen::Vector2d> points;
     for (const json& p : ring) points.emplace_back(p.at(0).get<double>(), p.at(1).get<double>());
-    if (points.size() >= 3) area.rings.push_back(std::move(points));
+    if (points.size() >= 3) polygon.push_back(std::move(points));
   }
+  if (!polygon.empty()) area.polygons.push_back(std::move(polygon));
 }
 
 void add(const json& node, Area& area) {
@@ -111,19 +115,64 @@ std::string remedy_for_degrees(const Eigen::AlignedBox2d& limits) {
 }
 
 bool Area::contains(double x, double y) const {
-  bool inside = false;
-  for (const auto& ring : rings)
-    for (std::size_t i = 0, j = ring.size() - 1; i < ring.size(); j = i++) {
-      const auto &a = ring[i], &b = ring[j];
-      if ((a.y() > y) != (b.y() > y) && x < (b.x() - a.x()) * (y - a.y()) / (b.y() - a.y()) + a.x())
-        inside = !inside;
+  return std::ranges::any_of(polygons, [&](const Polygon& polygon) {
+    bool inside = false;
+    for (const auto& ring : polygon)
+      for (std::size_t i = 0, j = ring.size() - 1; i < ring.size(); j = i++) {
+        const auto &a = ring[i], &b = ring[j];
+        if ((a.y() > y) != (b.y() > y) && x < (b.x() - a.x()) * (y - a.y()) / (b.y() - a.y()) + a.x())
+          inside = !inside;
+      }
+    return inside;
+  });
+}
+
+Eigen::AlignedBox2d Area::limits() const {
+  Eigen::AlignedBox2d box;
+  for (const Polygon& polygon : polygons)
+    for (const auto& ring : polygon)
+      for (const Eigen::Vector2d& p : ring) box.extend(p);
+  return box;
+}
+
+std::string AreaExtent::span() const {
+  return fmt::format("x {:.6g} to {:.6g}, y {:.6g} to {:.6g}", limits.min().x(), limits.max().x(),
+                     limits.min().y(), limits.max().y());
+}
+
+AreaExtent extent_of(const Area& area, const Vec3& origin,
+                     const std::function<bool(double x, double y)>& over_ground) {
+  constexpr int cells = 100;
+  AreaExtent extent{.limits = area.limits().translate(-origin.head<2>())};
+  long inside = 0, over = 0;
+  for (int i = 0; i < cells; ++i)
+    for (int j = 0; j < cells; ++j) {
+      const double x = extent.limits.min().x() + (i + 0.5) / cells * extent.limits.sizes().x(),
+                   y = extent.limits.min().y() + (j + 0.5) / cells * extent.limits.sizes().y();
+      if (!area.contains(x + origin.x(), y + origin.y())) continue;
+      ++inside;
+      if (over_ground(x, y)) ++over;
     }
-  return inside;
+  if (inside == 0) return extent;
+  extent.area = extent.limits.sizes().prod() * static_cast<double>(inside) / (cells * cells);
+  extent.over_ground = static_cast<double>(over) / static_cast<double>(inside);
+  return extent;
+}
+
+std::vector<Problem> beside_ground(const AreaExtent& extent, const std::string& key) {
+  constexpr double mostly = 0.98;  // a cell of the terrain at the area's edge is no mistake
+  if (extent.over_ground >= mostly) return {};
+  return {{.severity = Problem::Severity::warning,
+           .key = key,
+           .value = extent.span(),
+           .rule = fmt::format("{:.0f} % of the area has no ground below: no block starts there",
+                               100 * (1 - extent.over_ground)),
+           .remedy = "compare the polygon with the extent of the terrain"}};
 }
 
 Area read_area(const std::string& path) {
   Area area = read_geojson<Area>(path, "export the polygons as GeoJSON");
-  if (area.rings.empty())
+  if (area.polygons.empty())
     throw InputError(Problem{.file = path,
                              .key = "geojson",
                              .rule = "holds no polygon",

@@ -25,16 +25,37 @@ bool some_above_others(const std::vector<Vec3>& vertices) {
   return 20 * above > vertices.size();
 }
 
-/// Largest power of ten, from 100 down to 0.01, that all values are multiples of; 0: none.
+/// Largest power of ten, from 100 down to 0.01, that all values are multiples of; 0: none. Rounding leaves
+/// any last digit: what are multiples of twice or five times that, as halves or cells of 5 m, were round
+/// before.
 double decimal_step(const std::vector<double>& values) {
-  constexpr double slack = 1e-7;  // of the step, and the rounding of the values themselves
+  const auto multiples_of = [&](double step) {
+    constexpr double slack = 1e-7;  // of the step, and the rounding of the values themselves
+    return std::all_of(values.begin(), values.end(), [&](double x) {
+      return std::abs(x / step - std::round(x / step)) <=
+             slack + 4 * std::numeric_limits<double>::epsilon() * std::abs(x / step);
+    });
+  };
   for (const double step : {100.0, 10.0, 1.0, 0.1, 0.01})
-    if (std::all_of(values.begin(), values.end(), [&](double x) {
-          return std::abs(x / step - std::round(x / step)) <=
-                 slack + 4 * std::numeric_limits<double>::epsilon() * std::abs(x / step);
-        }))
-      return step;
+    if (multiples_of(step)) return multiples_of(2 * step) || multiples_of(5 * step) ? 0 : step;
   return 0;
+}
+
+/// Numbers that single precision holds, and its step at the largest of them.
+struct Floats {
+  const std::vector<double>* values = nullptr;
+  double step = 0;
+};
+
+/// Whether single precision has rounded them: then their last binary digits are any. Numbers of the finest
+/// step that are all multiples of twice it, or of the coarsest as well, as halves of a metre are, were round
+/// before.
+bool rounded_by(const std::vector<Floats>& axes) {
+  if (axes.empty()) return false;
+  const auto [finest, coarsest] =
+      std::ranges::minmax_element(axes, {}, [](const Floats& axis) { return axis.step; });
+  const double even = std::max(2 * finest->step, coarsest->step);
+  return std::ranges::any_of(*finest->values, [&](double x) { return std::fmod(x, even) != 0; });
 }
 
 std::size_t distinct(std::vector<double> values) {
@@ -86,6 +107,7 @@ std::vector<Problem> rounding_warning(const std::vector<Vec3>& vertices,
     for (int k = 0; k < 2; ++k) at[static_cast<std::size_t>(k)].push_back(v[k]);
   double step = 0;
   bool single = false;
+  std::vector<Floats> of_floats;
   for (const std::vector<double>& x : at) {
     double most = 0;
     for (const double value : x) most = std::max(most, std::abs(value));
@@ -93,10 +115,13 @@ std::vector<Problem> rounding_warning(const std::vector<Vec3>& vertices,
     const bool floats = std::all_of(x.begin(), x.end(), [](double value) {
       return static_cast<double>(static_cast<float>(value)) == value;
     });
-    if (const double s = floats ? single_precision_step(most) : 0; s > step) step = s, single = true;
+    const double ulp = floats ? single_precision_step(most) : 0;
+    if (floats) of_floats.push_back({&x, ulp});
+    if (ulp > step) step = ulp, single = true;
     if (const double s = digits ? decimal_step(x) : 0; s > step) step = s, single = false;
   }
   if (step < least || step < felt * side) return {};
+  if (single && !holds_single_precision(path) && !rounded_by(of_floats)) return {};
   // Of files that hold more digits, nodes of an even grid are where they were meant to be, unless one lies
   // above another: then rounding has put them there.
   if (!(single && holds_single_precision(path)) && distinct(at[0]) * distinct(at[1]) <= 4 * vertices.size() &&

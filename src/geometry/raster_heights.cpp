@@ -72,10 +72,13 @@ void convert_heights(Raster& r, const std::string& path, std::vector<Problem>& w
                                           : metres_of(r.vertical_unit);
   if (unit.empty() && !(metres > 0)) {
     const double loose = metres_of(r.loose_unit);
-    if (loose > 0 && std::abs(loose - 1) > 1e-9)
+    std::string named = loose > 0 && std::abs(loose - 1) > 1e-9 ? r.loose_unit : "";
+    for (const std::string& remark : r.remarks)
+      if (named.empty() && names_other_unit(remark)) named = "\"" + remark.substr(0, 100) + "\"";
+    if (!named.empty())
       warnings.push_back(raster_warning(
-          path, r.loose_unit,
-          "is a unit that its metadata name, and not of what: coordinates and heights are taken in metres",
+          path, named,
+          "names a unit other than metres, and not of what: coordinates and heights are taken in metres",
           "convert what is not in metres, and say so: gdal_edit.py -units m"));
     return;
   }

@@ -41,10 +41,33 @@ class Divider {
 
   /// Divides until no edge of a rough face is longer than asked for.
   void run() {
+    refuse_too_many(fewest());
     while (mark()) split();
   }
 
  private:
+  /// A triangle without an edge longer than h has an area of sqrt(3)/4 h^2 at most.
+  double fewest() const {
+    double sum = 0;
+    for (std::size_t t = 0; t < s_.triangles.size(); ++t) {
+      const Roughness* rough = of_[static_cast<std::size_t>(s_.material[t])];
+      if (rough == nullptr) continue;
+      const auto& [a, b, c] = s_.triangles[t];
+      const double longest = rough->length / edges_a_length;
+      sum += 0.5 * (vertex(b) - vertex(a)).cross(vertex(c) - vertex(a)).norm() /
+             (std::sqrt(3) / 4 * longest * longest);
+    }
+    return sum;
+  }
+
+  static void refuse_too_many(double triangles) {
+    if (triangles <= most_triangles) return;
+    throw InputError(Problem{
+        .key = "material.roughness.length",
+        .rule = fmt::format("the terrain would be divided into more than {:g} triangles", most_triangles),
+        .remedy = "crop the terrain (site.crop), make the rough area smaller, or the length larger"});
+  }
+
   bool mark() {
     middle_.clear();
     for (std::size_t t = 0; t < s_.triangles.size(); ++t) {
@@ -102,11 +125,7 @@ class Divider {
             put(v[0], m[0], v[2]), put(m[0], m[1], v[2]);
         }
       }
-      if (static_cast<double>(triangles.size()) > most_triangles)
-        throw InputError(Problem{
-            .key = "material.roughness.length",
-            .rule = fmt::format("the terrain would be divided into more than {:g} triangles", most_triangles),
-            .remedy = "crop the terrain (site.crop), make the rough area smaller, or the length larger"});
+      refuse_too_many(static_cast<double>(triangles.size()));
     }
     s_.triangles = std::move(triangles);
     s_.material = std::move(material);

@@ -44,6 +44,26 @@ double metres_of(const std::string& unit) {
   return 0;
 }
 
+bool names_other_unit(const std::string& text) {
+  const auto letter = [](char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0; };
+  const auto digit = [](char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; };
+  bool number_before = false;
+  for (std::size_t at = 0; at < text.size();) {
+    if (!letter(text[at])) {
+      const char c = text[at++];
+      number_before = digit(c) || (number_before && (c == ' ' || c == '-' || c == '.'));
+      continue;
+    }
+    const std::size_t from = at;
+    while (at < text.size() && letter(text[at])) ++at;
+    const std::string word = text.substr(from, at - from);
+    const double metres = word == "in" || number_before ? 0 : metres_of(word);
+    if (metres > 0 && std::abs(metres - 1) > 1e-9) return true;
+    number_before = false;
+  }
+  return false;
+}
+
 namespace {
 
 std::string lower_case(std::string text) {
@@ -85,6 +105,15 @@ std::string head_of(const std::string& path) {
   if (end == ".stl") return bytes.substr(0, std::min<std::size_t>(80, bytes.find('\n')));
   std::istringstream lines(bytes);
   std::string remarks;
+  if (end == ".vtk") {  // its second line is a title
+    std::getline(lines, remarks), std::getline(lines, remarks);
+    return remarks;
+  }
+  if (end == ".inp") {  // "**" begins a remark; what follows *HEADING is one
+    for (std::string line; std::getline(lines, line) && lower_case(line).rfind("*node", 0) != 0;)
+      if (line.rfind("**", 0) == 0 || line.rfind('*', 0) != 0) remarks += line + "\n";
+    return remarks;
+  }
   for (std::string line; std::getline(lines, line);) {
     std::istringstream words(line);
     std::string first;
@@ -102,9 +131,34 @@ std::string head_of(const std::string& path) {
   return remarks;
 }
 
+/// The unit of a universal file by its dataset 164, whose first number is the code of a system of units
+/// [SDRC, Universal File Datasets]: 1 and 3 metres, 2 and 4 feet, 5, 8 and 10 millimetres, 6 centimetres, 7
+/// inches.
+StatedUnit unit_of_universal_file(const std::string& path) {
+  std::ifstream in(path);
+  std::string line;
+  for (int n = 0; n < 100 && std::getline(in, line); ++n) {
+    std::istringstream words(line);
+    int number = 0, code = 0;
+    if (!(words >> number) || number != 164 || !(in >> code)) continue;
+    switch (code) {
+      case 2:
+      case 4: return {"feet", 0.3048};
+      case 5:
+      case 8:
+      case 10: return {"millimetres", 0.001};
+      case 6: return {"centimetres", 0.01};
+      case 7: return {"inches", 0.0254};
+      default: return {};
+    }
+  }
+  return {};
+}
+
 }  // namespace
 
 StatedUnit stated_unit(const std::string& path) {
+  if (lower_case(path).ends_with(".unv")) return unit_of_universal_file(path);
   std::istringstream lines(head_of(path));
   for (std::string line; std::getline(lines, line);)
     if (const std::string name = word_after_units(line); !name.empty()) {

@@ -99,13 +99,29 @@ std::string remedy_for_degrees(const Eigen::AlignedBox2d& limits);
 std::string remedy_for_origin(const Box3& terrain, const Vec3& origin);
 
 /// Areas of a GeoJSON file: polygons and multipolygons, rings of [x, y] in map coordinates; holes by the
-/// even-odd rule.
+/// even-odd rule within each polygon.
 struct Area {
-  std::vector<std::vector<Eigen::Vector2d>> rings;
-  std::string crs;  // of the file, if it names one
+  using Polygon = std::vector<std::vector<Eigen::Vector2d>>;  // the outer ring, then those of its holes
+  std::vector<Polygon> polygons;                              // which may overlap
+  std::string crs;                                            // of the file, if it names one
   bool contains(double x, double y) const;
+  Eigen::AlignedBox2d limits() const;
 };
 Area read_area(const std::string& path);
+
+/// How large an area is in plan, and the share of it that lies over ground, by the middles of a hundred by a
+/// hundred cells of its bounds. `over_ground`: whether there is ground below a place, in coordinates about
+/// `origin`, as `limits`, the area's bounds, are. An area narrower than a cell counts as 0 m^2, all over
+/// ground.
+struct AreaExtent {
+  Eigen::AlignedBox2d limits;
+  double area = 0, over_ground = 1;  ///< [m^2], 0 to 1
+  std::string span() const;          ///< "x 0 to 9, y 0 to 5"
+};
+AreaExtent extent_of(const Area& area, const Vec3& origin,
+                     const std::function<bool(double x, double y)>& over_ground);
+/// What is to be said of an area that lies in part beside the ground; `key` is that of its file.
+std::vector<Problem> beside_ground(const AreaExtent& extent, const std::string& key);
 
 /// Lines of a GeoJSON file, points [x, y, z] in map coordinates.
 struct BreakLines {

@@ -27,10 +27,7 @@ struct Cover {
 Cover polygon_cover(const std::string& path, const std::string& crs) {
   const Area area = read_area(path);
   expect_same_crs(crs, area.crs, path, "site.area.polygon");
-  Limits limits;
-  for (const auto& ring : area.rings)
-    for (const auto& p : ring) limits.extend(p);
-  return {[area](double x, double y) { return area.contains(x, y); }, limits};
+  return {[area](double x, double y) { return area.contains(x, y); }, area.limits()};
 }
 
 Cover raster_cover(const std::string& path, double value, const std::string& crs) {

@@ -34,9 +34,14 @@ constexpr Usual of_interface[] = {
     {"cohesion", 10, 1e9, 1e6, "MPa", "next to nothing"},
     {"tension", 10, 1e9, 1e6, "MPa", "next to nothing"},
 };
-constexpr Usual of_joint[] = {
+constexpr Usual of_contact_law[] = {
+    {"pressure", 1e3, 1e10, 1e6, "MPa", "the strength of no ground or cushion"},
+};
+constexpr Usual of_joint_set[] = {
     {"cohesion", 10, 1e9, 1e6, "MPa", "next to nothing"},
     {"tension", 10, 1e9, 1e6, "MPa", "next to nothing"},
+};
+constexpr Usual of_bonds[] = {
     {"bond_tension", 10, 1e9, 1e6, "MPa", "next to nothing"},
     {"bond_shear", 10, 1e9, 1e6, "MPa", "next to nothing"},
 };
@@ -190,32 +195,64 @@ void warn_of_bars_through_stirrups(const std::vector<View>& rules) {
     }
 }
 
-/// Angles without a unit: a whole number is hardly one of radians; of others the plan states the degrees.
-void warn_of_bare_angles(const Node& table, const std::string& path, const Reading& in) {
+/// Calls `look` for every value of the tree that is right by the table of keys.
+template <class Look>
+void for_each_value(const Node& table, const std::string& path, const Look& look) {
   for (const Node::Entry& entry : table.entries) {
     const std::string below = path.empty() ? entry.key : path + "." + entry.key;
-    const Key* key = find_key(below);
     const Node& node = entry.value;
-    const bool bare = key && key->type == Type::quantity && key->dimension == dimension::angle && !node.bad &&
-                      node.is_number() && node.as_number() != 0;
-    const double degrees = node.as_number() * 180 / std::numbers::pi;
-    if (bare && node.kind == Node::Kind::number)
-      in.scene.notes.push_back(fmt::format("{} = {}, a bare number in radians: {:.4g} deg.", node.label,
-                                           value_text(node), degrees));
-    if (bare && node.kind == Node::Kind::integer) {
-      Problem p;
-      p.severity = warning;
-      p.file = node.where.file, p.line = node.where.line, p.column = node.where.column;
-      p.key = node.label;
-      p.value = value_text(node);
-      p.rule = fmt::format("a bare number is in radians: this is {:.4g} deg", degrees);
-      p.remedy = fmt::format("write \"{} deg\", or \"{} rad\" if it is meant", node.integer, node.integer);
-      in.problems.push_back(std::move(p));
-    }
-    if (node.kind == Node::Kind::table) warn_of_bare_angles(node, below, in);
+    if (const Key* key = find_key(below); key && !node.bad) look(*key, node);
+    if (node.kind == Node::Kind::table) for_each_value(node, below, look);
     for (const Node& item : node.items)
-      if (item.kind == Node::Kind::table) warn_of_bare_angles(item, below, in);
+      if (item.kind == Node::Kind::table) for_each_value(item, below, look);
   }
+}
+
+void warn_of_value(const Reading& in, const Node& node, std::string rule, std::string remedy) {
+  Problem p;
+  p.severity = warning;
+  p.file = node.where.file, p.line = node.where.line, p.column = node.where.column;
+  p.key = node.label;
+  p.value = value_text(node);
+  p.rule = std::move(rule);
+  p.remedy = std::move(remedy);
+  in.problems.push_back(std::move(p));
+}
+
+/// Angles without a unit: a whole number is hardly one of radians; of others the plan states the degrees.
+void warn_of_bare_angle(const Reading& in, const Key& key, const Node& node) {
+  if (key.type != Type::quantity || key.dimension != dimension::angle || !node.is_number() ||
+      node.as_number() == 0)
+    return;
+  const double degrees = node.as_number() * 180 / std::numbers::pi;
+  if (node.kind == Node::Kind::number)
+    in.scene.notes.push_back(
+        fmt::format("{} = {}, a bare number in radians: {:.4g} deg.", node.label, value_text(node), degrees));
+  if (node.kind == Node::Kind::integer)
+    warn_of_value(in, node, fmt::format("a bare number is in radians: this is {:.4g} deg", degrees),
+                  fmt::format("write \"{} deg\", or \"{} rad\" if it is meant", node.integer, node.integer));
+}
+
+/// Friction beyond any of rock, soil or concrete: an angle without its unit, or a slip of the number.
+void warn_of_steep_friction(const Reading& in, const Key& key, const Node& node) {
+  constexpr double steepest = 70;  // [deg]
+  if (key.type != Type::friction) return;
+  const double coefficient = friction_coefficient(node),
+               degrees = std::atan(coefficient) * 180 / std::numbers::pi;
+  if (degrees <= steepest) return;
+  std::string error;
+  const auto quantity = node.is_number() ? std::nullopt : parse_quantity(node.text, error);
+  if (quantity && quantity->dimension == dimension::angle)
+    warn_of_value(in, node, fmt::format("{:.4g} deg is beyond the friction of any rock or soil", degrees),
+                  "check the number and its unit");
+  else
+    warn_of_value(in, node,
+                  fmt::format("a number without a unit is the coefficient, and this one is unusually large: "
+                              "an angle of {:.3g} deg",
+                              degrees),
+                  coefficient < 90
+                      ? fmt::format("if it is an angle, write \"{:g} deg\"", coefficient)
+                      : std::string("write an angle with its unit, \"28 deg\", or the coefficient"));
 }
 
 /// Size of a vector in SI units, where the key is given and can be read (else it has been reported).
@@ -240,17 +277,20 @@ bool all_bare(const View& view, const char* key) {
 
 /// Motions and turns that no falling rock has: rocks were seen to reach some 60 m/s and 50 rad/s.
 constexpr double fastest = 150, wildest = 150;  // [m/s], [rad/s]
-constexpr const char* speed_remedy = "check the unit: a bare number is in m/s";
-std::string faster_than_rocks(double speed) {
-  return fmt::format("{:.4g} m/s is faster than rocks fall", speed);
+
+void warn_of_unusual_speed(const View& view, const char* key, const Vec3& velocity) {
+  if (const double v = velocity.norm(); v > fastest)
+    view.problem(key, fmt::format("{:.4g} m/s is faster than rocks fall", v),
+                 "check the unit: a bare number is in m/s", warning);
 }
 
-void warn_of_unusual_motion(const View& block) {
-  if (const auto v = size_of(block, "velocity", dimension::velocity); v && *v > fastest)
-    block.problem("velocity", faster_than_rocks(*v), speed_remedy, warning);
-  if (const auto w = size_of(block, "spin", dimension::angular_velocity); w && *w > wildest)
-    block.problem("spin", fmt::format("{:.4g} rad/s is faster than rocks turn", *w),
-                  "check the unit: a bare number is in rad/s", warning);
+void warn_of_unusual_spin(const View& view, const char* key, const Vec3& spin) {
+  if (const double w = spin.norm(); w > wildest)
+    view.problem(key, fmt::format("{:.4g} rad/s is faster than rocks turn", w),
+                 "check the unit: a bare number is in rad/s", warning);
+}
+
+void warn_of_unusual_turn(const View& block) {
   if (const auto given = block.table("orientation"))
     if (const auto angle = size_of(*given, "rotation_vector", dimension::angle);
         angle && *angle > 2 * std::numbers::pi * (1 + 1e-9))
@@ -314,9 +354,15 @@ void warn_of_the_implausible(const Reading& in, const View& root) {
                    "check the unit: rock is about 2.6 t/m^3, or 2600 kg/m^3", warning);
     warn_of_unusual(view, of_material);
   }
-  for (const View& view : root.tables("interface")) warn_of_unusual(view, of_interface);
-  if (const auto mass = root.table("rock_mass"))
-    for (const View& view : mass->tables("joint_set")) warn_of_unusual(view, of_joint);
+  for (const View& view : root.tables("interface")) {
+    warn_of_unusual(view, of_interface);
+    if (const auto law = view.table("contact_law")) warn_of_unusual(*law, of_contact_law);
+  }
+  if (const auto mass = root.table("rock_mass")) {
+    for (const View& view : mass->tables("joint_set"))
+      warn_of_unusual(view, of_joint_set), warn_of_unusual(view, of_bonds);
+    for (const View& view : mass->tables("joint")) warn_of_unusual(view, of_bonds);
+  }
   const std::vector<View> structures = root.tables("structure");
   for (std::size_t i = 0; i < structures.size() && i < in.scene.structures.size(); ++i) {
     refuse_what_nobody_builds(structures[i], in.scene.structures[i]);
@@ -328,14 +374,23 @@ void warn_of_the_implausible(const Reading& in, const View& root) {
     for (const View& rule : structures[i].tables("rebar")) warn_of_unusual_bars(rule, in.scene.structures[i]);
   }
   for (const char* kind : {"material", "block", "structure", "line"}) warn_of_like_names(root, kind);
-  if (!root.has("resolved")) warn_of_bare_angles(root.node(), "", in);  // the program writes radians
+  for_each_value(root.node(), "", [&, resolved = root.has("resolved")](const Key& key, const Node& node) {
+    if (!resolved) warn_of_bare_angle(in, key, node);  // the program writes radians
+    warn_of_steep_friction(in, key, node);
+  });
   if (const auto simulation = root.table("simulation"))
     warn_of_unusual_simulation(*simulation, in.scene.simulation);
-  for (const View& view : root.tables("block")) warn_of_unusual_motion(view);
-  if (const auto impact = root.table("impact")) {
-    warn_of_unusual_motion(*impact);
-    if (const auto speed = impact->maybe("velocity"); speed && *speed > fastest)
-      impact->problem("velocity", faster_than_rocks(*speed), speed_remedy, warning);
+  for (const View& view : root.tables("block")) {
+    warn_of_unusual_speed(view, "velocity", view.vector("velocity"));
+    warn_of_unusual_spin(view, "spin", view.vector("spin"));
+    warn_of_unusual_turn(view);
+  }
+  if (const auto impact = root.table("impact"); impact && in.scene.impact) {
+    const Impact& i = *in.scene.impact;
+    const char* file = i.trajectory.empty() ? nullptr : "trajectories";
+    warn_of_unusual_speed(*impact, file ? file : "velocity", i.velocity);
+    warn_of_unusual_spin(*impact, file && !impact->has("spin") ? file : "spin", i.spin);
+    warn_of_unusual_turn(*impact);
   }
 }
 

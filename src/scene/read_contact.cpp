@@ -122,27 +122,6 @@ void read_law_form(Reading& in, const View& view, ContactLaw& law) {
   stray("points", "table");
 }
 
-/// Friction beyond any of rock, soil or concrete: an angle without its unit, or a slip of the number.
-void warn_of_steep_friction(const View& view, const Node& given, double coefficient) {
-  constexpr double steepest = 70;  // [deg]
-  const double degrees = std::atan(coefficient) * 180 / M_PI;
-  if (degrees <= steepest) return;
-  std::string error;
-  const auto quantity = given.is_number() ? std::nullopt : parse_quantity(given.text, error);
-  if (quantity && quantity->dimension == dimension::angle) {
-    view.problem("friction", fmt::format("{:.4g} deg is beyond the friction of any rock or soil", degrees),
-                 "check the number and its unit", Problem::Severity::warning);
-    return;
-  }
-  view.problem("friction",
-               fmt::format("a number without a unit is the coefficient, and this one is unusually large: an "
-                           "angle of {:.3g} deg",
-                           degrees),
-               coefficient < 90 ? fmt::format("if it is an angle, write \"{:g} deg\"", coefficient)
-                                : std::string("write an angle with its unit, \"28 deg\", or the coefficient"),
-               Problem::Severity::warning);
-}
-
 /// A ground by name: what it fills in, and the ranges of its values (docs/theory/ground.md has their
 /// sources).
 struct Preset {
@@ -230,10 +209,7 @@ std::vector<Entry> read_entries(Reading& in, const View& root) {
       continue;
     }
     ContactLaw& law = entry.law;
-    if (const Node* friction = view.get("friction")) {
-      law.friction = friction_coefficient(*friction);
-      warn_of_steep_friction(view, *friction, law.friction);
-    }
+    if (const Node* friction = view.get("friction")) law.friction = friction_coefficient(*friction);
     read_ground(in, view, law);
     law.cohesion = view.number("cohesion");
     law.tension = view.number("tension");

@@ -330,7 +330,7 @@ class Validator {
             return;
           }
         return;
-      case Type::friction: friction(node, key); return;
+      case Type::friction: friction(node); return;
       case Type::stiffness: stiffness(node, key); return;
       case Type::joint: joint(node); return;
       case Type::velocity:
@@ -441,16 +441,17 @@ class Validator {
     }
   }
 
-  void friction(Node& node, const Key& key) {
+  void coefficient(Node& node, double value, const std::string& remedy) {
+    if (!std::isfinite(value) || value < 0)
+      report(node, "must be a coefficient >= 0 or an angle", remedy);
+    else if (value > largest_friction)
+      report(node, fmt::format("must not exceed {:g}", largest_friction), remedy);
+  }
+
+  void friction(Node& node) {
     const std::string remedy =
         "write an angle with its unit, \"28 deg\", or the coefficient as a bare number, 0.53";
-    if (node.is_number()) {
-      if (!std::isfinite(node.as_number()) || node.as_number() < 0)
-        report(node, "must be a coefficient >= 0 or an angle", remedy);
-      else if (node.as_number() > largest_friction)
-        report(node, fmt::format("must not exceed {:g}", largest_friction), remedy);
-      return;
-    }
+    if (node.is_number()) return coefficient(node, node.as_number(), remedy);
     std::string error;
     const auto given = node.kind == Node::Kind::text ? parse_quantity(node.text, error) : std::nullopt;
     if (!given)
@@ -463,9 +464,8 @@ class Validator {
              fmt::format("must be a coefficient >= 0 or an angle: this one is in {}",
                          unit_name(given->dimension)),
              remedy);
-    else if (given->value < 0)
-      report(node, "must be a coefficient >= 0 or an angle", remedy);
-    (void)key;
+    else
+      coefficient(node, given->value, remedy);
   }
 
   void stiffness(Node& node, const Key& key) {

@@ -1,7 +1,9 @@
 #include "sim/builder.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <map>
 
 #include <fmt/format.h>
 
@@ -166,22 +168,50 @@ void Builder::check_buried_mass() {
           : "give region or slip_surface with from_terrain in place of blocks, or a terrain without them");
 }
 
+/// Copies start where there is ground: what lies beside it of their area would be missed in silence.
+void Builder::check_release_areas() {
+  const scene::Scene& s = world_->scene;
+  for (const scene::Block& b : s.blocks) {
+    if (!b.release || b.release->at) continue;
+    const geometry::AreaExtent extent =
+        geometry::extent_of(geometry::read_area(b.release->polygon), s.site->origin, [&](double x, double y) {
+          return std::isfinite(uppermost_ground(env_.terrain.get(), s.planes, x, y)) &&
+                 !terrain_->over_hole(x, y);
+        });
+    add_warnings(geometry::beside_ground(extent, fmt::format("block.{}.release.polygon", b.name)));
+  }
+}
+
 void Builder::check_ground() {
   for (std::size_t i = 0; i < single_blocks_; ++i) check_size(i);
   check_span();
   if (!terrain_) return;
+  check_release_areas();
   const Box3 box = env_.terrain->bounds();
   const Eigen::AlignedBox2d limits(Eigen::Vector2d(box.min().head<2>()),
                                    Eigen::Vector2d(box.max().head<2>()));
   for (std::size_t i = 0; i < single_blocks_; ++i) check_buried(i);
   check_buried_mass();
+  const auto report = [&](Problem p) {
+    p.file = world_->scene.file;
+    (p.severity == Problem::Severity::error ? problems_ : world_->scene.warnings).push_back(std::move(p));
+  };
+  std::map<std::string, std::vector<Problem>> of_mass;  // by what is to be done: one fault of its place each
   for (std::size_t i = 0; i < model_.blocks.size(); ++i)
     for (Problem& p : ground_problems(model_.blocks[i].name, state_.blocks.c[i], *terrain_, limits,
                                       !world_->scene.planes.empty(),
                                       contact::plumb_at(*env_.terrain, state_.blocks.c[i]).floor)) {
-      p.file = world_->scene.file;
-      (p.severity == Problem::Severity::error ? problems_ : world_->scene.warnings).push_back(std::move(p));
+      if (i < single_blocks_)
+        report(std::move(p));
+      else
+        of_mass[p.remedy].push_back(std::move(p));
     }
+  for (auto& [remedy, found] : of_mass) {
+    Problem p = found.front();
+    p.value = fmt::format("{} of its blocks, one at {}", found.size(), p.value);
+    p.key = "rock_mass";
+    report(std::move(p));
+  }
 }
 
 }  // namespace talus::sim

@@ -10,6 +10,7 @@
 #include "core/solid_mesh_parts.hpp"
 #include "coupling/ground/ground.hpp"
 #include "coupling/touch/touch.hpp"
+#include "geometry/stated_unit.hpp"
 #include "sim/fineness.hpp"
 #include "sim/footing.hpp"
 
@@ -62,18 +63,38 @@ std::vector<Problem> unmerged_parts(const StructureSpec& spec) {
   return {p};
 }
 
-/// A structure of a mesh file larger than any that is built, or thicker in all directions than any pier, is
-/// one in millimetres or centimetres. Numbers of a scene are refused by the same limits
-/// (scene/plausible.cpp).
-std::vector<Problem> mesh_size_problems(const StructureSpec& spec, const Vec3& size) {
+/// Mean edge of the faces of a surface [m].
+double mean_edge(const TriangleSurface& s) {
+  double sum = 0;
+  for (const auto& t : s.triangles)
+    sum += (s.vertices[static_cast<std::size_t>(t[1])] - s.vertices[static_cast<std::size_t>(t[0])]).norm();
+  return sum / static_cast<double>(std::max<std::size_t>(1, s.triangles.size()));
+}
+
+/// A structure of a mesh file larger than any that is built, thicker in all directions than any pier, or of
+/// cells that are, is one in millimetres or centimetres, whatever its head says of its unit or not. Numbers
+/// of a scene are refused by the same limits (scene/plausible.cpp).
+std::vector<Problem> mesh_unit_problems(const StructureSpec& spec, const contact::SurfaceIndex& skin) {
   constexpr double longest = 3000, thickest = 100;  // [m]
-  if (spec.kind != "mesh" || (size.maxCoeff() <= longest && size.minCoeff() <= thickest)) return {};
+  constexpr double coarsest = 5;                    // [m]: with such cells no pier or slab has two across
+  if (spec.kind != "mesh") return {};
+  const Vec3 size = skin.bounds().sizes();
   Problem p;
   p.severity = Problem::Severity::warning;
   p.file = spec.file;
   p.key = fmt::format("structure.{}.file", spec.name);
+  if (const geometry::StatedUnit unit = geometry::stated_unit(spec.file); !unit.name.empty()) {
+    p.value = unit.name;
+    p.rule = "is the unit that the head of the file names, and its numbers are taken as metres";
+    p.remedy = fmt::format("scale it by {:g} in the program that made it", unit.metres);
+    return {p};
+  }
+  const double edge = mean_edge(skin.surface());
+  if (size.maxCoeff() <= longest && size.minCoeff() <= thickest && edge <= coarsest) return {};
   p.value = fmt::format("{:.4g} x {:.4g} x {:.4g} m", size.x(), size.y(), size.z());
-  p.rule = size.maxCoeff() > longest ? "no structure is that large" : "no structure is that thick";
+  p.rule = size.maxCoeff() > longest    ? std::string("no structure is that large")
+           : size.minCoeff() > thickest ? std::string("no structure is that thick")
+                                        : fmt::format("no structure is computed by cells of {:.3g} m", edge);
   p.remedy = fmt::format(
       "lengths of mesh files are metres: in millimetres it would be {:.3g} x {:.3g} x {:.3g} m; "
       "scale it in the program that made it",
@@ -143,7 +164,7 @@ void Builder::add_structures() {
                      ? std::make_unique<contact::SurfaceIndex>(part.structure->skin().surface())
                      : coupling::moving_index(part.structure->skin().surface());
     check_probes(spec, part.index->bounds());
-    add_warnings(mesh_size_problems(spec, part.index->bounds().sizes()));
+    add_warnings(mesh_unit_problems(spec, *part.index));
     add_warnings(unmerged_parts(spec));
     add_warnings(fineness_problems(spec));
     if (!part.stepped() && !spec.loads.empty()) warn_of_unused_loads(spec);

@@ -44,6 +44,7 @@ class Builder {
   /// A block that moves starts outside of the solid, which is all that lies below the terrain.
   void check_buried(std::size_t i);
   void check_buried_mass();  // the same of the rock mass, as one fault
+  void check_release_areas();
   void check_ground();
 
   // Blocks (build_blocks.cpp)

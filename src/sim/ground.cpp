@@ -159,9 +159,7 @@ std::vector<std::pair<Vec3, Mat3>> release_places(const scene::Release& release,
     geometry::expect_same_crs(scene.site->crs.empty() && terrain ? terrain->crs : scene.site->crs, area.crs,
                               release.polygon, "release.polygon");
   const Vec3 origin = scene.site ? scene.site->origin : Vec3::Zero();
-  Eigen::AlignedBox2d limits;
-  for (const auto& ring : area.rings)
-    for (const auto& p : ring) limits.extend(Eigen::Vector2d(p - origin.head<2>()));
+  const Eigen::AlignedBox2d limits = area.limits().translate(-origin.head<2>());
   geometry::Random random(release.seed * 2654435761ull + 1);
   std::vector<std::pair<Vec3, Mat3>> places;
   bool over_ground = false;

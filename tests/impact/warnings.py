@@ -146,6 +146,45 @@ of_file = base.replace('shape = "sphere"\ndiameter = "1 m"', 'file = "%s"')
 expect("a block in feet", check(of_file % "feet.obj"), 0, "ft: is the unit that the head of the file names", "1 warning")
 expect("a block in feet, of a mass", check(of_file % "feet.obj" + 'mass = "2 t"\n'), 0, "No problems found")
 expect("a block in map coordinates", check(of_file % "map.ply"), 0, "this file keeps seven digits, here steps of 0.5 m", "1 warning")
+# A structure from a mesh in millimetres: by its head, or by cells that no structure has.
+def plate(head, scale):
+    nodes = [(x, y, z) for z in (0, 0.1) for y in (0, 0.5, 1) for x in (0, 0.5, 1)]
+    cells = [(i + 3 * j, i + 3 * j + 1, i + 3 * j + 4, i + 3 * j + 3) for j in (0, 1) for i in (0, 1)]
+    return (head + "*NODE\n" + "".join("%d, %g, %g, %g\n" % (k + 1, *(scale * c for c in n)) for k, n in enumerate(nodes)) + "*ELEMENT, TYPE=C3D8\n"
+            + "".join("%d, %s\n" % (k + 1, ", ".join(str(n + 1 + layer) for layer in (0, 9) for n in c)) for k, c in enumerate(cells)))
+
+
+meshed = base + '[[structure]]\nname = "M"\nkind = "mesh"\nmaterial = "C30"\nfile = "plate.inp"\nposition = [20, 50, %s]\n'
+for head, scale, z, part, absent in (("** Units: mm\n", 1, 7, "mm: is the unit that the head of the file names", []), ("", 200, 60, "no structure is computed by cells of 80 m", []),
+                                     ("", 1, 7, "Structure M: 4 elements", ["the unit that", "no structure is"]), ("** cells of 500 mm\n", 1, 7, "Structure M: 4 elements", ["the unit that"])):
+    (out / "plate.inp").write_text(plate(head, scale))
+    expect(f"a mesh headed {head!r}, of {scale} m", check(meshed % z), 0, part, absent=absent)
+# An area of copies of which a part lies beside the ground; a rock mass beside it: one fault, one warning.
+ring = lambda a, b: {"type": "Polygon", "coordinates": [[[a, 20], [b, 20], [b, 80], [a, 80], [a, 20]]]}
+copies = base.replace('position = [80, 80, 40]', 'release = { polygon = "copies.geojson", count = 3 }')
+for ends, part, absent in (((60, 140), "50 % of the area has no ground below", []), ((20, 80), "No problems found", ["no ground below"])):
+    (out / "copies.geojson").write_text(json.dumps(ring(*ends)))
+    expect(f"copies from {ends}", check(copies), 0, part, absent=absent)
+cut = base + """[rock_mass]
+box = { min = [300, 300, 10], max = [306, 306, 16] }
+material = "rock"
+[[rock_mass.joint_set]]
+orientation = "0/0"
+spacing = "2 m"
+[[rock_mass.joint_set]]
+orientation = "90/90"
+spacing = "2 m"
+%s"""
+expect("a rock mass beside the terrain", check(cut % ""), 0, "rock_mass = ", " of its blocks, one at [", "lies beside the terrain", "1 warning", absent=["block.R"])
+# Numbers without their unit, wherever a friction or a strength may stand.
+for more, part in (("friction = 35", "rock_mass.joint_set.1.friction = 35: a number without a unit is the coefficient"), ('friction = "35 deg"', "1 warning")):
+    expect(more, check(cut % more), 0, part)
+soft = base.replace('normal_stiffness = "hard"', 'normal_stiffness = "50 MPa/m"\n%s')
+for more, part in (("slip_friction = { most = 35, length = 0.5 }", "slip_friction.most = 35: a number without a unit is the coefficient"), ("slip_friction = { most = 2, length = 0.5 }", "No problems found"),
+                   ('contact_law = { kind = "crushing", pressure = 0.2 }', '0.2 Pa is the strength of no ground or cushion; a bare number is in Pa: did you mean "0.2 MPa"?'),
+                   ('contact_law = { kind = "crushing", pressure = "0.2 MPa" }', "No problems found")):
+    expect(more, check(soft % more), 0, part)
+expect("friction as a text", check(base.replace("friction = 0.6", 'friction = "1e300"')), 2, "friction", "must not exceed 1e+06")
 # What run refuses of a line, check does.
 line = '[[line]]\nname = "road"\n'
 (out / "road.geojson").write_text(json.dumps({"type": "LineString", "crs": {"type": "name", "properties": {"name": "EPSG:2263"}}, "coordinates": [[10, 10], [90, 90]]}))
@@ -253,6 +292,10 @@ expect("a blow beside the structure", check(alone.replace("19, 50, 12", "19, 58,
 expect("a blow above the structure", check(alone.replace("19, 50, 12", "19, 50, 25")), 0, "impact.point = [19, 50, 25]", "passes P by")
 expect("a blow that flies away", check(alone.replace("19, 50, 12", "26, 50, 12")), 2, "impact.point", "the block flies away: P lies behind it there")
 expect("the speed of a blow", check(alone.replace("5 m/s", "500 m/s")), 0, "impact.velocity", "500 m/s is faster than rocks fall")
+for spin, speed, part, absent in ((300, 5, "impact.trajectories", ["m/s is faster"]), (3, 500, "500 m/s is faster than rocks fall", ["rocks turn"]), (3, 5, "No problems found", [])):
+    (out / "rows.csv").write_text(f"x,y,z,vx,vy,vz,wx,wy,wz,mass\n18.5,50,12,{speed},0,0,0,0,{spin},5000\n")
+    rows = alone.replace('velocity = "5 m/s"\n', 'trajectories = "rows.csv"\n').replace('mass = "5 t"\n', "").replace("point = [19, 50, 12]\n", "")
+    expect(f"a row of {speed} m/s, {spin} rad/s", check(rows), 0, part, *(["300 rad/s is faster than rocks turn"] if spin == 300 else []), absent=absent)
 # Mass holds, and the size says the ratios alone: what comes out of both is stated.
 both = base.replace('shape = "sphere"\ndiameter = "1 m"', 'shape = "box"\nmass = "5 t"\nsize = [1.2, 1.2, 1.2]')
 expect("mass and size", check(both), 0, "Mass and size: B 5 t, 1.244 x 1.244 x 1.244 m.")

@@ -70,8 +70,9 @@ std::optional<SegmentPair> crossing(const Search& s, const Patch::Edge& a, const
       r.cross(db).dot(across) / across.squaredNorm(), r.cross(da).dot(across) / across.squaredNorm(), {}, {}};
   m.a = a.a + m.s * da, m.b = b.a + m.t * db;
   if ((m.a - c.a).norm() > reach || (m.b - c.b).norm() > reach) return {};
-  // Where they are apart, both are at the end if they are no farther from it than from each other.
-  const double at_end = std::max(s.touch, (m.b - m.a).norm());
+  // Where they are apart, both are at the end if they are no farther from it than from each other. Where they
+  // overlap, what goes on beyond the end is asked for: the place where they cross is in both bodies.
+  const double at_end = gap > 0 ? std::max(s.touch, (m.b - m.a).norm()) : s.touch;
   const auto crossed = [&](const Patch::Edge& e, const Vec3& on_edge, double at, double end, bool first,
                            const Vec3& other) {
     return within(at, end) ||

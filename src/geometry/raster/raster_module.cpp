@@ -238,6 +238,14 @@ std::string item_of(GDALMajorObjectH of, std::initializer_list<const char*> name
   return {};
 }
 
+/// All texts that a file has about itself: "TIFFTAG_IMAGEDESCRIPTION=Bare earth, heights in feet".
+void tell_remarks(GDALDatasetH data, GDALRasterBandH band, OGRSpatialReferenceH srs, Raster* out) {
+  for (GDALMajorObjectH of : {GDALMajorObjectH(data), GDALMajorObjectH(band)})
+    for (char** item = GDALGetMetadata(of, nullptr); item && *item; ++item) out->remarks.emplace_back(*item);
+  out->remarks.emplace_back(GDALGetDescription(band));
+  if (const char* name = srs ? OSRGetName(srs) : nullptr) out->remarks.emplace_back(name);
+}
+
 /// Units that stand among the metadata, as programs write them that do not use the fields for it.
 void tell_metadata(GDALDatasetH data, GDALRasterBandH band, Raster* out) {
   if (out->band_unit.empty()) out->band_unit = item_of(band, {"units", "unit"});
@@ -348,6 +356,7 @@ extern "C" __attribute__((visibility("default"))) bool talus_raster_read(const c
   tell_units(beside ? srs : own, out);
   if (std::strcmp(GDALGetDriverShortName(GDALGetDatasetDriver(data)), "GTiff") == 0)
     tell_tags(path, beside ? srs : own, has_scale != 0, out);
+  tell_remarks(data, band, beside ? srs : own, out);
   if (srs) OSRDestroySpatialReference(srs);
   tell_metadata(data, band, out);
   return true;

@@ -25,12 +25,13 @@ struct Raster {
   std::string projection;        // given: text of the .prj beside the file
   bool grid_of_text = false;     // given: the file is an ESRI ASCII grid, whose system is in its .prj alone
   std::string unit_by = "its coordinate system";  // what gives vertical_unit
-  std::string loose_unit;  // by the metadata, which do not say whether of plan or of heights
-  std::string band_name;   // description of the first band
-  std::string band_names;  // of all that have one, joined by commas
-  int images = 1;          // in the file; the first is read
-  double scale_z = 1;      // third size of a pixel by the file's tag, where nothing was made of it
-  bool classes = false;    // the values stand for names, such as kinds of ground
+  std::string loose_unit;            // by the metadata, which do not say whether of plan or of heights
+  std::vector<std::string> remarks;  // texts of the metadata, of the band, and the name of the system
+  std::string band_name;             // description of the first band
+  std::string band_names;            // of all that have one, joined by commas
+  int images = 1;                    // in the file; the first is read
+  double scale_z = 1;                // third size of a pixel by the file's tag, where nothing was made of it
+  bool classes = false;              // the values stand for names, such as kinds of ground
   bool palette = false,
        colours =
            false;  // the values are numbers of a table of colours; the first band is a colour of a picture

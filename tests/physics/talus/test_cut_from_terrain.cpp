@@ -211,5 +211,71 @@ spacing = 5
 
 INSTANTIATE_TEST_SUITE_P(AsItIsAndThinnedOut, NaturalTerrain, ::testing::Values("", "decimation = 0.2"));
 
+/// A rough slope, cut by two sets, and how small its blocks may be.
+struct Merged {
+  int seed;  // of its roughness
+  double least_volume;
+  const char *steep, *flat;
+  double steep_spacing, flat_spacing;
+};
+class MergedBlocks : public ::testing::TestWithParam<Merged> {};
+
+// Blocks that share a rough face meet edge on edge along it. Lines through edges that end in one corner,
+// drawn out beyond it, pass each other at some depth: no overlap where that place is in one of the bodies
+// alone.
+TEST_P(MergedBlocks, DoNotOverlap) {
+  const Merged& c = GetParam();
+  const std::filesystem::path file =
+      std::filesystem::temp_directory_path() / fmt::format("talus-merged-{}-{}.asc", c.seed, getpid());
+  {
+    std::ofstream dem(file);
+    dem << "ncols 12\nnrows 12\nxllcenter 0\nyllcenter 0\ncellsize 1\n";
+    for (int j = 11; j >= 0; --j, dem << "\n")
+      for (int i = 0; i < 12; ++i)
+        dem << fmt::format(
+            "{:.3f} ",
+            20 - 0.6 * i + 0.9 * ((7 * i * i + 13 * i * j + 5 * j * j + c.seed * (i + 3 * j)) % 17) / 17);
+  }
+  const std::string text =
+      fmt::format(R"(schema = 1
+[simulation]
+duration = 0.01
+[site]
+terrain = "{}"
+material = "slope"
+[[material]]
+name = "rock"
+density = 2600
+[[interface]]
+between = ["*", "*"]
+friction = 0.5
+normal_stiffness = "hard"
+[rock_mass]
+from_terrain = true
+box = {{ min = [1, 1, 11.4], max = [10, 10, 30] }}
+material = "rock"
+least_volume = {}
+[[rock_mass.joint_set]]
+orientation = "{}"
+spacing = {}
+[[rock_mass.joint_set]]
+orientation = "{}"
+spacing = {}
+)",
+                  file.string(), c.least_volume, c.flat, c.flat_spacing, c.steep, c.steep_spacing);
+  try {
+    const Outcome o = run_scene(text);
+    EXPECT_TRUE(o.ok()) << o.result.message;
+    EXPECT_GE(o.last().position.size(), 10u);
+  } catch (const InputError& e) { ADD_FAILURE() << e.what(); }
+  std::filesystem::remove(file);
+}
+
+INSTANTIATE_TEST_SUITE_P(OfRoughSlopes, MergedBlocks,
+                         ::testing::Values(Merged{69, 0.5, "350/85", "80/30", 2, 1.5},
+                                           Merged{158, 0.5, "350/85", "80/30", 3, 2},
+                                           Merged{300, 1, "10/85", "100/30", 3, 2},
+                                           Merged{362, 2, "350/85", "100/30", 3, 3}));
+
 }  // namespace
 }  // namespace talus::verify

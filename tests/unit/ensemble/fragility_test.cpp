@@ -506,6 +506,25 @@ TEST(Calibrate, FindsTheFrictionFromPassagesAndFromEndPoints) {
   EXPECT_NE(refusal("x,y\n1 kg,2\n1,2\n1,2\n1,2\n").find("is no"), std::string::npos);
 }
 
+TEST(Compare, PercentilesOfFewMembersAreNotSureAndNamesTellOptionsApart) {
+  const auto lines = [](long members) {
+    const Place place;
+    std::vector<fs::path> options;
+    for (const char* name : {"as-it-is", "with-net"}) {
+      options.push_back(place.path() / name / "out");
+      fs::create_directories(options.back());
+      const double value = options.size() == 1 ? 100.0 : 200.0;
+      const Json p95 = {{"value", value}, {"low", value - 5}, {"high", value + 5}};
+      const Json line = {{"name", "road"}, {"members", members}, {"energy", {{"p95", p95}}}};
+      std::ofstream(options.back() / "summary.json") << Json{{"lines", {line}}};
+    }
+    return write_comparison(options, place.path() / "options").front();
+  };
+  EXPECT_NE(lines(58).find("of too few members to bound it"), std::string::npos) << lines(58);
+  EXPECT_EQ(lines(59).find("too few"), std::string::npos) << lines(59);
+  EXPECT_NE(lines(59).find("with-net/out against as-it-is/out: 100 "), std::string::npos) << lines(59);
+}
+
 TEST(Calibrate, ParametersAreRead) {
   const Parameter p = parse_parameter("interface.rock/ground.friction=20 deg:40 deg");
   EXPECT_EQ(p.key, "interface.rock/ground.friction");

@@ -233,6 +233,87 @@ TEST(Members, StepLimitStopsAndCounts) {
   EXPECT_TRUE(fs::exists(place.path() / "out" / "members" / "17.toml"));
 }
 
+TEST(Members, ListsOfNumbersAreOfOneUnit) {
+  const auto column = [](const std::string& key, const std::string& list) {
+    const Place place;
+    const std::string text =
+        changed(tilted(), "key = \"interface.rock/ground.friction\"\nuniform = [0.1, 0.5]",
+                "key = \"" + key + "\"\nlist = " + list);
+    const Ensemble ensemble(place.put("scene.toml", text).string(), {});
+    const Column& c = ensemble.design().columns().front();
+    return c.text ? "text" : c.unit;
+  };
+  const std::string friction = "interface.rock/ground.friction";
+  EXPECT_EQ(column(friction, "[\"30 deg\", 0.7]"), "1");
+  EXPECT_EQ(column("interface.rock/ground.normal_stiffness", "[\"1 GN/m\", \"1 GPa/m\"]"), "text");
+  EXPECT_EQ(column("simulation.duration", "[1, \"1.6 s\"]"), "s");
+}
+
+// Of one crossing an interval of resamples is that value alone: no precision.
+TEST(Members, FewCrossingsAreNoPrecision) {
+  const auto members = [](double most) {
+    const Place place;
+    std::string text =
+        changed(tilted(), "members = 24",
+                "members = 768\nprecision = { line = \"road\", quantity = \"height\", percentile "
+                "= 95, within = 0.1 }");
+    text = changed(text, "uniform = [0.1, 0.5]", "uniform = [0.1, " + std::to_string(most) + "]");
+    Ensemble ensemble(place.put("scene.toml", text).string(), {});
+    return run(ensemble, place.path() / "out", 2);
+  };
+  EXPECT_EQ(members(20), 768);   // friction lets some one in fifty slide so far
+  EXPECT_EQ(members(0.5), 256);  // all of them
+}
+
+// The ground is read once for all members where none of them draws it.
+TEST(Members, GroundThatIsDrawnIsTheMembersOwn) {
+  const Place place;
+  const fs::path scene = place.put("scene.toml", R"(schema = 1
+[simulation]
+duration = "3 s"
+[site]
+crest = [0.0, 0.0, 20.0]
+dip_direction = "0 deg"
+width = "20 m"
+face = [{ dip = "40 deg", length = "30 m" }, { dip = "0 deg", length = "40 m" }]
+material = "ground"
+crs = "EPSG:31254"
+[[material]]
+name = "rock"
+density = 2600
+[[material]]
+name = "ground"
+roughness = { amplitude = "0.3 m", length = "3 m", seed = 1 }
+[[interface]]
+between = ["rock", "ground"]
+friction = 0.5
+restitution = 0.2
+normal_stiffness = "hard"
+[[block]]
+name = "B"
+material = "rock"
+shape = "box"
+size = [1.0, 0.8, 0.6]
+position = [0.0, 3.0, 20.5]
+[output]
+report = false
+[ensemble]
+design = "factorial"
+[[ensemble.vary]]
+key = "material.ground.roughness.seed"
+list = [1, 2, 3, 4]
+)");
+  Ensemble ensemble(scene.string(), {});
+  std::set<double> ends;
+  for (long i = 0; i < 4; ++i) {
+    const std::optional<Member> m = ensemble.run(i, nullptr);
+    ASSERT_TRUE(m && !m->end.empty());
+    EXPECT_NE(m->status, Status::failed) << m->message;
+    ends.insert(m->end.front().y());
+  }
+  EXPECT_EQ(ends.size(), 4u);
+}
+
 TEST(Members, FactorialTakesEveryCombination) {
   const Place place;
   std::string text = changed(tilted(), "members = 24", "design = \"factorial\"");
@@ -245,6 +326,7 @@ TEST(Members, FactorialTakesEveryCombination) {
   for (long i = 0; i < 6; ++i) {
     const Draw d = ensemble.design().draw(i);
     seen.emplace(d.numbers[0][0], d.numbers[1][0]);
+    if (i % 3 == 1) { EXPECT_NEAR(d.numbers[0][0], std::tan(15 * M_PI / 180), 1e-12); }
   }
   EXPECT_EQ(seen.size(), 6u);
 }

@@ -10,6 +10,7 @@
 
 #include "core/error.hpp"
 #include "ensemble/barrier.hpp"
+#include "ensemble/calibrate.hpp"
 #include "ensemble/ensemble.hpp"
 #include "ensemble/fragility/hits.hpp"
 #include "ensemble/maps.hpp"
@@ -104,6 +105,27 @@ TEST(Site, AnAreaThatIsInPartBesideTheTerrainIsToldWithItsShare) {
   ASSERT_EQ(told.size(), 1u);
   EXPECT_TRUE(any_holds(told, "block.B.release.polygon")) << told[0];
   EXPECT_TRUE(any_holds(told, "75 % of the area has no ground below")) << told[0];
+}
+
+TEST(Site, MeasuredEndPointsOfTheMapAreRefused) {
+  const Site site;
+  CalibrationRequest request;
+  request.scene = site.scene(drawn).string();
+  request.measured = fs::path(request.scene).parent_path() / "ends.csv";
+  request.parameters = {parse_parameter("interface.*/*.friction=0.4:0.8")};
+  const auto refusal = [&](double x, double y) -> std::string {
+    std::ofstream(request.measured) << "x,y\n"
+                                    << std::fixed << x << "," << y << "\n"
+                                    << x + 1 << "," << y << "\n"
+                                    << x + 2 << "," << y << "\n"
+                                    << x + 300 << "," << y << "\n";
+    try {
+      check(request);
+    } catch (const InputError& e) { return e.what(); }
+    return {};
+  };
+  EXPECT_NE(refusal(652420, 5241910).find("map coordinates less site.origin"), std::string::npos);
+  EXPECT_EQ(refusal(120, 110), "");  // one of the four lies beside the terrain
 }
 
 TEST(Site, WhatIsNotDrawnIsTold) {

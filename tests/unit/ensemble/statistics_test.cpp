@@ -18,6 +18,13 @@ TEST(Percentile, InterpolatesBetweenOrderStatistics) {
 }
 
 // Of 7 in 20: Newcombe 1998, and in closed form.
+TEST(Percentile, AsManyValuesAsBoundItByTheLargestAndTheLeast) {
+  EXPECT_EQ(enough_for(95), 59);
+  EXPECT_EQ(enough_for(5), 59);
+  EXPECT_EQ(enough_for(50), 5);
+  EXPECT_EQ(enough_for(99), 299);
+}
+
 TEST(Wilson, ClosedForm) {
   const Estimate e = wilson(7, 20);
   EXPECT_DOUBLE_EQ(e.value, 0.35);

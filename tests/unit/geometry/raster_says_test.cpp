@@ -104,6 +104,21 @@ TEST(RasterSays, HeightsInFeetAreConverted) {
   EXPECT_TRUE(warned(terrain_of(metres), "no length that is known"));
 }
 
+TEST(RasterSays, AUnitThatOnlyAFreeTextNamesIsWarnedOf) {
+  const auto said = [](const std::string& name, const std::string& text) {
+    TinyTiff t = tiff(heights);
+    t.metadata = "<GDALMetadata><Item name=\"" + name + "\">" + text + "</Item></GDALMetadata>";
+    return warned(terrain_of(t), "names a unit other than metres");
+  };
+  for (const char* text :
+       {"Bare earth, heights in US feet", "z: ft", "Vertical datum NAVD88 (ftUS), metres in plan"})
+    EXPECT_TRUE(said("remarks", text)) << text;
+  for (const char* text :
+       {"Bare earth, heights in metres", "1-foot contours", "accuracy 0.3 ft, points in class 2", "foothills",
+        "tiles of 2 km, rounded to 10 cm"})
+    EXPECT_FALSE(said("remarks", text)) << text;
+}
+
 TEST(RasterSays, APlanInFeetIsRefused) {
   TinyTiff t = tiff(heights);
   t.crs = 2263;  // New York Long Island, US survey feet

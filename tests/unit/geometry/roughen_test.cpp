@@ -40,6 +40,15 @@ TriangleSurface halves(int n) {
   return s;
 }
 
+TEST(Roughen, MoreTrianglesThanThereMayBeAreRefusedBeforeTheyAreMade) {
+  for (const double length : {1e-3, 1e-300}) {
+    TriangleSurface s = halves(10);
+    const Roughness rough{.material = 1, .amplitude = 0.3, .length = length, .seed = 4};
+    EXPECT_THROW(roughen(s, std::span(&rough, 1), Vec3::Zero()), InputError);
+    EXPECT_EQ(s.triangles.size(), halves(10).triangles.size());
+  }
+}
+
 TEST(Roughen, HasItsMeanAndDeviationAndLeavesSmoothFacesAlone) {
   TriangleSurface s = halves(10);
   const Roughness rough{.material = 1, .amplitude = 0.3, .length = 2, .seed = 4};

@@ -126,6 +126,30 @@ TEST(Terrain, MaterialsByPolygon) {
   EXPECT_EQ(sevens, 4);
 }
 
+TEST(Terrain, PolygonsOfAnAreaMayOverlapAndHaveHoles) {
+  const auto polygon = [](double a, double b, const std::string& holes) {
+    const auto ring = [](double from, double to) {
+      const std::string p = std::to_string(from), q = std::to_string(to);
+      return "[[" + p + "," + p + "],[" + q + "," + p + "],[" + q + "," + q + "],[" + p + "," + q + "],[" +
+             p + "," + p + "]]";
+    };
+    return R"({"type": "Feature", "properties": {}, "geometry": {"type": "Polygon", "coordinates": [)" +
+           ring(a, b) + (holes.empty() ? "" : "," + ring(5, 6)) + "]}}";
+  };
+  const TemporaryFile file("two.geojson", R"({"type": "FeatureCollection", "features": [)" +
+                                              polygon(0, 7, "hole") + "," + polygon(3, 10, "hole") + "," +
+                                              polygon(8, 9, "") + "]}");
+  const Area area = read_area(file.path);
+  for (const double at : {1.0, 4.0, 6.5, 8.5, 9.5}) EXPECT_TRUE(area.contains(at, at)) << at;
+  for (const double at : {-1.0, 5.5, 10.5}) EXPECT_FALSE(area.contains(at, at)) << at;
+  const AreaExtent extent =
+      extent_of(area, Vec3(1, 2, 0), [](double x, double y) { return x > 4 && y > -9; });
+  EXPECT_EQ(extent.limits.min(), Eigen::Vector2d(-1, -2));
+  EXPECT_NEAR(extent.area, 49 + 49 - 16 - 1, 0.5);
+  EXPECT_NEAR(extent.over_ground, 40.0 / 81, 0.01);
+  EXPECT_EQ(beside_ground(extent, "release.polygon").size(), 1u);
+}
+
 TEST(Terrain, MaterialsByRasterOfClasses) {
   const TemporaryFile file("classes.asc",
                            "ncols 3\nnrows 3\nxllcenter 1000\nyllcenter 2000\ncellsize 1\n" + rows);
