@@ -80,7 +80,7 @@ struct CellFrame {
   double extent(const std::array<double, 3>& n) const;
 };
 
-/// History of eight points, one array per quantity (1408 bytes, plain doubles, one vector of the processor
+/// History of eight points, one array per quantity (1792 bytes, plain doubles, one vector of the processor
 /// each). All zero: never damaged.
 struct alignas(64) DamageCell {
   double r_t[8], f_t[8], b_t[8], d_t[8];  // threshold [Pa], strength at onset [Pa], 1/(E eps') [1/Pa], damage
@@ -90,8 +90,9 @@ struct alignas(64) DamageCell {
                                       // the normal the largest that opened it
   double compaction[8], pressure[8];  // theta, p [Pa] of the crushed part
   double flow[6][8];                  // e_p, as Sym, engineering shears
+  double permanent[6][8];             // eps_p
 };
-static_assert(sizeof(DamageCell) == 176 * sizeof(double));
+static_assert(sizeof(DamageCell) == 224 * sizeof(double));
 
 class ConcreteDamage {
  public:
@@ -101,6 +102,7 @@ class ConcreteDamage {
         CellFrame::cube(0.1);    ///< used by the call for one point; stress8 takes the cell of the element
     double elastic_limit = 0.2;  ///< f_c0 / f_c, (0, 0.6]
     double cap = 1 - 1e-5;       ///< largest damage
+    double permanent_tension = 0.1, permanent_compression = 0.7;  ///< shares a_t, a_c, [0, 1)
     bool rate_effect = true;
     double rate_cap_compression = 1.25;
     double aggregate = 0;  ///< largest grain [m]; 0: faces of cracks do not interlock
@@ -110,7 +112,7 @@ class ConcreteDamage {
     double r_t = 0, f_t = 0, b_t = 0, d_t = 0, r_c = 0, dif_c = 0, b_c = 0, d_c = 0;
     std::array<double, 3> normal{}, slip{};
     double compaction = 0, pressure = 0;
-    Sym flow{};
+    Sym flow{}, permanent{};
   };
 
   /// Throws InputError if parameters are out of range.
@@ -133,8 +135,6 @@ class ConcreteDamage {
   double largest_cell() const;
   /// Extent l that a damaged point has frozen [m]; 0 if undamaged.
   double crack_length(double f_t, double b_t) const;
-  /// Crack opening w = l d_t eps_1 [m] from the largest principal strain.
-  double crack_opening(double f_t, double b_t, double d_t, double largest_strain) const;
 
  private:
   template <class R>
@@ -164,12 +164,14 @@ class ConcreteDamage {
   void interlock(const R (&strain)[6], const R (&effective)[6], R largest, Mask grows, Lanes<R>& s,
                  R (&stress)[6], R& energy, R& dissipation) const;
   template <class R>
-  void crushed(const R (&strain)[6], R largest, R poisson, R old_d_c, Lanes<R>& s, R (&stress)[6], R& energy,
-               R& dissipation) const;
+  void crushed(const R (&strain)[6], R old_d_c, Lanes<R>& s, R (&stress)[6], R& energy, R& dissipation) const;
+  /// 1 - sigma / q of the uniaxial curves.
   template <class R>
-  R damage_tension(R r, R inverse_r, R f_t, R b_t) const;
+  R missing_tension(R q, R f_t, R b_t) const;
   template <class R>
-  R damage_compression(R r, R dif, R b_c) const;
+  R missing_compression(R q, R dif, R b_c) const;
+  template <class R>
+  R reaches_cap(const R& f, const R& start, const R& b, double missing) const;
 
   Parameters p_;
   double young_ = 0, poisson_ = 0, f_t_ = 0, f_c_ = 0, f_c0_ = 0,
@@ -177,6 +179,8 @@ class ConcreteDamage {
   double bulk_ = 0, friction_ = 0;  // K [Pa]; |t| / p
   double shear_ = 0, interlock_ = 0, widen_ = 0, part_ = 0,
          closed_ = 0;  // G; the limit at w = 0 [Pa]; its fall with w [1/m]; 1/a; w_c
+  double ratio_t_ = 0, ratio_c_ = 0, missing_cap_t_ = 0,
+         missing_cap_c_ = 0;  // a / (1 - a); 1 - sigma/q at the cap
   double k_oct_ = 0, tau_scale_ = 0, k_curve_ = 0, inverse_span_ = 0, elastic_bound_ = 0;
 };
 static_assert(Law<ConcreteDamage>);
