@@ -60,7 +60,7 @@ void check_law(const StructureSpec& spec) {
 }  // namespace
 
 /// Triangulation, then kernels and fields; with damage its history.
-double bytes_of_cell(const StructureSpec& spec) { return spec.damage == "none" ? 2400 : 6000; }
+double bytes_of_cell(const StructureSpec& spec) { return spec.damage == "none" ? 2400 : 6800; }
 
 StructurePlan plan_of(const StructureSpec& spec, const Vec3& gravity) {
   StructurePlan plan;

@@ -66,7 +66,7 @@ struct History<Cdpm2> {
 constexpr double path_increment =
     0.25;  // of the strain and the peak strain, for the law to be integrated within a per cent
 
-/// Has the memory sent for while there is other work: a cell's history and geometry are some 4 kB that
+/// Has the memory sent for while there is other work: a cell's history and geometry are some 5 kB that
 /// nothing else needs.
 template <class T>
 void fetch(const T& object, bool to_write) {

@@ -53,6 +53,8 @@ ConcreteDamage::ConcreteDamage(const Parameters& p) : p_(p) {
                 "must be at least 1", "1.25");
   needs.require(p.aggregate >= 0 && p.aggregate < 0.2, "material.aggregate", p.aggregate,
                 "must be in [0, 0.2) m", "0.016");
+  for (const double share : {p.permanent_tension, p.permanent_compression})
+    needs.require(share >= 0 && share < 1, "material.permanent", share, "must be in [0, 1)", "0.1 and 0.7");
   needs.done();
 
   young_ = c.young;
@@ -69,6 +71,11 @@ ConcreteDamage::ConcreteDamage(const Parameters& p) : p_(p) {
   widen_ = 24 / 0.31 / (p.aggregate + 0.016);
   part_ = p.aggregate > 0 ? 1 / p.aggregate : 0.0;
   closed_ = interlock_ / shear_;
+  const auto missing_at_cap = [&](double share) { return p.cap / (1 - share + share * p.cap); };  // of d
+  ratio_t_ = p.permanent_tension / (1 - p.permanent_tension);
+  ratio_c_ = p.permanent_compression / (1 - p.permanent_compression);
+  missing_cap_t_ = missing_at_cap(p.permanent_tension);
+  missing_cap_c_ = missing_at_cap(p.permanent_compression);
   const double root2 = std::sqrt(2.0);
   k_oct_ = root2 * (c.biaxial_ratio - 1) / (2 * c.biaxial_ratio - 1);
   tau_scale_ = 3 / (root2 - k_oct_);
@@ -87,10 +94,6 @@ double ConcreteDamage::largest_cell() const {
 double ConcreteDamage::crack_length(double f_t, double b_t) const {
   if (!(f_t > 0) || !(b_t > 0)) return 0;
   return p_.concrete.fracture_energy / (f_t * (1 / (young_ * b_t) + f_t / (2 * young_)));
-}
-
-double ConcreteDamage::crack_opening(double f_t, double b_t, double d_t, double largest_strain) const {
-  return crack_length(f_t, b_t) * d_t * std::max(0.0, largest_strain);
 }
 
 void ConcreteDamage::start_tension(const Sym& stress, double tau, double largest, const Sym* rate,
@@ -135,6 +138,7 @@ void copy_state(const From& from, To& to) {
   std::copy_n(&from.normal[0], 3, &to.normal[0]);
   std::copy_n(&from.slip[0], 3, &to.slip[0]);
   std::copy_n(&from.flow[0], 6, &to.flow[0]);
+  std::copy_n(&from.permanent[0], 6, &to.permanent[0]);
 }
 }  // namespace
 

@@ -1,31 +1,46 @@
-/// Two-scalar damage of concrete with crack band and unilateral effect [faria1998, cervera2017].
+/// Two-scalar damage of concrete with permanent strain, crack band and unilateral effect [faria1998,
+/// cervera2017].
 ///
-///   s = C(E, nu (1 - d_t)) : eps = s+ + s-       effective stress, split by the sign of its principal values
-///       an open crack takes Poisson's effect away, or concrete between cracks would not bear along them
+///   s = C(E, nu (1 - d_t)) : (eps - eps_p) = s+ + s-       effective stress, split by the sign of its
+///       principal values; an open crack takes Poisson's effect away, or concrete between cracks would not
+///       bear along them
 ///   sigma = (1 - d_t) s+ + (1 - d_c) s- + d_c (t - p I)
-///   tau_t = sqrt(E s+ : C^-1 : s+), C with the same nu                     uniaxial tension: E eps
-///   tau_c = 3 (K s_oct + t_oct) / (sqrt2 - K) of s-,  K = sqrt2 (beta - 1) / (2 beta - 1)  E |eps|
-///   r     = max over time of tau, never below the strength
-///   d_t   = 1 - (f_t / r_t) exp(-(r_t - f_t) / (E eps')),  eps' = G_F / (l f_t) - f_t / (2 E)
-///   d_c   = 1 - sigma_c(r_c / E) / r_c,  sigma_c: elastic to f_c0; then as in [mc2010, 5.1-26]
+///   tau_t = sqrt(E s+ : C^-1 : s+), C with the same nu                     uniaxial: E (eps - eps_p)
+///   tau_c = 3 (K s_oct + t_oct) / (sqrt2 - K) of s-,  K = sqrt2 (beta - 1) / (2 beta - 1)  the same
+///   sigma_t(q) = f_t exp(-(q - f_t) / (E eps')),  eps' = G_F / (l f_t) - f_t / (2 E),  q = E eps
+///   sigma_c(q): elastic to f_c0; then as in [mc2010, 5.1-26]
 ///         f_c0 + (f_c - f_c0) (k x - x^2) / (1 + (k - 2) x),  x = (eps - eps_0) / (eps_c1 - eps_0),
 ///         k = E (eps_c1 - eps_0) / (f_c - f_c0), which leaves the elastic line smoothly and peaks at
 ///         (eps_c1, f_c);
 ///         beyond it f_c exp(-(eps - eps_c1) l f_c / G_c)
 ///
+/// These are the curves of a test without unloading. What stays of its inelastic strain is the share rho, 0.1
+/// in tension and 0.7 in compression [birtel2006]:
+///   E eps_p = rho (q - sigma(q)),  r = q - E eps_p,  d = 1 - sigma(q) / r,
+/// of which r and d are kept: q = r (1 + rho d / (1 - rho)). A point grows when tau > r,
+///   q_1 = q_0 + (tau - r_0),  eps_p grows by C^-1 : (1 - r_1 / tau) s+  (s- likewise),
+/// after which s+ is r_1 / tau times what it was, with the same axes, and tau is r_1: in closed form, exact
+/// in a uniaxial test for steps of any size. Where strains grow in proportion stresses are those of rho = 0.
+/// At the cap nothing grows.
 ///
 /// symbol   meaning                                                             unit    shape
 /// l        extent of the cell along the crack normal, frozen when damage starts  m       1
 /// d_t d_c  damage, at most 1 - 1e-5 (a cap of 0.999 loses 6 to 15 % of G_F)      -       1
+/// eps_p    permanent strain                                                      -       6
+/// r q      tau from which on damage grows; E eps of the test that has come as    Pa      1
+///          far
 /// beta     equibiaxial over uniaxial compressive strength                        -       1
+///
+/// The crushed part and the faces of cracks are bodies of their own between the same ends: they see eps, not
+/// eps - eps_p.
 ///
 /// Crushed concrete between concrete carries pressure: p = K <-tr eps - theta>, at most the confinement c =
 /// <-(lambda tr eps + 2 G eps_1)>, the least principal pressure of the sound concrete at that strain; what is
 /// above it compacts, theta grows, and the work p dtheta is dissipated. In uniaxial and biaxial compression
 /// with free sides c is 0, and the law above stands alone; in an oedometer the crushed concrete is half as
-/// stiff in volume as the sound. The rubble rubs: its deviator t = 2 G (e - e_p) is at most |t| = sqrt(2/3) M
+/// stiff in volume as the sound. The rubble rubs: its deviator t = 2 G (e - e_f) is at most |t| = sqrt(2/3) M
 /// p, M = 6 sin phi / (3 - sin phi) with tan phi 0.7 (that of a rough face by EN 1992-1-1, 6.2.5), by radial
-/// return, without change of volume; the work of e_p is dissipated.
+/// return, without change of volume; the work of e_f is dissipated.
 ///
 /// A crack that crosses a row of leaning cells, normal m, opens it by a jump over the row's thickness, eps =
 /// sym(delta m). The law is to see the crack, not the row: in cells that lean the strain and the stress go
@@ -53,8 +68,9 @@
 /// back; in compression to 1.25, since the inertia of the model already gives the rest. Compression scales
 /// stress and strain together, so that E stays.
 ///
-/// Energy: stored energy 1/2 sigma : eps; dissipation what it loses at constant strain when damage grows,
-/// times the mean of r^2 over the step by its last value: exact in tension where strains grow in proportion,
+/// Energy: stored energy 1/2 sigma : (eps - eps_p); dissipation what it loses at constant strain when damage
+/// and permanent strain grow, times the ratio of the two in a uniaxial test over the same step, 2 int sigma
+/// dq - [sigma r] over (1 - d_0) tau^2 - (1 - d_1) r_1^2: exact in tension where strains grow in proportion,
 /// to second order in compression. For nu > 0 the split stress is not the gradient of an energy when both
 /// signs meet in one point with different damage [carol1996]: a closed strain path can then return a little
 /// more or less work than it took. A ledger that has to close books internal work minus the change of stored
@@ -80,7 +96,7 @@ struct CellFrame {
   double extent(const std::array<double, 3>& n) const;
 };
 
-/// History of eight points, one array per quantity (1408 bytes, plain doubles, one vector of the processor
+/// History of eight points, one array per quantity (1792 bytes, plain doubles, one vector of the processor
 /// each). All zero: never damaged.
 struct alignas(64) DamageCell {
   double r_t[8], f_t[8], b_t[8], d_t[8];  // threshold [Pa], strength at onset [Pa], 1/(E eps') [1/Pa], damage
@@ -89,9 +105,10 @@ struct alignas(64) DamageCell {
   double normal[3][8], slip[3][8];    // of the crack; shear strain at which its faces hold nothing, and along
                                       // the normal the largest that opened it
   double compaction[8], pressure[8];  // theta, p [Pa] of the crushed part
-  double flow[6][8];                  // e_p, as Sym, engineering shears
+  double flow[6][8];                  // e_f, as Sym, engineering shears
+  double permanent[6][8];             // eps_p
 };
-static_assert(sizeof(DamageCell) == 176 * sizeof(double));
+static_assert(sizeof(DamageCell) == 224 * sizeof(double));
 
 class ConcreteDamage {
  public:
@@ -101,6 +118,7 @@ class ConcreteDamage {
         CellFrame::cube(0.1);    ///< used by the call for one point; stress8 takes the cell of the element
     double elastic_limit = 0.2;  ///< f_c0 / f_c, (0, 0.6]
     double cap = 1 - 1e-5;       ///< largest damage
+    double permanent_tension = 0.1, permanent_compression = 0.7;  ///< rho, [0, 1)
     bool rate_effect = true;
     double rate_cap_compression = 1.25;
     double aggregate = 0;  ///< largest grain [m]; 0: faces of cracks do not interlock
@@ -110,7 +128,7 @@ class ConcreteDamage {
     double r_t = 0, f_t = 0, b_t = 0, d_t = 0, r_c = 0, dif_c = 0, b_c = 0, d_c = 0;
     std::array<double, 3> normal{}, slip{};
     double compaction = 0, pressure = 0;
-    Sym flow{};
+    Sym flow{}, permanent{};
   };
 
   /// Throws InputError if parameters are out of range.
@@ -133,8 +151,6 @@ class ConcreteDamage {
   double largest_cell() const;
   /// Extent l that a damaged point has frozen [m]; 0 if undamaged.
   double crack_length(double f_t, double b_t) const;
-  /// Crack opening w = l d_t eps_1 [m] from the largest principal strain.
-  double crack_opening(double f_t, double b_t, double d_t, double largest_strain) const;
 
  private:
   template <class R>
@@ -164,12 +180,14 @@ class ConcreteDamage {
   void interlock(const R (&strain)[6], const R (&effective)[6], R largest, Mask grows, Lanes<R>& s,
                  R (&stress)[6], R& energy, R& dissipation) const;
   template <class R>
-  void crushed(const R (&strain)[6], R largest, R poisson, R old_d_c, Lanes<R>& s, R (&stress)[6], R& energy,
-               R& dissipation) const;
+  void crushed(const R (&strain)[6], R old_d_c, Lanes<R>& s, R (&stress)[6], R& energy, R& dissipation) const;
+  /// 1 - sigma / q of the uniaxial curves.
   template <class R>
-  R damage_tension(R r, R inverse_r, R f_t, R b_t) const;
+  R missing_tension(R q, R f_t, R b_t) const;
   template <class R>
-  R damage_compression(R r, R dif, R b_c) const;
+  R missing_compression(R q, R dif, R b_c) const;
+  template <class R>
+  R reaches_cap(const R& f, const R& start, const R& b, double missing) const;
 
   Parameters p_;
   double young_ = 0, poisson_ = 0, f_t_ = 0, f_c_ = 0, f_c0_ = 0,
@@ -177,6 +195,8 @@ class ConcreteDamage {
   double bulk_ = 0, friction_ = 0;  // K [Pa]; |t| / p
   double shear_ = 0, interlock_ = 0, widen_ = 0, part_ = 0,
          closed_ = 0;  // G; the limit at w = 0 [Pa]; its fall with w [1/m]; 1/a; w_c
+  double ratio_t_ = 0, ratio_c_ = 0, missing_cap_t_ = 0,
+         missing_cap_c_ = 0;  // rho / (1 - rho); 1 - sigma / q at the cap
   double k_oct_ = 0, tau_scale_ = 0, k_curve_ = 0, inverse_span_ = 0, elastic_bound_ = 0;
 };
 static_assert(Law<ConcreteDamage>);

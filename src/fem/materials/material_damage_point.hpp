@@ -22,20 +22,37 @@ struct ConcreteDamage::Lanes {
   R normal[3], slip[3];
   R compaction, pressure;
   R flow[6];
+  R permanent[6];
 };
 
 template <class R>
-inline R ConcreteDamage::damage_tension(R r, R inverse_r, R f_t, R b_t) const {
-  return minimum(1.0 - f_t * inverse_r * exponential(b_t * (f_t - r)), spread(p_.cap, r));
+inline R ConcreteDamage::missing_tension(R q, R f_t, R b_t) const {
+  return minimum(1.0 - f_t / q * exponential(b_t * (f_t - q)), spread(missing_cap_t_, q));
 }
 
 template <class R>
-inline R ConcreteDamage::damage_compression(R r, R dif, R b_c) const {
-  const R s = r / dif;  // quasi-static equivalent, E eps
+inline R ConcreteDamage::missing_compression(R q, R dif, R b_c) const {
+  const R s = q / dif;  // quasi-static equivalent, E eps
   const R x = (s - f_c0_) * inverse_span_;
   const R rising = f_c0_ + (f_c_ - f_c0_) * (k_curve_ * x - x * x) / (1.0 + (k_curve_ - 2) * x);
   const R falling = f_c_ * exponential(b_c * (stress_peak_ - s));
-  return minimum(1.0 - select(x < 1.0, rising, falling) / s, spread(p_.cap, r));
+  return minimum(1.0 - select(x < 1.0, rising, falling) / s, spread(missing_cap_c_, q));
+}
+
+/// Rare, and one point after the other: q at which f exp(b (start - q)) has fallen to (1 - missing) q. With y
+/// = b q: y + ln y = c, by Newton's method.
+template <class R>
+__attribute__((noinline)) R ConcreteDamage::reaches_cap(const R& f, const R& start, const R& b,
+                                                        double missing) const {
+  double f_of[width<R>], from[width<R>], fall[width<R>];
+  store(f_of, f), store(from, start), store(fall, b);
+  for (int i = 0; i < width<R>; ++i) {
+    const double c = fall[i] * from[i] + std::log(fall[i] * f_of[i] / (1 - missing));
+    double y = std::max(c, 1.0);
+    for (int k = 0; k < 6; ++k) y *= (1 + c - std::log(y)) / (1 + y);
+    fall[i] = y / fall[i];
+  }
+  return load<R>(fall);
 }
 
 template <class R>
@@ -48,15 +65,28 @@ inline void ConcreteDamage::effective_stress(const R (&strain)[6], R poisson, R 
 }
 
 namespace {
-/// sigma : eps for given damage.
-template <class R, class Values>
-inline R twice_energy(const R (&strain)[6], const R (&effective)[6], const Values& v, R d_t, R d_c) {
-  R plus[6], sum = effective[0] * 0.0;
-  positive_part(effective, v, plus);
-  for (int i = 0; i < 6; ++i)
-    sum = sum + (effective[i] - d_t * plus[i] - d_c * (effective[i] - plus[i])) * strain[i];
-  return sum;
-}
+/// The sums over the positive and over the negative principal values that energies are made of.
+template <class R>
+struct Parts {
+  R sum_t, square_t, sum_c, square_c;
+
+  explicit Parts(const Principal<R>& v) {
+    const R zero = spread(0.0, v.first);
+    const R p1 = maximum(v.first, zero), p2 = maximum(v.second, zero), p3 = maximum(v.third, zero);
+    const R n1 = minimum(v.first, zero), n2 = minimum(v.second, zero), n3 = minimum(v.third, zero);
+    sum_t = p1 + p2 + p3, square_t = p1 * p1 + p2 * p2 + p3 * p3;
+    sum_c = n1 + n2 + n3, square_c = n1 * n1 + n2 * n2 + n3 * n3;
+  }
+  void scale(R t, R c) {
+    sum_t = t * sum_t, square_t = t * t * square_t, sum_c = c * sum_c, square_c = c * c * square_c;
+  }
+  /// E times sigma : C^-1 : s.
+  R twice_energy(R poisson, R d_t, R d_c) const {
+    const R sum = sum_t + sum_c;
+    return (1.0 - d_t) * ((1.0 + poisson) * square_t - poisson * sum_t * sum) +
+           (1.0 - d_c) * ((1.0 + poisson) * square_c - poisson * sum_c * sum);
+  }
+};
 }  // namespace
 
 namespace {
@@ -154,16 +184,15 @@ inline void ConcreteDamage::interlock(const R (&strain)[6], const R (&effective)
   stress[5] = stress[5] + tau * (n[0] * t[1] + n[1] * t[0]) - press * n[0] * n[1];
 }
 
-/// What the crushed part carries; `largest`: the largest principal value of the effective stress, with
-/// Poisson's ratio `poisson`.
+/// What the crushed part carries.
 template <class R>
-inline void ConcreteDamage::crushed(const R (&strain)[6], R largest, R poisson, R old_d_c, Lanes<R>& s,
-                                    R (&stress)[6], R& energy, R& dissipation) const {
+inline void ConcreteDamage::crushed(const R (&strain)[6], R old_d_c, Lanes<R>& s, R (&stress)[6], R& energy,
+                                    R& dissipation) const {
   const R zero = spread(0.0, s.d_c), volume = strain[0] + strain[1] + strain[2];
   const auto broken = s.d_c > 0.0;
-  const R mu = 0.5 * young_ / (1.0 + poisson);
-  const R widest =
-      (largest - 2.0 * mu * poisson / (1.0 - 2.0 * poisson) * volume) / (2.0 * mu);  // principal strain
+  R tensor[6];
+  for (int i = 0; i < 6; ++i) tensor[i] = (i < 3 ? 1.0 : 0.5) * strain[i];
+  const R widest = principal_values(tensor).first;
   const R confinement = maximum(zero - ((bulk_ - 2 * shear_ / 3) * volume + 2 * shear_ * widest), zero);
   const R trial = bulk_ * (zero - volume - s.compaction);
   const R p = select(broken, maximum(minimum(trial, confinement), zero), zero);
@@ -242,88 +271,112 @@ inline __attribute__((always_inline)) bool ConcreteDamage::point(const R (&strai
                                                                  const CellFrame& cell, const Rate& rate,
                                                                  R (&stress)[6], R& energy,
                                                                  R& dissipation) const {
-  R effective[6];
+  R elastic[6], effective[6];
+  for (int i = 0; i < 6; ++i) elastic[i] = strain[i] - s.permanent[i];
   R poisson = poisson_ * (1.0 - s.d_t);
-  effective_stress(strain, poisson, effective);
+  effective_stress(elastic, poisson, effective);
   auto v = principal_values(effective);
-  const R zero = spread(0.0, v.first);
-  const R p1 = maximum(v.first, zero), p2 = maximum(v.second, zero), p3 = maximum(v.third, zero);
+  Parts<R> parts(v);
+  const R zero = spread(0.0, v.first), one = spread(1.0, v.first);
   const R n1 = minimum(v.first, zero), n2 = minimum(v.second, zero), n3 = minimum(v.third, zero);
-  const R sum = p1 + p2 + p3;
   const R tau_t =
-      square_root(maximum((1.0 + poisson) * (p1 * p1 + p2 * p2 + p3 * p3) - poisson * (sum * sum), zero));
+      square_root(maximum((1.0 + poisson) * parts.square_t - poisson * (parts.sum_t * parts.sum_t), zero));
   const R octahedral = square_root((n1 - n2) * (n1 - n2) + (n2 - n3) * (n2 - n3) + (n3 - n1) * (n3 - n1));
-  const R tau_c = maximum((tau_scale_ / 3) * (k_oct_ * (n1 + n2 + n3) + octahedral), zero);
+  const R tau_c = maximum((tau_scale_ / 3) * (k_oct_ * parts.sum_c + octahedral), zero);
 
   const auto fresh_t = (s.r_t == 0.0) & (tau_t > f_t_);
   const auto fresh_c = (s.r_c == 0.0) & (tau_c > f_c0_);
   if (any(fresh_t | fresh_c)) start_points(effective, v.first, v.third, tau_t, tau_c, cell, rate, s);
   const auto grow_t = (s.r_t > 0.0) & (tau_t > s.r_t);
   const auto grow_c = (s.r_c > 0.0) & (tau_c > s.r_c);
-  R weight_t = zero, before = zero,
-    loss_c =
-        zero;  // mean of r^2/tau^2 over the step; twice the energy with the old damage; growth times mean
-  const R old_d_t = s.d_t, old_d_c = s.d_c;
   const bool grows_t = any(grow_t), grows_c = any(grow_c);
+  const R old_d_c = s.d_c;
+  R keep_t = one, keep_c = one;  // of the parts of the effective stress, by the permanent strain that grows
+  R lost = zero;                 // E times twice the dissipation
+  // What a step dissipates is what the stored energy loses at its last strain, times the ratio of the two in
+  // a uniaxial test, where twice the dissipation, 2 int sigma dq - [sigma r], is known.
   if (grows_t) {
-    const R one = spread(1.0, zero);
-    const R r = select(grow_t, tau_t, one);
-    const R inverse_r = 1.0 / r;
-    const R d = select(
-        grow_t,
-        maximum(damage_tension(r, inverse_r, select(grow_t, s.f_t, one), select(grow_t, s.b_t, one)), s.d_t),
-        s.d_t);
-    // The mean of r^2 over the growth, exact: r^2 d d_t = s (1 + b r) dr with the softening stress s = f_t
-    // exp(-b (r - f_t)).
-    const R b = select(grow_t, s.b_t, one), from = select(grow_t, s.r_t, one), grown = d - s.d_t;
-    const R s_0 = (1.0 - s.d_t) * from, s_1 = minimum((1.0 - d) * r, s_0 * exponential(b * (from - r)));
-    const R fall = 2.0 / b, inverse_sq = inverse_r * inverse_r;
-    const R exact =
-        (s_0 * (fall + from) - s_1 * (fall + r)) * inverse_sq / maximum(grown, spread(1e-12, zero));
-    weight_t = select(
-        grow_t,
-        select(grown > 1e-10, minimum(maximum(exact, zero), one), 0.5 + 0.5 * (from * from) * inverse_sq),
-        zero);
-    before = twice_energy(strain, effective, v, old_d_t, old_d_c);
+    const R f_t = select(grow_t, s.f_t, one), b = select(grow_t, s.b_t, one),
+            from = select(grow_t, s.r_t, one), tau = select(grow_t, tau_t, one);
+    const auto spent = s.d_t >= p_.cap;  // nothing left to grow
+    const R q = select(spent, tau, tau + ratio_t_ * s.d_t * from), missing = missing_tension(q, f_t, b);
+    R opened = select(spent, zero, p_.permanent_tension * missing * q);  // E times the permanent strain
+    const auto full = missing >= missing_cap_t_;
+    const R grown = select(full, spread(p_.cap, q), (1 - p_.permanent_tension) * missing * q / (q - opened)),
+            d = select(grow_t, maximum(grown, s.d_t), s.d_t);
+    if (const auto reach = grow_t & full & (s.d_t < p_.cap); any(reach))
+      opened = select(reach, p_.permanent_tension * missing_cap_t_ * reaches_cap(f_t, f_t, b, missing_cap_t_),
+                      opened);
+    const R r = q - opened;
+    const R s_0 = (1.0 - s.d_t) * from,
+            s_1 = minimum((1.0 - d) * r, s_0 * exponential(b * (from - tau)));  // the cap's rest is not lost
+    const R fall = 2.0 / b, loss = (1.0 - s.d_t) * (tau * tau - r * r) + (d - s.d_t) * r * r;
+    const R exact = (s_0 * (fall + from) - s_1 * (fall + r)) / maximum(loss, spread(1e-12, zero) * tau * tau);
+    const R weight = select(loss > 1e-10 * tau * tau, minimum(maximum(exact, zero), one),
+                            0.5 + 0.5 * (from * from) / (tau * tau));
+    const R before = parts.twice_energy(poisson, s.d_t, s.d_c);
     s.d_t = d;
-    s.r_t = select(grow_t, tau_t, s.r_t);
+    s.r_t = select(grow_t, r, s.r_t);
+    keep_t = select(grow_t, r / tau, one);
     poisson = poisson_ * (1.0 - d);
-    effective_stress(strain, poisson, effective);
+    effective_stress(elastic, poisson, effective);
     v = principal_values(effective);
+    parts = Parts<R>(v);
+    parts.scale(keep_t, one);
+    lost = select(grow_t, weight * maximum(before - parts.twice_energy(poisson, s.d_t, s.d_c), zero), zero);
   }
   if (grows_c) {
-    const R one = spread(1.0, zero);
-    const R r = select(grow_c, tau_c, spread(f_c0_, zero));
-    const R d = select(
-        grow_c,
-        maximum(damage_compression(r, select(grow_c, s.dif_c, one), select(grow_c, s.b_c, one)), s.d_c),
-        s.d_c);
-    // The integral of r^2 over the growth; beyond the peak, where the stress falls as in tension, exact.
-    const R from = select(grow_c, s.r_c, r), s_0 = (1.0 - s.d_c) * from, s_1 = (1.0 - d) * r;
-    const R fall = 2.0 * s.dif_c / select(grow_c, s.b_c, one);
+    const R tau = select(grow_c, tau_c, spread(f_c0_, zero)), from = select(grow_c, s.r_c, tau),
+            dif = select(grow_c, s.dif_c, one), b = select(grow_c, s.b_c, one);
+    const auto spent = s.d_c >= p_.cap;
+    const R pressed = select(spent, zero, ratio_c_ * s.d_c * from), q = tau + pressed, began = from + pressed;
+    const R missing = missing_compression(q, dif, b);
+    R shortened = select(spent, zero, p_.permanent_compression * missing * q);
+    const auto full = missing >= missing_cap_c_;
+    const R grown = select(full, spread(p_.cap, q),
+                           (1 - p_.permanent_compression) * missing * q / (q - shortened)),
+            d = select(grow_c, maximum(grown, s.d_c), s.d_c);
+    if (const auto reach = grow_c & full & (s.d_c < p_.cap); any(reach))
+      shortened = select(reach,
+                         p_.permanent_compression * missing_cap_c_ * dif *
+                             reaches_cap(spread(f_c_, q), spread(stress_peak_, q), b, missing_cap_c_),
+                         shortened);
+    const R r = q - shortened;
+    // Beyond the peak, where the stress falls as in tension, exact.
+    const R s_0 = (1.0 - s.d_c) * from, s_1 = (1.0 - d) * r, fall = 2.0 * dif / b;
     const R exact = maximum(s_0 * (fall + from) - s_1 * (fall + r), zero),
-            rising = (d - s.d_c) * 0.5 * (r * r + from * from);
-    loss_c = select(from > stress_peak_ * s.dif_c, exact, rising) / (r * r);
+            rising =
+                0.5 * (d - s.d_c) * (r * r + from * from) + (s_0 + s_1) * maximum(shortened - pressed, zero);
+    const R loss = (1.0 - s.d_c) * (tau * tau - r * r) + (d - s.d_c) * r * r;
+    const R weight =
+        minimum(select(began > stress_peak_ * dif, exact, rising) / maximum(loss, 1e-12 * tau * tau), one);
+    const R before = parts.twice_energy(poisson, s.d_t, s.d_c);
     s.d_c = d;
-    s.r_c = select(grow_c, tau_c, s.r_c);
+    s.r_c = select(grow_c, r, s.r_c);
+    keep_c = select(grow_c, r / tau, one);
+    parts.scale(one, keep_c);
+    lost = lost +
+           select(grow_c, weight * maximum(before - parts.twice_energy(poisson, s.d_t, s.d_c), zero), zero);
   }
-  R plus[6];
+  R plus[6], grown[6];
   positive_part(effective, v, plus);
-  R stored_plus = zero, stored = zero, work = zero;
   for (int i = 0; i < 6; ++i) {
-    const R minus = effective[i] - plus[i];
-    stress[i] = effective[i] - s.d_t * plus[i] - s.d_c * minus;
-    stored_plus = stored_plus + plus[i] * strain[i];
-    stored = stored + effective[i] * strain[i];
-    work = work + stress[i] * strain[i];
+    const R minus = keep_c * (effective[i] - plus[i]), pulled = keep_t * plus[i];
+    grown[i] = effective[i] - pulled - minus;
+    effective[i] = pulled + minus;
+    stress[i] = effective[i] - s.d_t * pulled - s.d_c * minus;
   }
-  energy = 0.5 * work;
-  const R with_new_cracks = stored - s.d_t * stored_plus - old_d_c * (stored - stored_plus);
-  dissipation = 0.5 * (maximum(before - with_new_cracks, zero) * weight_t +
-                       maximum(stored - stored_plus, zero) * loss_c);
-  if (any(s.d_c > 0.0)) crushed(strain, v.first, poisson, old_d_c, s, stress, energy, dissipation);
+  if (grows_t || grows_c) {
+    const R lateral = poisson * (grown[0] + grown[1] + grown[2]), scale = (1.0 + poisson) / young_;
+    for (int i = 0; i < 3; ++i) s.permanent[i] = s.permanent[i] + scale * grown[i] - lateral / young_;
+    for (int i = 3; i < 6; ++i) s.permanent[i] = s.permanent[i] + 2.0 * scale * grown[i];
+  }
+  energy = 0.5 / young_ * parts.twice_energy(poisson, s.d_t, s.d_c);
+  dissipation = 0.5 / young_ * lost;
+  if (any(s.d_c > 0.0)) crushed(strain, old_d_c, s, stress, energy, dissipation);
   if (interlock_ > 0 && any(s.d_t > 0.0))
-    interlock(strain, effective, v.first, grow_t, s, stress, energy, dissipation);
+    interlock(strain, effective, v.first * select(v.first > 0.0, keep_t, keep_c), grow_t, s, stress, energy,
+              dissipation);
   return grows_t || grows_c;
 }
 
@@ -403,7 +456,9 @@ inline bool ConcreteDamage::stress_by(const double* strain, StrainRates* rates, 
                read(old.compaction),
                read(old.pressure),
                {read(old.flow[0]), read(old.flow[1]), read(old.flow[2]), read(old.flow[3]), read(old.flow[4]),
-                read(old.flow[5])}};
+                read(old.flow[5])},
+               {read(old.permanent[0]), read(old.permanent[1]), read(old.permanent[2]),
+                read(old.permanent[3]), read(old.permanent[4]), read(old.permanent[5])}};
     const auto rate_at = [rates, first](int i, Sym& rate) {
       if (!rates) return false;
       const double* all = rates->at_points();
@@ -426,7 +481,7 @@ inline bool ConcreteDamage::stress_by(const double* strain, StrainRates* rates, 
     write(next.r_c, s.r_c), write(next.dif_c, s.dif_c), write(next.b_c, s.b_c), write(next.d_c, s.d_c);
     for (int k = 0; k < 3; ++k) write(next.normal[k], s.normal[k]), write(next.slip[k], s.slip[k]);
     write(next.compaction, s.compaction), write(next.pressure, s.pressure);
-    for (int k = 0; k < 6; ++k) write(next.flow[k], s.flow[k]);
+    for (int k = 0; k < 6; ++k) write(next.flow[k], s.flow[k]), write(next.permanent[k], s.permanent[k]);
   }
   return grew;
 }

@@ -290,7 +290,7 @@ TEST(CondensedStart, ClosedCracksAreNotStifferThanK) {
   const double h = s.critical_step(), each = 1.0 / static_cast<double>(top.size());
   const Vec3 load(0, 0, -1e6);
   double t = press(s, top, each * Vec3(0, 0, 5e6), h, static_cast<int>(0.002 / h));
-  t = press(s, top, each * load, h, static_cast<int>(1.5 / h), t);
+  t = press(s, top, each * load, h, static_cast<int>(2.0 / h), t);
   ASSERT_GT(s.damage().volume, 10);
   const double H = 200 * h;
   std::vector<NodeImpulse> impulses;
