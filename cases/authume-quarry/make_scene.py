@@ -67,7 +67,7 @@ friction = {friction}
 restitution = {restitution}
 rolling_resistance = {rolling}
 normal_stiffness = "hard"
-''' for name, friction, restitution, rolling in (("hard", 0.55, 0.25, 0.25), ("rocky", 0.75, 0.15, 0.15), ("vegetated", 0.7, 0.05, 0.12)))
+''' for name, friction, restitution, rolling in (("hard", 0.55, 0.25, 0.25), ("rocky", 0.75, 0.15, 0.15), ("vegetated", 0.7, 0.05, 0.25)))
 areas = "".join(f'[[site.area]]\nmesh = "{(data / "terrain" / file).resolve()}"\nmaterial = "{name}"\n' for name, file in ZONES.items() if name != "hard")
 (out / "scene.toml").write_text(f'''schema = 1
 title = "Authume quarry, profile P2"

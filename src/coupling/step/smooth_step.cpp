@@ -109,7 +109,8 @@ SmoothStep::Outcome SmoothStep::solve(double h, bool time_stepped, int passes, b
   bool solved = true, followed = true;
   for (int pass = 0; pass < most_passes; ++pass) {
     assembly_.assemble(h, time_stepped, pass == 0);
-    if (time_stepped && in_.over_constrained() && !in_.large()) ask_for_no_motion(step_.touches, step_.problem, h);
+    if (time_stepped && in_.over_constrained() && !in_.large())
+      ask_for_no_motion(step_.touches, step_.problem, h);
     const Effort effort = last_resort         ? Effort::last_resort
                           : pass + 1 < passes ? Effort::provisional
                           : solved            ? Effort::full
