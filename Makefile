@@ -13,7 +13,7 @@ help:
 	@echo "make cases   run every case in full (long)"
 	@echo "make bench   benchmark of the contact solver, kernels, and the scenes beside Bullet and ODE (docs/results/peers.md)"
 	@echo "make reference  regenerate docs/scene.md, docs/theory/tolerances.md and docs/talus.1 from the program (seconds)"
-	@echo "make docs    the same, and the tables and plots of docs/results/ (long)"
+	@echo "make docs    the same, and the tables and plots of talus verify in docs/results/ (some ten minutes)"
 	@echo "make fuzz    fuzz the readers, ten minutes of CPU time each (needs clang and libclang-rt-14-dev)"
 	@echo "make deb     the Debian package: build/deb/talus_*.deb"
 	@echo "make format  clang-format of all C++ files; make format-check looks alone"
