@@ -47,7 +47,7 @@ struct ContactLaw {
 
   bool operator==(const ContactLaw&) const = default;
 
-  /// Its force follows a curve of its own, whatever the stiffness of the interface.
+  /// Its force follows a curve of its own, which takes the place of `normal_stiffness`.
   bool curved() const { return kind == Kind::hertz || kind == Kind::table; }
   /// It presses by a spring; else the contact is hard.
   bool sprung() const { return stiffness != Stiffness::hard || curved(); }
