@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include <fmt/format.h>
@@ -24,6 +25,7 @@ constexpr int least_own_runs = 6;  // on a member, of which a curve of its own i
 constexpr std::array<double, classes + 1> closure_days{0, 1, 14, 180, 365};
 
 std::string figure(const Json& p) {
+  if (!p["value"].is_number()) return "not known: no run of these hits is done,";
   return fmt::format("{:.3g} ({:.3g} to {:.3g})", p["value"].get<double>(), p["low"].get<double>(),
                      p["high"].get<double>());
 }
@@ -76,10 +78,7 @@ class Figures {
           "low: {}",
           result_.failed, result_.failed == 1 ? "" : "s", result_.failed == 1 ? "is" : "are",
           runs_.faults.front()));
-    if (result_.done > 0 && seen < all)
-      result_.lines.push_back(fmt::format(
-          "{:.0f} % of the hits are of kinds of which no run is done; they are taken as the others",
-          100 * (1 - seen / all)));
+    unseen_ = result_.done > 0 ? 1 - seen / all : 0;
     root_["faults"] = runs_.faults;
     const Estimate struck = wilson(runs_.hits, runs_.finished);
     root_["events"] = {{"members", runs_.finished},
@@ -133,6 +132,11 @@ class Figures {
       root_["doubts"].push_back(line);
       result_.lines.push_back(line);
     };
+    if (unseen_ > 0)
+      say(fmt::format(
+          "{:.0f} % of the hits are of kinds of which no run is done; for each member they are taken "
+          "as the others on it, or as the others beside it",
+          100 * unseen_));
     say(fmt::format("each run is {:g} s from just before the strike: what happens later is not in it",
                     runs_.request.window));
     for (const auto& [kind, count] : counts)
@@ -274,9 +278,22 @@ class Figures {
   }
 
   /// P(class >= k) per event of the ensemble: that of a hit times that of the class given one.
+  /// Of a member kinds of hits without a run are as the others that strike it, or as the others that do not:
+  /// hits on a pier of which no run is done would else be counted on the piers of which some are.
   template <class Grade>
-  Json probability(int k, Grade grade) const {
-    const Estimate given = stratified(strata(k, grade));
+  Json probability(int k, Grade grade, int member = -1) const {
+    std::vector<Stratum> all = strata(k, grade);
+    std::array<double, 2> hits{}, seen{};
+    const auto group = [&](std::size_t c) {
+      return static_cast<std::size_t>(member >= 0 && runs_.clusters[c].struck == member);
+    };
+    for (std::size_t c = 0; c < all.size(); ++c)
+      hits[group(c)] += all[c].weight, seen[group(c)] += all[c].runs > 0 ? all[c].weight : 0;
+    for (std::size_t c = 0; c < all.size(); ++c)
+      if (seen[group(c)] > 0) all[c].weight *= hits[group(c)] / seen[group(c)];
+    const bool known = (hits[0] == 0 || seen[0] > 0) && (hits[1] == 0 || seen[1] > 0);
+    const Estimate given =
+        known ? stratified(all) : Estimate{.value = std::numeric_limits<double>::quiet_NaN()};
     const Estimate p = product(wilson(runs_.hits, runs_.finished), given);
     if (!std::isfinite(given.value))
       return {{"class", k}, {"value", nullptr}, {"low", nullptr}, {"high", nullptr}};
@@ -302,7 +319,7 @@ class Figures {
       own += runs_.outcomes[t].good && runs_.tasks[t].event->struck == static_cast<int>(m);
     const bool only_own = own >= least_own_runs;
     for (int k = 1; k <= classes; ++k) {
-      member["per_event"].push_back(probability(k, grade));
+      member["per_event"].push_back(probability(k, grade, static_cast<int>(m)));
       std::vector<double> x;
       std::vector<int> y;
       for (std::size_t t = 0; t < runs_.tasks.size(); ++t) {
@@ -360,6 +377,7 @@ class Figures {
   }
 
   const FragilityRuns& runs_;
+  double unseen_ = 0;  // share of the hits of kinds of which no run is done
   Json root_;
   FragilityResult result_;
   std::vector<std::string> names_;              // of the structure's members

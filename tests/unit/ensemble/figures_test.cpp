@@ -1,0 +1,54 @@
+// What coupled runs of some kinds of hits say of members that other kinds strike.
+#include "ensemble/fragility/figures.hpp"
+
+#include <gtest/gtest.h>
+
+namespace talus::ensemble {
+namespace {
+
+/// Hits on P1, P2 and P3, 10, 30 and 20 of 100 events; a run of each of the first two leaves the pier that it
+/// strikes severely damaged, of the third none is done. A pier is not damaged more often than it is struck.
+TEST(FragilityFigures, HitsWithoutARunAreNotCountedOnPiersThatTheyMiss) {
+  FragilityRequest request;
+  request.structure = "viaduct";
+  request.runs = 2;
+  std::vector<Cluster> clusters;
+  for (const auto& [struck, events] : {std::pair{0, 10}, std::pair{1, 30}, std::pair{2, 20}}) {
+    Cluster cluster;
+    cluster.struck = struck;
+    for (int e = 0; e < events; ++e) {
+      Event event;
+      event.energy = 1e6;
+      event.struck = struck;
+      cluster.events.push_back(event);
+    }
+    cluster.runs = struck < 2;
+    clusters.push_back(cluster);
+  }
+  std::vector<Task> tasks(2);
+  std::vector<Outcome> outcomes(2);
+  for (int t = 0; t < 2; ++t) {
+    const auto k = static_cast<std::size_t>(t);
+    tasks[k].cluster = t;
+    tasks[k].event = &clusters[k].events.front();
+    outcomes[k].made = outcomes[k].good = true;
+    outcomes[k].names = {"P1", "P2", "P3"};
+    outcomes[k].grade = {t == 0 ? 3 : 0, t == 1 ? 3 : 0, 0};
+    outcomes[k].basis = {"", "", ""};
+  }
+  const std::vector<talus::Member> members;
+  const std::vector<std::string> faults;
+  const FragilityFigures f =
+      figures_of({request, 0, 100, 60, members, clusters, tasks, outcomes, faults, ""});
+  const auto severe = [&](std::size_t m) { return f.root["members"][m]["per_event"][2]["value"]; };
+  EXPECT_NEAR(severe(0).get<double>(), 0.1, 1e-12);
+  EXPECT_NEAR(severe(1).get<double>(), 0.3, 1e-12);
+  EXPECT_TRUE(severe(2).is_null()) << severe(2);
+  bool said = false;
+  for (const auto& doubt : f.root["doubts"])
+    said = said || doubt.get<std::string>().find("33 % of the hits") != std::string::npos;
+  EXPECT_TRUE(said) << f.root["doubts"];
+}
+
+}  // namespace
+}  // namespace talus::ensemble
