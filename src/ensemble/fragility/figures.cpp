@@ -25,7 +25,6 @@ constexpr int least_own_runs = 6;  // on a member, of which a curve of its own i
 constexpr std::array<double, classes + 1> closure_days{0, 1, 14, 180, 365};
 
 std::string figure(const Json& p) {
-  if (!p["value"].is_number()) return "not known: no run of these hits is done,";
   return fmt::format("{:.3g} ({:.3g} to {:.3g})", p["value"].get<double>(), p["low"].get<double>(),
                      p["high"].get<double>());
 }
@@ -180,9 +179,15 @@ class Figures {
           fmt::format("no damage class: {} has no damage law (structure.damage), or no run was judged",
                       runs_.request.structure));
     else
-      for (const Json& m : root_["members"])
-        result_.lines.push_back(fmt::format("P({} severe) = {} per event", m["name"].get<std::string>(),
-                                            figure(m["per_event"][2])));
+      for (const Json& m : root_["members"]) {
+        const Json& p = m["per_event"][2];
+        const std::string name = m["name"].get<std::string>();
+        result_.lines.push_back(
+            p["value"].is_number()
+                ? fmt::format("P({} severe) = {} per event", name, figure(p))
+                : fmt::format("P({} severe) is not known: no run is done of the hits on it, or of all others",
+                              name));
+      }
     root_["per_event"] = per_event;
     if (yearly > 0) root_["per_year"] = per_year;
   }

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 namespace talus::ensemble {
 namespace {
 
@@ -44,6 +46,10 @@ TEST(FragilityFigures, HitsWithoutARunAreNotCountedOnPiersThatTheyMiss) {
   EXPECT_NEAR(severe(0).get<double>(), 0.1, 1e-12);
   EXPECT_NEAR(severe(1).get<double>(), 0.3, 1e-12);
   EXPECT_TRUE(severe(2).is_null()) << severe(2);
+  EXPECT_NE(
+      std::ranges::find(f.result.lines,
+                        "P(P3 severe) is not known: no run is done of the hits on it, or of all others"),
+      f.result.lines.end());
   bool said = false;
   for (const auto& doubt : f.root["doubts"])
     said = said || doubt.get<std::string>().find("33 % of the hits") != std::string::npos;
