@@ -220,7 +220,7 @@ void set_area_spring(Touch& t, const dda::Model& m, const dda::State& s, const C
   const auto set = [&](const Vec3& seen_along) {
     t.corner_normal = seen_along;
     const contact::CornerCell cell = cell_of(m, t, seen_along);
-    set_spring(t, m, cell, crushed);
+    set_spring(t, stopped(m, t), cell, crushed);
     return cell.area;
   };
   double area = set(normal);
@@ -358,7 +358,7 @@ void make_touches(const dda::Model& m, const dda::State& s, const Environment& e
     if (!hard && presses_by_area(law) && !at_skin)
       set_area_spring(t, m, s, last, crushed);
     else if (!hard)
-      set_spring(t, m, at_node(shape_b, p), crushed);
+      set_spring(t, stopped(m, t), at_node(shape_b, p), crushed);
     if (!hard && t.law->sprung() && t.stiffness == 0) return out.pop_back();  // of no area: it holds nothing
     if (last != nullptr && !at_skin && !t.glued)
       keep_stiffness(t, *last);  // a bond's strength goes with the area, and so does its spring

@@ -151,22 +151,15 @@ void find_surface_touches(const Environment& env, const SurfacePair& pair, doubl
     if (structure)
       cell = std::min(part_a->structure->skin().young() * face_edge(part_a->index->surface(), t.at.face_a),
                       cell);
-    if (t.law->stiffness != ContactLaw::Stiffness::hard &&
-        !gives_less_than_cell(*t.law, t.law->normal_stiffness * share,
-                              cell)) {  // at points of the skins, both kinds of springs
-      t.stiffness = t.law->normal_stiffness * share;
-      t.shear_stiffness = t.law->shear_stiffness * share;
-    }
-    t.normal_law.law = t.law;
-    t.normal_law.stiffness = t.stiffness;
-    t.normal_law.limit = t.law->crushing_pressure * t.at.area;
-    t.normal_law.crushed = last != nullptr ? last->crushed : 0.0;
-    hold_on(t, last, false);
-    if (t.stiffness > 0 && t.law->damping_ratio > 0)
-      t.dashpot =
-          2 * t.law->damping_ratio * std::sqrt(t.stiffness * part_b.structure->skin().node_mass(t.b_node));
+    const double mass = part_b.structure->skin().node_mass(t.b_node);
     t.approach = t.at.normal.dot(part_b.structure->skin().node_velocity(t.b_node) -
                                  (structure ? partner_velocity({}, env, t) : Vec3(Vec3::Zero())));
+    if (!gives_less_than_cell(*t.law, t.law->normal_stiffness * share, cell))
+      set_spring(t, {mass, 0, std::sqrt(tributary.norm())}, {t.at.area, {}},
+                 last != nullptr ? last->crushed : 0.0);
+    hold_on(t, last, false);
+    if (t.stiffness > 0 && t.law->damping_ratio > 0)
+      t.dashpot = 2 * t.law->damping_ratio * std::sqrt(t.stiffness * mass);
     out.push_back(t);
   }
 }

@@ -59,18 +59,13 @@ double damping_ratio(const ContactLaw& law, bool lasts) {
   return contact::damping_ratio_for(*law.restitution);
 }
 
-/// Where nothing leads deeper [m].
-double least_depth(const Touch& t, const dda::Model& m) {
-  return 1e-12 * m.blocks[static_cast<std::size_t>(t.b)].shape->inradius;
-}
-
 /// Slope of a corner's law where this approach and the weight lead to at most [N/m].
-double deepest_slope(const Touch& t, const dda::Model& m) {
+double deepest_slope(const Touch& t, const Stopped& by) {
   const contact::NormalLaw& law = t.normal_law;
-  const double mass = mass_in_series(m, t), now = std::max(0.0, -t.at.gap),
-               energy = law.work(now) + 0.5 * mass * t.approach * t.approach,
-               rest = law.corner->depth_of(mass * m.gravity.norm() / law.stiffness);
-  return law.stiffness * law.part(std::max({now, rest, law.depth_of(energy), least_depth(t, m)}));
+  const double now = std::max(0.0, -t.at.gap),
+               energy = law.work(now) + 0.5 * by.mass * t.approach * t.approach,
+               rest = law.corner->depth_of(by.weight / law.stiffness);
+  return law.stiffness * law.part(std::max({now, rest, law.depth_of(energy), by.least_depth()}));
 }
 
 }  // namespace
@@ -162,12 +157,16 @@ void share_dashpots(const dda::Model& m, const CandidatePair& pair, bool lasts, 
   }
 }
 
-void set_spring(Touch& t, const dda::Model& m, const contact::CornerCell& cell, double crushed) {
+Stopped stopped(const dda::Model& m, const Touch& t) {
+  const double mass = mass_in_series(m, t);
+  return {mass, mass * m.gravity.norm(), m.blocks[static_cast<std::size_t>(t.b)].shape->inradius};
+}
+
+void set_spring(Touch& t, const Stopped& by, const contact::CornerCell& cell, double crushed) {
   const ContactLaw& law = *t.law;
   if (!law.sprung()) return;
   const double area = cell.area;
   const double share = law.stiffness == ContactLaw::Stiffness::per_area ? area : 1;
-  const double mass = mass_in_series(m, t);
   t.normal_law.law = &law;
   t.normal_law.stiffness = law.curved() ? law.normal_stiffness : law.normal_stiffness * share;
   t.normal_law.limit = law.crushing_pressure * area;
@@ -180,15 +179,15 @@ void set_spring(Touch& t, const dda::Model& m, const contact::CornerCell& cell, 
       t.stiffness = t.normal_law.stiffness;
       if (!cell.triangles.empty() && presses_by_area(law)) {
         t.normal_law.corner = std::make_shared<const contact::CornerArea>(cell.triangles);
-        t.stiffness = deepest_slope(t, m);
+        t.stiffness = deepest_slope(t, by);
       }
       break;
     case ContactLaw::Kind::hertz: {
       // The deepest that this approach and the weight reach: 2/5 k x^(5/2) = m v^2 / 2, k x^(3/2) = m g.
       const double k = t.normal_law.stiffness;
-      const double impact = std::pow(1.25 * mass * t.approach * t.approach / k, 0.4),
-                   rest = std::pow(mass * m.gravity.norm() / k, 2.0 / 3.0);
-      t.stiffness = t.normal_law.slope(std::max({impact, rest, -t.at.gap, least_depth(t, m)}));
+      const double impact = std::pow(1.25 * by.mass * t.approach * t.approach / k, 0.4),
+                   rest = std::pow(by.weight / k, 2.0 / 3.0);
+      t.stiffness = t.normal_law.slope(std::max({impact, rest, -t.at.gap, by.least_depth()}));
       break;
     }
     case ContactLaw::Kind::table:

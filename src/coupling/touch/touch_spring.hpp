@@ -14,9 +14,20 @@ const ContactMemory* recall(const std::vector<ContactMemory>& memory, std::uint6
 /// Whether the force of the law is one of the area that presses.
 bool presses_by_area(const ContactLaw& law);
 
+/// What presses on a contact point, for how deep it may come.
+struct Stopped {
+  double mass;    // [kg]
+  double weight;  // [N]
+  double length;  // of what presses [m]
+  /// Where nothing leads deeper [m].
+  double least_depth() const { return 1e-12 * length; }
+};
+/// Of a block.
+Stopped stopped(const dda::Model& m, const Touch& t);
+
 /// Springs and law of a contact point. `cell`: the part of the surface that it presses by (corner_cell.hpp),
 /// of no height where all of it is there at once; `crushed`: indentation lost for good in earlier steps [m].
-void set_spring(Touch& t, const dda::Model& m, const contact::CornerCell& cell, double crushed);
+void set_spring(Touch& t, const Stopped& by, const contact::CornerCell& cell, double crushed);
 
 /// Mean force of a spring over the step, from its start to the indentation of the last solution, and its
 /// derivative by the latter [N], [N/m]. Its work is that of the law, also of a contact that closes within the

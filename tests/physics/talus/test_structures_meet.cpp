@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string>
+
+#include <fmt/format.h>
 
 #include "helpers/resumed.hpp"
 #include "sim/simulation.hpp"
@@ -88,6 +91,51 @@ TEST(StructuresMeet, FlushSlabsKeepTheirEnergy) {
     EXPECT_LT(made, 0.01 * o.rows.front().ledger.kinetic) << stiffness;
     EXPECT_GT(o.rows.back().ledger.strain, 0.01 * o.rows.front().ledger.kinetic)
         << stiffness;  // they did meet
+  }
+}
+
+/// A slab lands on a plane, or on a slab: the table of a straight line is that spring, whatever stiffness
+/// stands beside it ("hard" made it a hard contact, without a word), and a table along Hertz's curve is
+/// Hertz's law.
+TEST(StructuresMeet, LawsByTablesAreTheirCurves) {
+  const auto landing = [](const std::string& law, bool on_slab) {
+    SceneText s(Method::by_accuracy(1e-3), 0.02, Vec3::Zero());
+    s.history(1e-4).material("C", 2450, "young = 33e9\npoisson = 0.2").interface("*", "*", 0, law);
+    if (on_slab)
+      s.raw(structure_box("below", Vec3(2, 2, 0.4), Vec3(0, 0, -0.2), {8, 8, 2}, "C",
+                          "support = [\"-z\"]\npreload = \"none\"\n"));
+    else
+      s.plane(Vec3::UnitZ(), Vec3::Zero(), "C");
+    s.raw(structure_box("above", Vec3(1, 1, 0.4), Vec3(0, 0, 0.202), {4, 4, 2}, "C",
+                        "support = []\npreload = \"none\"\ninitial_velocity = [0.0, 0.0, -1.0]\n"));
+    return run_scene(s.str());
+  };
+  const auto apart = [](const Outcome& a, const Outcome& b) {  // of the momentum they come with
+    double most = 0;
+    for (std::size_t i = 0; i < a.rows.size(); ++i)
+      most = std::max(most, (a.rows[i].ledger.linear_momentum - b.rows[i].ledger.linear_momentum).norm());
+    return most / a.rows.front().ledger.linear_momentum.norm();
+  };
+  const double radius = 5e-4, hertz = 4.0 / 3 * 33e9 / (2 * (1 - 0.04)) * std::sqrt(radius);
+  std::string curve;  // by chords, 1e-3 of it apart at most
+  for (int i = 0; i <= 160; ++i) {
+    const double x = i == 0 ? 0.0 : 1e-7 * std::pow(1e5, (i - 1) / 159.0);
+    curve += fmt::format("{}[{:.12g}, {:.12g}]", i == 0 ? "" : ", ", x, hertz * std::pow(x, 1.5));
+  }
+  for (const bool on_slab : {false, true}) {
+    const Outcome spring = landing("normal_stiffness = \"1e8 N/m\"", on_slab),
+                  table = landing(
+                      "normal_stiffness = \"hard\"\ncontact_law = { kind = \"table\", points = [[0, 0], "
+                      "[0.01, 1e6]] }",
+                      on_slab),
+                  sphere = landing("contact_law = { kind = \"hertz\", radius = 5e-4 }", on_slab),
+                  chords = landing("contact_law = { kind = \"table\", points = [" + curve + "] }", on_slab);
+    for (const Outcome* o : {&spring, &table, &sphere, &chords}) ASSERT_TRUE(o->ok()) << o->result.message;
+    ASSERT_EQ(spring.rows.size(), table.rows.size());
+    ASSERT_EQ(sphere.rows.size(), chords.rows.size());
+    EXPECT_LT(apart(spring, table), 1e-12) << on_slab;
+    EXPECT_LT(apart(sphere, chords), 1e-3) << on_slab;
+    EXPECT_GT(spring.rows.back().ledger.linear_momentum.z(), 0) << on_slab;  // it came back
   }
 }
 
