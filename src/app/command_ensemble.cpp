@@ -37,18 +37,25 @@ void print_summary(const ensemble::Summary& s, const fs::path& directory) {
     if (line.crossings == 0) continue;
     const auto& energy = line.percentiles[0][2];
     const auto& height = line.percentiles[2][2];
-    fmt::print("  95th percentile: energy {:.4g} kJ ({:.4g} to {:.4g}), height {:.3g} m ({:.3g} to {:.3g})\n",
-               energy.value / 1e3, energy.low / 1e3, energy.high / 1e3, height.value, height.low,
-               height.high);
     if (line.members < ensemble::enough_for(95))
-      fmt::print("  of {} members: too few to bound a 95th percentile, which takes {} that cross\n",
-                 line.members, ensemble::enough_for(95));
+      fmt::print(
+          "  95th percentile: energy {:.4g} kJ, height {:.3g} m, of {} members: too few to bound it, "
+          "which takes {} that cross\n",
+          energy.value / 1e3, height.value, line.members, ensemble::enough_for(95));
+    else
+      fmt::print(
+          "  95th percentile: energy {:.4g} kJ ({:.4g} to {:.4g}), height {:.3g} m ({:.3g} to {:.3g})\n",
+          energy.value / 1e3, energy.low / 1e3, energy.high / 1e3, height.value, height.low, height.high);
   }
   for (const ensemble::StructureSummary& hit : s.structures) {
     if (s.done + s.suspect == 0) continue;
     fmt::print("structure {}: hit by {} of {} members, probability {:.3g} ({:.3g} to {:.3g}) per event\n",
                hit.name, hit.members, s.done + s.suspect, hit.probability.value, hit.probability.low,
                hit.probability.high);
+    std::string parts;
+    for (const ensemble::StructureSummary::Struck& part : hit.struck)
+      parts += fmt::format("{}{} {}", parts.empty() ? "" : ", ", part.name, part.members);
+    if (hit.struck.size() > 1) fmt::print("  members that hit {}\n", parts);
     if (hit.members > 0)
       fmt::print("  what the hits do to it: talus fragility {} --structure {}\n", directory.string(),
                  hit.name);

@@ -183,11 +183,14 @@ std::vector<std::string> Ensemble::plan() const {
       for (std::size_t k = 0; k + 1 < part.size(); ++k) length += (part[k + 1] - part[k]).norm();
     lines.push_back(fmt::format("  Line {}: {:.4g} m, crossings of it are counted.", line.name, length));
   }
-  for (const std::string& name : structures_)
-    lines.push_back(
-        fmt::format("  Structure {}: members strike it as a rigid surface; talus fragility computes "
-                    "what some of the hits do.",
-                    name));
+  const std::vector<StructureSpec> coupled =
+      structures_.empty() ? std::vector<StructureSpec>() : coupled_scene(0).structures;
+  for (const StructureSpec& s : coupled)
+    lines.push_back(fmt::format(
+        "  Structure {}: members strike it as a rigid surface; talus fragility computes "
+        "what some of the hits do{}.",
+        s.name,
+        s.damage == "none" ? ": forces alone, since its damage = \"none\" gives no damage class" : ""));
   lines.push_back(settings_.releases_per_year > 0
                       ? fmt::format("  Releases: {:g} a year.", settings_.releases_per_year)
                       : "  Releases a year: not given (releases_per_year); no return periods, no figures per "
@@ -238,6 +241,9 @@ void Ensemble::try_members() {
     try {
       const auto world = simulation(i);
       for (const auto& b : world->header().blocks) blocks_.push_back(b.name);
+      for (const coupling::StructurePart& part : world->world().system->environment().structures)
+        structure_members_.push_back(design_.varies("structure") ? std::vector<talus::Member>()
+                                                                 : part.structure->loads().members());
       for (Problem p : world->world().scene.warnings)
         // The cells at the strike are those of the coupled runs; members strike rigid surfaces.
         if (was_rigid_ || !p.key.ends_with(".refine")) warnings_.push_back(std::move(p));

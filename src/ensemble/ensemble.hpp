@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "contact/structures/structure.hpp"
 #include "ensemble/design.hpp"
 #include "ensemble/member.hpp"
 #include "ensemble/path.hpp"
@@ -29,6 +30,9 @@ class Ensemble {
     return blocks_;
   }  // of the first member, as results list them
   const std::vector<std::string>& structures() const { return structures_; }
+  /// Piers, columns and spans of each of them, to be named with the hits; none where the structures are
+  /// drawn.
+  const std::vector<std::vector<talus::Member>>& structure_members() const { return structure_members_; }
   const std::vector<Problem>& warnings() const { return warnings_; }
   const std::string& identity() const { return identity_; }
   const std::string& crs() const { return crs_; }
@@ -66,6 +70,7 @@ class Ensemble {
   std::unique_ptr<sim::Shared> shared_;  // between members
   std::vector<PlanLine> lines_;
   std::vector<std::string> blocks_, structures_;
+  std::vector<std::vector<talus::Member>> structure_members_;
   std::vector<Problem> warnings_;
   std::string identity_, crs_, file_, title_;
   Vec3 origin_ = Vec3::Zero();

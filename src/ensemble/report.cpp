@@ -84,9 +84,10 @@ std::string number(const Json& x, double scale = 1) {
                                                           : fmt::format("{:.3g}", value);
 }
 
-std::string estimate(const Json& e, double scale = 1) {
+/// `bounded`: the interval has an upper end, which takes members enough.
+std::string estimate(const Json& e, double scale = 1, bool bounded = true) {
   return number(e.value("value", Json()), scale) + "<br><small>" + number(e.value("low", Json()), scale) +
-         " to " + number(e.value("high", Json()), scale) + "</small>";
+         (bounded ? " to " + number(e.value("high", Json()), scale) : " or more") + "</small>";
 }
 
 /// 1, 2 or 5 times a power of ten, at least a fifth of the range.
@@ -248,9 +249,12 @@ class Page {
          {std::pair{"asked", "members"}, std::pair{"done", "done"}, std::pair{"suspect", "suspect"},
           std::pair{"over_limit", "over the limit"}, std::pair{"failed", "failed"}}) {
       const long count = m.value(key, 0L);
-      const bool why = key == std::string("suspect") && count > 0;
-      text += card(why ? "suspect<br><small>energy gain above 1 %, or still moving at the end</small>" : name,
-                   fmt::format("{}", count));
+      std::string means = name;
+      if (key == std::string("done"))
+        means += "<br><small>came to rest, left the terrain, or ran to the end of their time</small>";
+      if (key == std::string("suspect") && count > 0)
+        means += "<br><small>energy gain above 1 %, or still moving at the end</small>";
+      text += card(means, fmt::format("{}", count));
     }
     for (const Json& l : summary_["lines"])
       text += card("cross " + io::xml_text(l.value("name", "")),
@@ -339,6 +343,13 @@ class Page {
         struck += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"9\" height=\"9\"/>", px(at[k]) - 4.5,
                               py(at[k + 1]) - 4.5);
     }
+    for (const std::vector<talus::Member>& parts : ensemble_.structure_members())
+      for (const talus::Member& part : parts)
+        if (!part.span && parts.size() > 1)
+          struck += fmt::format(
+              "<text x=\"{:.1f}\" y=\"{:.1f}\" font-size=\"20\" fill=\"#003b44\" stroke=\"#fff\" "
+              "stroke-width=\"4\" paint-order=\"stroke\" text-anchor=\"middle\">{}</text>",
+              px(part.base.x()), py(part.base.y()) + 26, io::xml_text(part.name));
     const double tall = height / width * 1000, bar = tick_of(width);
     return fmt::format(
         "<section><h2>{11}</h2><svg viewBox=\"0 0 1000 {0:.0f}\" class=\"map\" role=\"img\" "
@@ -391,17 +402,19 @@ class Page {
                                                               std::pair{"height of the centroid, m", 1.0}};
     for (std::size_t q = 0; q < quantities.size(); ++q) {
       text += fmt::format("<tr><td>{}</td>", units[q].first);
-      for (const char* p : {"p50", "p90", "p95", "p99"})
-        text += "<td>" + estimate(s[quantities[q]][p], units[q].second) + "</td>";
+      for (const double p : {50.0, 90.0, 95.0, 99.0})
+        text += "<td>" +
+                estimate(s[quantities[q]][fmt::format("p{:.0f}", p)], units[q].second,
+                         s.value("members", 0L) >= enough_for(p)) +
+                "</td>";
       text += "</tr>";
     }
     text += "</table>";
-    if (s.value("members", 0L) < enough_for(95))
+    if (s.value("members", 0L) < enough_for(99))
       text += fmt::format(
-          "<p>Of {} members: too few to bound a 95th percentile, which takes {} that cross. No interval "
-          "above "
-          "reaches beyond the largest value seen.</p>",
-          s.value("members", 0L), enough_for(95));
+          "<p>Of {} members. A 95th percentile is bounded by {} that cross, a 99th by {}; of fewer the "
+          "interval has no upper end (\u201cor more\u201d).</p>",
+          s.value("members", 0L), enough_for(95), enough_for(99));
     const std::string at = "/lines/" + name + "/";
     const auto member = file_.read<std::int64_t>(at + "member").values;
     const auto translational = file_.read<double>(at + "kinetic_translational").values,
@@ -448,6 +461,17 @@ class Page {
     return text;
   }
 
+  /// How many members hit which pier or span.
+  std::string struck_by_parts(const std::string& structure) const {
+    std::string text;
+    for (const Json& s : summary_.value("structures", Json::array()))
+      if (s.value("name", "") == structure)
+        for (const Json& part : s.value("struck", Json::array()))
+          text += fmt::format("{}{} by {}", text.empty() ? " " : ", ", io::xml_text(part.value("name", "")),
+                              part.value("members", 0L));
+    return text.empty() ? text : text + ".";
+  }
+
   std::string hits(const std::string& structure) const {
     const std::string at = "/hits/" + structure + "/";
     const auto member = file_.read<std::int64_t>(at + "member").values;
@@ -456,6 +480,8 @@ class Page {
     const auto time = file_.read<double>(at + "time").values, mass = file_.read<double>(at + "mass").values,
                velocity = file_.read<double>(at + "velocity").values,
                point = file_.read<double>(at + "point").values;
+    const std::vector<std::string> struck =
+        file_.exists(at + "struck") ? file_.read_texts(at + "struck") : std::vector<std::string>();
     std::vector<std::pair<double, std::size_t>> order;
     for (std::size_t k = 0; k < member.size(); ++k)
       order.emplace_back(
@@ -465,19 +491,21 @@ class Page {
     std::sort(distinct.begin(), distinct.end());
     distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
     text += fmt::format(
-        "<p>{} hits by {} of {} members. The strongest, with their places in coordinates of the "
-        "scene:</p><table><tr><th scope=\"col\">member</th><th "
+        "<p>{} hits by {} of {} members.{} The strongest, with their places in coordinates of the "
+        "scene:</p><table><tr><th scope=\"col\">member</th>{}<th "
         "scope=\"col\">time, "
         "s</th><th scope=\"col\">mass, t</th><th scope=\"col\">speed, m/s</th><th scope=\"col\">energy of "
         "translation, kJ</th><th scope=\"col\">at, m</th></tr>",
-        member.size(), distinct.size(), file_.dims("/members/index")[0]);
+        member.size(), distinct.size(), file_.dims("/members/index")[0], struck_by_parts(structure),
+        struck.empty() ? "" : "<th scope=\"col\" class=\"text\">struck</th>");
     for (std::size_t q = 0; q < std::min<std::size_t>(12, order.size()); ++q) {
       const std::size_t k = order[q].second;
       text += fmt::format(
-          "<tr><td>{}</td><td>{:.2f}</td><td>{:.3g}</td><td>{:.3g}</td><td>{:.0f}</td><td>{:.1f}, {:.1f}, "
+          "<tr><td>{}</td>{}<td>{:.2f}</td><td>{:.3g}</td><td>{:.3g}</td><td>{:.0f}</td><td>{:.1f}, {:.1f}, "
           "{:.1f}</td></tr>",
-          member[k], time[k], mass[k] / 1e3, std::sqrt(-2 * order[q].first / mass[k]), -order[q].first / 1e3,
-          point[3 * k], point[3 * k + 1], point[3 * k + 2]);
+          member[k], struck.empty() ? "" : "<td class=\"text\">" + io::xml_text(struck[k]) + "</td>", time[k],
+          mass[k] / 1e3, std::sqrt(-2 * order[q].first / mass[k]), -order[q].first / 1e3, point[3 * k],
+          point[3 * k + 1], point[3 * k + 2]);
     }
     return text + "</table>";
   }

@@ -1,9 +1,12 @@
 #include "ensemble/results.hpp"
+#include "ensemble/struck.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+#include <set>
+#include <tuple>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -173,6 +176,9 @@ class Writer {
   void write_hits(int structure) {
     Table t;
     std::vector<double> orientation;
+    std::vector<std::string> struck;
+    const std::vector<talus::Member>& parts =
+        ensemble_.structure_members()[static_cast<std::size_t>(structure)];
     for (const Member& m : members_)
       for (const Hit& h : m.hits) {
         if (h.structure != structure) continue;
@@ -180,6 +186,8 @@ class Writer {
         t.one["time"].push_back(h.time), t.one["mass"].push_back(h.mass);
         t.add("point", h.point), t.add("velocity", h.velocity), t.add("spin", h.spin);
         orientation.insert(orientation.end(), h.orientation.begin(), h.orientation.end());
+        if (const int k = struck_by(h.point, parts); k >= 0)
+          struck.push_back(parts[static_cast<std::size_t>(k)].name);
       }
     const std::string at = "/hits/" + ensemble_.structures()[static_cast<std::size_t>(structure)] + "/";
     write_table(at, t, {{"time", "s", "of the first contact"}, {"mass", "kg", ""}},
@@ -188,6 +196,7 @@ class Writer {
                  {"spin", "rad/s", "just before, world axes"}});
     file_.write<double>(at + "orientation", orientation, {t.member.size(), 4}, "1",
                         "quaternion w, x, y, z, body to world");
+    if (!parts.empty()) file_.write(at + "struck", struck, "pier, column or span nearest to the contact");
   }
 
   io::Hdf5File& file_;
@@ -218,9 +227,14 @@ std::string summary_text(const Summary& s) {
     root["lines"].push_back(std::move(line));
   }
   root["structures"] = Json::array();
-  for (const StructureSummary& h : s.structures)
-    root["structures"].push_back(
-        {{"name", h.name}, {"members", h.members}, {"probability", estimate(h.probability)}});
+  for (const StructureSummary& h : s.structures) {
+    Json structure{{"name", h.name}, {"members", h.members}, {"probability", estimate(h.probability)}};
+    structure["struck"] = Json::array();
+    for (const StructureSummary::Struck& part : h.struck)
+      structure["struck"].push_back(
+          {{"name", part.name}, {"members", part.members}, {"probability", estimate(part.probability)}});
+    root["structures"].push_back(std::move(structure));
+  }
   return root.dump(2) + "\n";
 }
 
@@ -265,17 +279,34 @@ Summary summarise(const Ensemble& ensemble, const std::vector<Member>& members) 
     }
   }
   for (std::size_t k = 0; k < ensemble.structures().size(); ++k) {
-    std::vector<Sample> samples;
     StructureSummary& hit = s.structures.emplace_back();
     hit.name = ensemble.structures()[k];
-    for (const Member& m : members) {
-      if (!finished(m.status)) continue;
-      const bool struck = std::any_of(m.hits.begin(), m.hits.end(),
-                                      [&](const Hit& h) { return h.structure == static_cast<int>(k); });
-      samples.push_back({.index = m.index, .crosses = struck, .value = 0});
-      hit.members += struck ? 1 : 0;
+    // Members of the ensemble with a hit that counts, and how probable one is.
+    const auto struck = [&](auto&& counts) {
+      std::vector<Sample> samples;
+      long hits = 0;
+      for (const Member& m : members) {
+        if (!finished(m.status)) continue;
+        const bool crosses = std::any_of(m.hits.begin(), m.hits.end(), [&](const Hit& h) {
+          return h.structure == static_cast<int>(k) && counts(h);
+        });
+        samples.push_back({.index = m.index, .crosses = crosses, .value = 0});
+        hits += crosses ? 1 : 0;
+      }
+      return std::pair(hits, Bootstrap(samples, ensemble.settings().seed, replicated).probability());
+    };
+    std::tie(hit.members, hit.probability) = struck([](const Hit&) { return true; });
+    const std::vector<talus::Member>& parts = ensemble.structure_members()[k];
+    std::set<int> found;
+    for (const Member& m : members)
+      for (const Hit& h : m.hits)
+        if (finished(m.status) && h.structure == static_cast<int>(k)) found.insert(struck_by(h.point, parts));
+    found.erase(-1);
+    for (const int part : found) {
+      const auto [hits, probability] =
+          struck([&](const Hit& h) { return struck_by(h.point, parts) == part; });
+      hit.struck.push_back({parts[static_cast<std::size_t>(part)].name, hits, probability});
     }
-    hit.probability = Bootstrap(samples, ensemble.settings().seed, replicated).probability();
   }
   return s;
 }
@@ -292,6 +323,24 @@ double mass_at(const std::vector<Member>& members, int line) {
   }
   std::sort(masses.begin(), masses.end());
   return percentile(masses, 95);
+}
+
+/// What the values of a barrier are worth, of so many members that cross.
+std::string barrier_note(long members) {
+  std::string note;
+  for (const double percent : {95.0, 99.0})
+    if (members < enough_for(percent))
+      note += fmt::format("{}a {:.0f}th percentile takes {}", note.empty() ? "" : ", ", percent,
+                          enough_for(percent));
+  if (!note.empty())
+    note = fmt::format(
+        "of {} members that cross, too few to bound the percentiles they rest on ({}): take them "
+        "as no more than a first look; ",
+        members, note);
+  return note +
+         "percentiles and partial factors as commonly cited, unverified; heights are of the centroid: half "
+         "of "
+         "the block and a free border come on top";
 }
 
 std::string details_text(const Ensemble& ensemble, const std::vector<Member>& members, const Summary& s) {
@@ -318,11 +367,8 @@ std::string details_text(const Ensemble& ensemble, const std::vector<Member>& me
   root["barriers"] = Json::array();
   for (std::size_t l = 0; l < s.lines.size(); ++l) {
     if (s.lines[l].crossings == 0) continue;
-    Json line{{"line", s.lines[l].name},
-              {"note",
-               "percentiles and partial factors as commonly cited, unverified; heights are of the centroid: "
-               "half of the block and a free border come on top"},
-              {"values", Json::array()}};
+    Json line{
+        {"line", s.lines[l].name}, {"note", barrier_note(s.lines[l].members)}, {"values", Json::array()}};
     const auto percentile_of = [&](std::size_t quantity, std::size_t percent) {
       return s.lines[l].percentiles[quantity][percent].value;
     };

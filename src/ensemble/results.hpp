@@ -21,6 +21,12 @@ struct StructureSummary {
   std::string name;
   long members = 0;  // finished ones that hit it
   Estimate probability;
+  struct Struck {
+    std::string name;  // of its pier, column or span
+    long members = 0;  // that hit this one
+    Estimate probability;
+  };
+  std::vector<Struck> struck;  // of what is hit at all
 };
 
 struct Summary {

@@ -132,24 +132,32 @@ std::string MemberTrack::Verdict::doubt() const {
       least, most, scatter_of_volume, scatter_of_shear, scatter_of_drift);
 }
 
-MemberTrack::Function MemberTrack::function() const {
+MemberTrack::Function MemberTrack::function(std::span<const MemberTrack> all) const {
   constexpr double joint = 0.05, deflected = 1.0 / 250, visible = 1.0 / 1000;  // [m], of the length
   if (!member_.span || !has_verdict() || elastic_) return {};
-  const Verdict judged = verdict();
+  int grade = verdict().grade;
+  std::string of_class = fmt::format("damage class {}", grade);
+  for (const int k : member_.carried_by) {
+    const MemberTrack& below = all[static_cast<std::size_t>(k)];
+    if (!below.has_verdict() || below.elastic()) continue;
+    const Verdict pier = below.verdict();
+    if (pier.grade > grade)
+      grade = pier.grade,
+      of_class = fmt::format("{}, which carries it, has damage class {} {}", below.name(), grade, pier.name);
+  }
   const std::array<double, 2> drift = residual_drift();
   const double deflection = std::hypot(drift[0], drift[1]), shift = std::abs(last_.end_shift - first_shift_);
-  const std::string of_class = fmt::format("damage class {}", judged.grade),
-                    bent = fmt::format("residual deflection {:.3g} mm, 1/{:.0f} of the span",
+  const std::string bent = fmt::format("residual deflection {:.3g} mm, 1/{:.0f} of the span",
                                        1e3 * deflection, member_.length / std::max(deflection, 1e-6));
-  if (judged.grade >= 3) return {"closed", of_class};
+  if (grade >= 3) return {"closed", of_class};
   if (shift > joint) return {"closed", fmt::format("an end has moved by {:.3g} mm", 1e3 * shift)};
   if (deflection > deflected * member_.length) return {"closed", bent};
-  if (judged.grade == 2) return {"restricted", of_class};
+  if (grade == 2) return {"restricted", of_class};
   if (deflection > visible * member_.length) return {"restricted", bent};
-  return {"open", fmt::format("damage class {}, {}", judged.grade, bent)};
+  return {"open", fmt::format("{}, {}", of_class, bent)};
 }
 
-json MemberTrack::summary() const {
+json MemberTrack::summary(std::span<const MemberTrack> all) const {
   const auto pair = [](const std::array<double, 2>& v) { return json::array({v[0], v[1]}); };
   const auto peak = [](const LoadPeak& p) {
     return json{{"value", p.value}, {"time", p.time}, {"station", p.station}};
@@ -157,7 +165,7 @@ json MemberTrack::summary() const {
   const bool concrete = has_verdict();  // what is elastic alone cannot be damaged, which is no finding
   const std::array<double, 2> residual = residual_drift();
   const Verdict judged = verdict();
-  const Function use = function();
+  const Function use = function(all);
   return {{"name", member_.name},
           {"span", member_.span},
           {"length", member_.length},

@@ -11,12 +11,14 @@
 ///   1 slight    a crack exceeds 0.1 mm;  0 none;  drift: the residual one over the length
 /// V_dyn / V_Rd and cracks of the runs that this one goes on from count: damage stays.
 ///
-/// Function of a span, our own: the first that holds of
+/// Function of a span, our own, the class its own or that of a pier below one of its ends if that is worse:
+/// the first that holds of
 ///   closed      class 3 or 4, an end has moved by more than 50 mm (the joint), deflection > 1/250 of length
 ///   restricted  class 2, or the residual deflection exceeds 1/1000: to be inspected before traffic
 ///   open        otherwise
 #pragma once
 #include <nlohmann/json_fwd.hpp>
+#include <span>
 #include <string>
 
 #include "sim/frame.hpp"
@@ -29,7 +31,8 @@ class MemberTrack {
   explicit MemberTrack(const Member& member, bool elastic = false) : member_(member), elastic_(elastic) {}
   /// A history row: the state then, and the greatest loads up to it.
   void add(double time, const MemberState& state, const MemberPeaks& peaks);
-  nlohmann::ordered_json summary() const;
+  /// `all`: the members of its structure, in their order.
+  nlohmann::ordered_json summary(std::span<const MemberTrack> all) const;
   /// Damage class and what it rests on; of what is elastic alone there is none.
   struct Verdict {
     int grade = 0;
@@ -49,7 +52,7 @@ class MemberTrack {
     const char* state = "";
     std::string basis;
   };
-  Function function() const;
+  Function function(std::span<const MemberTrack> all) const;
   const std::string& name() const { return member_.name; }
 
  private:

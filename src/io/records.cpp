@@ -189,6 +189,8 @@ std::string encode_header(const RunHeader& h) {
   put(h.materials), put(h.plan), put(h.warnings), put(h.prescribed_impact);
   for (const RunHeader::StructureInfo& s : h.structures)
     put(s.meets), put(s.load_until), put(Vec3(s.permanent.head<3>())), put(Vec3(s.permanent.tail<3>()));
+  for (const RunHeader::StructureInfo& s : h.structures)
+    for (const Member& m : s.members) put(m.carried_by);
   return w.bytes();
 }
 
@@ -216,6 +218,14 @@ RunHeader decode_header(std::string_view bytes) {
       s.permanent << force, moment;
       s.told_permanent = true;
     }
+  if (r.left() > 0)
+    for (RunHeader::StructureInfo& s : h.structures)
+      for (Member& m : s.members) {
+        get(m.carried_by);
+        for (const int by : m.carried_by)
+          if (by < 0 || static_cast<std::size_t>(by) >= s.members.size())
+            throw std::out_of_range("a span is carried by a member that is not there");
+      }
   for (const RunHeader::StructureInfo& s : h.structures)
     for (const int other : s.meets)
       if (other < 0 || static_cast<std::size_t>(other) >= h.structures.size())

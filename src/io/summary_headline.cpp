@@ -239,7 +239,7 @@ void SummaryBuilder::function_line(std::size_t i, std::vector<std::string>& line
   std::size_t open = 0;
   for (const char* state : {"closed", "restricted", "open"})
     for (const MemberTrack& m : structures_[i].members) {
-      const MemberTrack::Function f = m.function();
+      const MemberTrack::Function f = m.function(structures_[i].members);
       if (f.basis.empty() || std::string_view(f.state) != state) continue;
       if (std::string_view(state) == "open")
         ++open;
@@ -251,7 +251,8 @@ void SummaryBuilder::function_line(std::size_t i, std::vector<std::string>& line
                          open == 1 ? "1 span" : fmt::format("{} spans", open));
   if (!spans.empty())
     lines.push_back(
-        fmt::format("Deck of {}: {}. Our own rule: closed from damage class 3, joints moved by 50 mm or "
+        fmt::format("Deck of {}: {}. Our own rule: closed from damage class 3, its own or that of a pier "
+                    "below it, joints moved by 50 mm or "
                     "1/250 of the span; restricted from class 2 or 1/1000.",
                     header_.structures[i].name, spans));
 }

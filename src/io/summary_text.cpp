@@ -129,7 +129,7 @@ json SummaryBuilder::of_structures() const {
                         {"final_displacement", vec(s.probes[k].last)}});
     const int by = loaded_through(i).structure;
     json members = json::array();
-    for (const MemberTrack& m : s.members) members.push_back(m.summary());
+    for (const MemberTrack& m : s.members) members.push_back(m.summary(s.members));
     structures.push_back(
         {{"name", info.name},
          {"form", info.form},

@@ -141,10 +141,21 @@ std::vector<std::string> terrain_lines(const World& w) {
   }
   std::vector<std::string> lines{
       fmt::format("Terrain: {} triangles, fixed, no degrees of freedom.", s.triangles.size())};
+  Box3 extent;
+  for (const Vec3& v : s.vertices) extent.extend(v);
+  const auto range = [](double from, double to) { return fmt::format("{:.6g} to {:.6g}", from, to); };
+  const Vec3 &low = extent.min(), &high = extent.max(), &origin = w.header.map_origin;
+  std::string where =
+      fmt::format("  It covers x {}, y {}, z {} in scene coordinates", range(low.x(), high.x()),
+                  range(low.y(), high.y()), range(low.z(), high.z()));
+  if (!origin.isZero(0))
+    where += fmt::format("; on the map x {:.0f} to {:.0f}, y {:.0f} to {:.0f}", origin.x() + low.x(),
+                         origin.x() + high.x(), origin.y() + low.y(), origin.y() + high.y());
+  if (!s.vertices.empty()) lines.push_back(where + ".");
   if (s.two_sided)
-    lines.back() += " It bears from both sides.";
+    lines.front() += " It bears from both sides.";
   else if (overhanging > 0)
-    lines.back() += fmt::format(" {} of them overhang: rock lies above them.", overhanging);
+    lines.front() += fmt::format(" {} of them overhang: rock lies above them.", overhanging);
   std::string by_material;
   for (std::size_t m = 0; m < area.size(); ++m)
     if (area[m] > 0)
@@ -215,8 +226,12 @@ std::string start_line(const World& w) {
                                                          in_hollow, in_hollow > 1 ? "s" : "")
                                            : std::string();
   if (!(start.least <= start.most)) return hollow.empty() ? "" : "Start: " + hollow + "." + dip_line(w);
-  return fmt::format("Start: {} m above the ground, vertically below the lowest corner{}.{}",
-                     start.text(3, 1e-6), hollow.empty() ? "" : "; " + hollow, dip_line(w));
+  const bool released =
+      std::ranges::any_of(w.scene.blocks, [](const scene::Block& b) { return b.release.has_value(); });
+  return fmt::format(
+      "Start: {} m above the ground, vertically below the lowest corner{}{}.{}", start.text(3, 1e-6),
+      released ? " (a release's height counts from the highest ground in the block's plan)" : "",
+      hollow.empty() ? "" : "; " + hollow, dip_line(w));
 }
 
 std::string mass_text(double mass) {

@@ -121,7 +121,8 @@ struct Member {
   std::string name;
   bool span = false;  // of a deck: from bearings to bearings, axis_x across and axis_y up; its drift is the
                       // deflection of its middle
-  Vec3 base = Vec3::Zero();  // centre of the lowest section [m]
+  std::vector<int> carried_by;  // of a span: places of the piers below its ends, in the list of members
+  Vec3 base = Vec3::Zero();     // centre of the lowest section [m]
   Vec3 axis_x = Vec3::UnitX(),
        axis_y = Vec3::UnitY();      // of the section; the member runs along axis_x x axis_y
   double length = 0, volume = 0;    // [m], of its cells [m^3]

@@ -275,6 +275,7 @@ class Layout {
       add_shaft(x, y, foot, top, part.boxes);
     Pier pier;
     pier.name = m_.across > 1 ? fmt::format("P{}.{}", i + 1, k + 1) : fmt::format("P{}", i + 1);
+    pier.support = i;
     pier.clear = top - foot;
     pier.wall = m_.wall;
     rebar::Member& member = pier.shape;
@@ -341,6 +342,7 @@ class Layout {
     Pier span;
     span.name = fmt::format("S{}", s + 1);
     span.span = true;
+    span.support = s;
     const Vec3 along = Vec3(1, 0, m_.grade), up = Vec3(-m_.grade, 0, 1);
     span.clear = (x1 - x0) * along.norm();
     rebar::Member& member = span.shape;

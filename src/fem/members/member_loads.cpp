@@ -44,6 +44,10 @@ void MemberLoads::find_places(const HexMesh& whole) {
     Member info;
     info.name = pier.name;
     info.span = pier.span;
+    for (std::size_t k = 0; pier.span && k < places_.size(); ++k)
+      if (const Pier& below = places_[k].pier;
+          !below.span && (below.support == pier.support || below.support == pier.support + 1))
+        info.carried_by.push_back(static_cast<int>(k));
     info.section = {pier.shape.width, pier.shape.section == rebar::Member::Section::round ? pier.shape.width
                                                                                           : pier.shape.depth};
     info.base = pier.shape.base;

@@ -27,6 +27,7 @@ struct Pier {
   double wall = 0;      // hollow [m]
   double clear = 0;     // length from base to cap beam, or the whole [m]
   bool span = false;    // of a deck: axis_x across, axis_y up
+  int support = 0;      // of a viaduct, from 0: that it belongs to, of a span the first of its two
   double area = 0;      // of a section that is no full rectangle; 0: as shape and wall say [m^2]
   std::array<double, 2>
       web{};  // what shears along axis_x, axis_y if it is not the whole section; 0: as shape and wall say [m]

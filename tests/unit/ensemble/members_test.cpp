@@ -8,6 +8,9 @@
 #include <fstream>
 #include <map>
 #include <set>
+#include <tuple>
+
+#include <fmt/format.h>
 
 #include "core/error.hpp"
 #include "ensemble/ensemble.hpp"
@@ -329,6 +332,91 @@ TEST(Members, FactorialTakesEveryCombination) {
     if (i % 3 == 1) { EXPECT_NEAR(d.numbers[0][0], std::tan(15 * M_PI / 180), 1e-12); }
   }
   EXPECT_EQ(seen.size(), 6u);
+}
+
+/// Boxes fly past, below and against a viaduct of three piers: each hit names the pier or span that it is on,
+/// the summary counts the members that strike each, and of a viaduct that is drawn itself none is named.
+TEST(Members, HitsNameThePierOrSpanThatIsStruck) {
+  const std::string scene = R"(schema = 1
+[simulation]
+duration = "0.2 s"
+gravity = [0, 0, 0]
+accuracy = 1e-2
+[[material]]
+name = "rock"
+density = 2600
+[[material]]
+name = "C30"
+f_cm = "38 MPa"
+[[interface]]
+between = ["*", "*"]
+friction = 0.5
+normal_stiffness = "hard"
+[[structure]]
+name = "viaduct"
+kind = "viaduct"
+material = "C30"
+position = [0, 0, 0]
+spans = 2
+span_length = 12
+pier_height = 6
+cell_size = "1 m"
+[[block]]
+name = "B"
+material = "rock"
+shape = "box"
+size = [0.4, 0.4, 0.4]
+position = [0, -8, 3]
+velocity = [0, 60, 0]
+[ensemble]
+design = "factorial"
+[[ensemble.vary]]
+key = "block.B.position"
+list = [[0, -8, 3], [12, -8, 3], [12.1, -8, 2], [24, -8, 3], [18, -8, 3], [18, -8, DECK]]
+[output]
+report = false
+)";
+  const Place place;
+  const auto results = [&](const std::string& text, const char* name) {
+    Ensemble ensemble(place.put(std::string(name) + ".toml", text).string(), {});
+    const fs::path directory = place.path() / name;
+    const long members = run(ensemble, directory, 1);
+    double soffit = 0;
+    for (const auto& part : ensemble.structure_members())
+      for (const talus::Member& m : part)
+        if (m.span) soffit = m.base.z();
+    return std::tuple(write_results(ensemble, directory, members), directory / "ensemble.h5", soffit);
+  };
+  const std::string first = changed(scene, "DECK", "30");
+  const auto [unused, file, deck] = results(first, "first");
+  const auto [summary, named, again] = results(changed(scene, "DECK", fmt::format("{}", deck)), "named");
+  const io::Hdf5File h5 = io::Hdf5File::open(named);
+  const auto member = h5.read<std::int64_t>("/hits/viaduct/member").values;
+  const std::vector<std::string> struck = h5.read_texts("/hits/viaduct/struck");
+  ASSERT_EQ(member.size(), struck.size());
+  const std::map<std::int64_t, std::string> right{{0, "P1"}, {1, "P2"}, {2, "P2"}, {3, "P3"}, {5, "S2"}};
+  std::set<std::int64_t> seen;
+  for (std::size_t k = 0; k < member.size(); ++k) {
+    ASSERT_TRUE(right.contains(member[k])) << member[k];
+    EXPECT_EQ(struck[k], right.at(member[k])) << member[k];
+    seen.insert(member[k]);
+  }
+  EXPECT_EQ(seen.size(), right.size());
+  ASSERT_EQ(summary.structures.size(), 1u);
+  EXPECT_EQ(summary.structures[0].members, 5);
+  std::map<std::string, long> counted;
+  for (const StructureSummary::Struck& part : summary.structures[0].struck) {
+    counted[part.name] = part.members;
+    EXPECT_NEAR(part.probability.value, static_cast<double>(part.members) / 6, 1e-12);
+  }
+  EXPECT_EQ(counted, (std::map<std::string, long>{{"P1", 1}, {"P2", 2}, {"P3", 1}, {"S2", 1}}));
+  const auto [drawn, of_drawn, none] = results(
+      changed(
+          first, "[output]",
+          "[[ensemble.vary]]\nkey = \"structure.viaduct.position\"\nlist = [[0, 0, 0], [0, 1, 0]]\n[output]"),
+      "drawn");
+  EXPECT_TRUE(drawn.structures[0].struck.empty());
+  EXPECT_FALSE(io::Hdf5File::open(of_drawn).exists("/hits/viaduct/struck"));
 }
 
 TEST(Members, MistakesAreNamedBeforeTheFirstMember) {

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <vector>
 
 #include "io/member_track.hpp"
 #include "io/records.hpp"
@@ -53,7 +54,7 @@ TEST(MemberTrack, LoadsDriftAndClass) {
     p.drift = 0.048;
     track.add(t, state(0, 0, 0.002 + 0.01 + 0.004 * std::sin(2 * M_PI * t / 0.05)), p);
   }
-  const auto j = track.summary();
+  const auto j = track.summary({});
   EXPECT_EQ(j["shear_utilisation_design"]["value"], 0.9);
   EXPECT_EQ(j["shear_utilisation_mean"]["value"], 0.6);
   EXPECT_EQ(j["shear_utilisation_design"]["time"], 0.1);
@@ -70,7 +71,7 @@ TEST(MemberTrack, AMemberWhoseTopCameOffIsLostAndHasNoDrift) {
   p.drift = 0.02;
   track.add(0.5, state(0, 0, 0.02), p);
   track.add(1, state(0, 0, std::numeric_limits<double>::quiet_NaN()), p);
-  const auto j = track.summary();
+  const auto j = track.summary({});
   EXPECT_EQ(j["damage_class_name"], "lost");
   EXPECT_EQ(j["top_came_off"], true);
   EXPECT_TRUE(j["residual_drift"].is_null());
@@ -91,7 +92,7 @@ TEST(MemberTrack, SpansAreJudgedByTheirDeflectionAndTheirSeats) {
     s.drift = {0, -deflection}, s.ends_unseated = unseated, s.end_shift = shift;
     peaks.crack_width = crack;
     for (const double t : {0.91, 1.0}) track.add(t, s, peaks);
-    return track.summary();
+    return track.summary({});
   };
   const double length = span.length;
   EXPECT_EQ(after(0, 1, 0, 0)["damage_class_name"], "lost");
@@ -101,7 +102,34 @@ TEST(MemberTrack, SpansAreJudgedByTheirDeflectionAndTheirSeats) {
   EXPECT_EQ(after(length / 5000, 0, 0.06, 0)["function"], "closed");
   EXPECT_EQ(after(length / 5000, 0, 0, 5e-4)["function"], "restricted");  // class 2
   EXPECT_EQ(after(length / 5000, 0, 0, 2e-4)["function"], "open");        // class 1
-  EXPECT_TRUE(MemberTrack(pier()).summary()["function"].is_null());
+  EXPECT_TRUE(MemberTrack(pier()).summary({})["function"].is_null());
+}
+
+/// Traffic stays off a span whose pier is severely damaged, however sound the span is itself; a pier that is
+/// not below it says nothing.
+TEST(MemberTrack, ASpanIsNoSaferThanWhatCarriesIt) {
+  const auto damaged = [](int broken, double crack) {
+    MemberTrack track(pier());
+    MemberState s = state(0, 0, 0);
+    MemberPeaks p;
+    track.add(0, s, p);
+    s.bars_broken = broken, p.crack_width = crack;
+    for (const double t : {0.91, 1.0}) track.add(t, s, p);
+    return track;
+  };
+  Member span = pier();
+  span.name = "S1", span.span = true, span.carried_by = {0, 1};
+  MemberTrack deck(span);
+  for (const double t : {0.0, 0.91, 1.0}) deck.add(t, {}, {});
+  const MemberTrack sound = damaged(0, 0), cracked = damaged(0, 5e-4), severe = damaged(1, 0);
+  const auto with = [&](const MemberTrack& a, const MemberTrack& b, const MemberTrack& elsewhere) {
+    const std::vector<MemberTrack> all{a, b, elsewhere, deck};
+    return deck.summary(all);
+  };
+  EXPECT_EQ(with(sound, sound, severe)["function"], "open");
+  EXPECT_EQ(with(sound, cracked, sound)["function"], "restricted");
+  EXPECT_EQ(with(severe, cracked, sound)["function"], "closed");
+  EXPECT_EQ(with(severe, sound, sound)["function_basis"], "P2, which carries it, has damage class 3 severe");
 }
 
 /// A class near one of its limits says which others it may as well be.
@@ -123,7 +151,7 @@ TEST(MemberTrack, AClassNearALimitMayBeAnother) {
         Case{0.03, 0, 0, 0, 3, 3, 3}, Case{0.015, 0, 0, 0, 3, 0, 3}, Case{0.015, 0, 0, 1, 3, 3, 3},
         Case{0, 1.1, 0.9, 0, 2, 0, 3}, Case{0, 3, 2, 0, 3, 3, 3}, Case{0, 0.5, 0.3, 0, 0, 0, 0}}) {
     const MemberTrack track = after(c.share, c.use_design, c.use_mean, c.broken);
-    const auto j = track.summary();
+    const auto j = track.summary({});
     EXPECT_EQ(j["damage_class"], c.grade) << c.share;
     EXPECT_EQ(j["damage_class_range"], (nlohmann::ordered_json{c.least, c.most}))
         << c.share << ' ' << c.use_design;
@@ -137,8 +165,8 @@ TEST(MemberTrack, WhatIsElasticAloneHasNoDamageClass) {
   MemberTrack track(m);
   track.add(0, state(0, 0, 0), {});
   track.add(1, state(1e8, 0, 0.1), {});
-  EXPECT_TRUE(track.summary()["damage_class"].is_null());
-  EXPECT_TRUE(track.summary()["damage_class_name"].is_null());
+  EXPECT_TRUE(track.summary({})["damage_class"].is_null());
+  EXPECT_TRUE(track.summary({})["damage_class_name"].is_null());
 }
 
 /// Concrete with damage = "none": cracks were not computed, which is no finding; what was computed is told.
@@ -146,7 +174,7 @@ TEST(MemberTrack, WhatWasComputedElasticIsNotJudged) {
   MemberTrack track(pier(), true);
   track.add(0, state(0, 0, 0), {});
   track.add(1, state(0, 0, 0), peaks(1.77, 1.2, 0));
-  const auto j = track.summary();
+  const auto j = track.summary({});
   EXPECT_TRUE(j["damage_class"].is_null());
   EXPECT_TRUE(j["damage_class_name"].is_null());
   const std::string basis = j["damage_class_basis"].get<std::string>();
@@ -160,10 +188,10 @@ TEST(MemberTrack, ADriftUnderALoadThatStillActsIsNoResidualOne) {
   MemberTrack track(pier());
   track.add(0, state(0, 0, 0), {});
   track.add(1, state(0, 0, 0.2), {});
-  EXPECT_EQ(track.summary()["residual_drift_under_load"], false);
+  EXPECT_EQ(track.summary({})["residual_drift_under_load"], false);
   EXPECT_NE(track.verdict().basis.find("residual drift"), std::string::npos) << track.verdict().basis;
   track.set_under_load(true);
-  EXPECT_EQ(track.summary()["residual_drift_under_load"], true);
+  EXPECT_EQ(track.summary({})["residual_drift_under_load"], true);
   EXPECT_EQ(track.verdict().basis.find("residual drift"), std::string::npos) << track.verdict().basis;
   EXPECT_NE(track.verdict().basis.find("drift under a load that still acts"), std::string::npos)
       << track.verdict().basis;
@@ -184,7 +212,7 @@ MemberTrack changed(Change&& change) {
 TEST(MemberTrack, ClassesInTheirOrder) {
   const auto grade = [](auto change) {
     const MemberTrack track = changed(change);
-    return track.summary()["damage_class"].template get<int>();
+    return track.summary({})["damage_class"].template get<int>();
   };
   EXPECT_EQ(grade([](MemberState&, MemberPeaks&) {}), 0);
   EXPECT_EQ(grade([](MemberState&, MemberPeaks& p) { p.crack_width = 0.2e-3; }), 1);
@@ -204,8 +232,8 @@ TEST(MemberTrack, AClassIsOfTheRunsBeforeToo) {
   const auto verdict = [](MemberPeaks::Before before) {
     const MemberTrack track =
         changed([&](MemberState&, MemberPeaks& p) { p = peaks(0.5, 0.3, 0), p.before = before; });
-    EXPECT_EQ(track.summary()["shear_utilisation_mean"]["value"], 0.3);  // of this run
-    EXPECT_EQ(track.summary()["crack_width_peak"], 0);
+    EXPECT_EQ(track.summary({})["shear_utilisation_mean"]["value"], 0.3);  // of this run
+    EXPECT_EQ(track.summary({})["crack_width_peak"], 0);
     return track.verdict();
   };
   EXPECT_EQ(verdict({}).grade, 0);
@@ -225,14 +253,14 @@ TEST(MemberTrack, TheWidestCrackIsNoLessThanThatOfARow) {
   track.add(1, s, peaks(0.1, 0.1, 0.6e-3));
   s.crack_width = 0.3e-3;
   track.add(2, s, peaks(0.1, 0.1, 0.6e-3));
-  EXPECT_EQ(track.summary()["crack_width_peak"], 0.7e-3);
-  EXPECT_EQ(track.summary()["crack_width_end"], 0.3e-3);
+  EXPECT_EQ(track.summary({})["crack_width_peak"], 0.7e-3);
+  EXPECT_EQ(track.summary({})["crack_width_end"], 0.3e-3);
 }
 
 TEST(MemberTrack, TellsWhatAClassRestsOn) {
   const auto basis = [](auto change) {
     const MemberTrack track = changed(change);
-    EXPECT_EQ(track.summary()["damage_class_basis"].template get<std::string>(), track.verdict().basis);
+    EXPECT_EQ(track.summary({})["damage_class_basis"].template get<std::string>(), track.verdict().basis);
     return track.verdict().basis;
   };
   EXPECT_EQ(basis([](MemberState&, MemberPeaks&) {}), "no crack above 0.1 mm, no bar yields");
