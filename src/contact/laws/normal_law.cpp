@@ -68,7 +68,7 @@ double NormalLaw::force(double x) const {
       const auto& t = law->table;
       std::size_t i = 1;
       while (i + 1 < t.size() && x > t[i].first) ++i;
-      return t[i - 1].second + (x - t[i - 1].first) * slope(x);
+      return stiffness * t[i - 1].second + (x - t[i - 1].first) * slope(x);
     }
   }
   return 0;
@@ -94,7 +94,7 @@ double NormalLaw::slope(double x) const {
       const auto& t = law->table;
       std::size_t i = 1;
       while (i + 1 < t.size() && x > t[i].first) ++i;
-      return (t[i].second - t[i - 1].second) / (t[i].first - t[i - 1].first);
+      return stiffness * (t[i].second - t[i - 1].second) / (t[i].first - t[i - 1].first);
     }
   }
   return 0;
@@ -130,7 +130,7 @@ double NormalLaw::work(double x) const {
         const bool last = i + 1 == t.size();
         const double to = last ? x : std::min(x, t[i].first);
         if (to <= t[i - 1].first) break;
-        w += 0.5 * (to - t[i - 1].first) * (t[i - 1].second + force(to));
+        w += 0.5 * (to - t[i - 1].first) * (stiffness * t[i - 1].second + force(to));
       }
       return w;
     }

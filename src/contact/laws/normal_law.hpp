@@ -6,10 +6,10 @@
 ///   crushing  F = f(x) - f(max(y, x - p A/k)),  f(x) = k x, at a corner k V(x)
 ///             with a pressure that grows, and an end:
 ///             F = f(x) - max(f(y), (1 - r) (f(x - p/k_A) - f(x - p/k_A - H/(1 - r)))),  r = G/(k_A + G)
-///   table     F linear between the points, the last slope beyond them
+///   table     F = k t(x), t linear between the points, the last slope beyond them
 ///   bed       the sum over the columns below a block (contact/laws/bed.hpp), linear or crushing
 ///
-///   k     stiffness of the contact point                        [N/m], hertz [N/m^1.5]
+///   k     stiffness of the contact point                        [N/m], hertz [N/m^1.5], table 1 [1]
 ///   V     mean depth of a corner's cell, int_0^x A(x)/A         [m]
 ///   R     radius of a sphere on a half-space                    [m]
 ///   c     compliance of the cell touched, which Hertz's law holds already; 0 at a fixed surface [m/N]
@@ -38,7 +38,7 @@ namespace talus::contact {
 
 struct NormalLaw {
   const ContactLaw* law = nullptr;
-  double stiffness = 0;                                     // k: [N/m], hertz [N/m^1.5]
+  double stiffness = 0;                                     // k: [N/m], hertz [N/m^1.5], table [1]
   std::shared_ptr<const CornerArea> corner;                 // linear, crushing: of a corner's cell
   double limit = 0;                                         // crushing: p A [N]
   double crushed = 0;                                       // crushing: y [m]

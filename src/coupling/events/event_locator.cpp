@@ -27,18 +27,26 @@ struct Onset {
   double gap = std::numeric_limits<double>::infinity();  // [m]
   double rate = 0;                                       // its approach velocity, < 0: nearer [m/s]
   double before = 0;                                     // its gap at the start of the step [m]
+  Partner a;
+  int b = -1;  // with the feature its name; -1: there is none
+  contact::FeatureKey key = 0;
+  bool is(const Touch& t) const { return b == t.b && a.id() == t.a.id() && key == t.at.key; }
+  bool is(const Onset& o) const { return b == o.b && a.id() == o.a.id() && key == o.key; }
 };
 
-/// Ends of a step between which an onset lies, and their gaps. Between an end still apart and one that is
-/// past, the gap is taken for the parabola of both gaps and the rate at the end past.
-struct Bracket {
-  double low, high, apart, past, closing;
-  double middle() const { return 0.5 * (low + high); }
-  double on_parabola() const {
-    const double width = high - low, bend = (apart - past + closing * width) / (width * width);
-    return high - 2 * past / (closing - std::sqrt(std::max(0.0, closing * closing - 4 * bend * past)));
-  }
+/// An end of the step that was tried, and the gap there.
+struct End {
+  double time = 0, gap = std::numeric_limits<double>::infinity();
+  Onset of;
 };
+
+/// Where a gap is closed that has these values at two ends, and at the first of them its rate, which is
+/// negative: of a parabola, towards the nearer root.
+double parabola_root(const End& at, const End& other) {
+  const double way = other.time - at.time, bend = (other.gap - at.gap - at.of.rate * way) / (way * way),
+               square = at.of.rate * at.of.rate - 4 * bend * at.gap;
+  return at.time - 2 * at.gap / (at.of.rate - std::sqrt(std::max(0.0, square)));
+}
 
 /// The step solved again with other ends, and what begins there.
 class Trials {
@@ -46,7 +54,9 @@ class Trials {
   Trials(const IslandContext& in, Step& step, ContactSearch& search, SmoothStep& smooth, int passes);
   /// False: no solution.
   bool solve_for(double length);
-  Onset onset_at(double length) const;
+  /// `sought`: what is told of that contact, or where it is none of all, where its spring holds nothing that
+  /// counts as well.
+  Onset onset_at(double length, const Onset* sought = nullptr) const;
   /// Looks for the end of a step of at most `length` at which the onset found there begins, after `sure`.
   /// Nothing if an end tried has no solution, else whether it was found.
   std::optional<bool> seek(const Onset& there, double length, double sure, bool impact);
@@ -56,7 +66,8 @@ class Trials {
  private:
   std::span<const Touch* const> of_pair(const Touch& t) const;
   double gap_before(const Touch& t) const;
-  bool begins(const Touch& t) const;
+  double unloaded(const Touch& t) const;
+  bool begins(const Touch& t, bool unloaded_too) const;
   bool came_through(const Touch& t) const;
 
   const IslandContext& in_;
@@ -105,7 +116,14 @@ bool Trials::came_through(const Touch& t) const {
   return t.at.gap < (rings || any_depth_ ? 0 : -in_.scale.near_gap()) && gap_before(t) > 0;
 }
 
-bool Trials::begins(const Touch& t) const {
+/// A spring begins unloaded where it is found, late by a way whose square goes with what its stiffness would
+/// hold there.
+double Trials::unloaded(const Touch& t) const {
+  if (!(t.stiffness > 0)) return 0;
+  return std::sqrt(2 * in_.settings.accuracy * energy_of_no_event(in_, t, in_.gentle_speed()) / t.stiffness);
+}
+
+bool Trials::begins(const Touch& t, bool unloaded_too) const {
   const auto own = of_pair(t);
   const auto same = std::ranges::find_if(own, [&](const Touch* s) { return s->at.key == t.at.key; });
   if (same != own.end() && (*same)->row >= 0) return false;
@@ -114,10 +132,7 @@ bool Trials::begins(const Touch& t) const {
       t.stiffness == 0 && t.approach >= -impact_speed(in_, t) && t.at.gap >= -in_.scale.near_gap();
   const bool comes = t.approach < -contact::tolerances().slips * in_.scale.speed;
   if (!(comes && !slow) && !came_through(t)) return false;
-  // A spring begins unloaded where it is found, late by a way whose square goes with what its stiffness would
-  // hold there.
-  const double late = in_.settings.accuracy * energy_of_no_event(in_, t, in_.gentle_speed());
-  if (t.stiffness > 0 && 0.5 * t.stiffness * t.at.gap * t.at.gap <= late) return false;
+  if (!unloaded_too && std::abs(t.at.gap) <= unloaded(t)) return false;
   if (std::ranges::none_of(own, [](const Touch* s) { return s->row >= 0; })) return true;
   // In closed contact one feature may take the place of another, deep as it is: that crosses nothing. What
   // sank by more than half of its depth did, unless it lay closed before, where another stood for it.
@@ -126,10 +141,11 @@ bool Trials::begins(const Touch& t) const {
          (same != own.end() && before >= std::min(-10 * in_.scale.touch_gap(), 0.5 * t.at.gap));
 }
 
-Onset Trials::onset_at(double length) const {
+Onset Trials::onset_at(double length, const Onset* sought) const {
   Onset deepest;
   for (const Touch& t : search_.find_at_end(length))
-    if (t.at.gap < deepest.gap && begins(t)) deepest = {t.at.gap, t.approach, gap_before(t)};
+    if (t.at.gap < deepest.gap && begins(t, sought != nullptr && (sought->b < 0 || sought->is(t))))
+      deepest = {t.at.gap, t.approach, gap_before(t), t.a, t.b, t.at.key};
   return deepest;
 }
 
@@ -155,41 +171,54 @@ std::optional<bool> Trials::seek(const Onset& there, double length, double sure,
   // or met on the search's path, which between the ends of the step is not quite the blocks' own.
   bool bracketed = there.gap < passed();
   any_depth_ = bracketed && !(there.rate < 0);
-  Bracket in{0, length, bracketed ? there.before : 0, there.gap, there.rate};
-  double trial = impact ? sure : length + there.gap / -there.rate;
+  End low, high{length, there.gap, there}, last = high;
+  if (bracketed) low = {0, there.before, there};
+  double trial = impact ? sure : length + high.gap / -there.rate;
   if (any_depth_)
     trial = std::max(0.5 * length, sure);
-  else if (bracketed && in.apart > 0)
-    trial = std::max(in.on_parabola(), sure);
-  double tried = 0, gap_there = std::numeric_limits<double>::infinity();
+  else if (bracketed && low.gap > 0)
+    trial = std::max(parabola_root(high, low), sure);
   for (int iteration = 0; iteration < (bracketed ? most_trials : most_apart); ++iteration) {
-    if (!(trial > in.low && trial < in.high)) {
+    if (!(trial > low.time && trial < high.time)) {
       if (!bracketed) break;
-      trial = in.middle();
+      trial = low.of.is(high.of) && std::isfinite(low.gap - high.gap)
+                  ? low.time + (high.time - low.time) * low.gap / (low.gap - high.gap)
+                  : 0.5 * (low.time + high.time);
+      if (!(trial > low.time && trial < high.time)) trial = 0.5 * (low.time + high.time);
     }
     if (!solve_for(trial)) return std::nullopt;
-    const Onset onset = onset_at(trial);
-    const double gap = onset.gap;
-    if (std::abs(gap) <= onset_tolerance || in.high - in.low < contact::tolerances().far_off * length)
+    const Onset onset = onset_at(trial, &last.of);
+    const End now{trial, onset.gap, onset};
+    if (std::abs(now.gap) <= onset_tolerance) return true;
+    const bool met = std::isfinite(now.gap);
+    if (!bracketed && !met) break;
+    bracketed = bracketed || now.gap < 0;
+    (now.gap > 0 ? low : high) = now;
+    if (high.time - low.time < contact::tolerances().time_round_off * length) {
+      // It begins deeper than that, as a feature that takes another's place.
+      if (now.gap > 0 && !solve_for(high.time)) return std::nullopt;
       return true;
-    if (!bracketed && !std::isfinite(gap)) break;
-    bracketed = bracketed || gap < 0;
-    if (gap > 0)
-      in.low = trial, in.apart = gap;
+    }
+    // Of a contact that is past from the start on, what the step began with is known.
+    if (met && low.time == 0) low = {0, onset.before, onset};
+    // By the parabola through both ends, or, where the lower one knows nothing of this contact, through the
+    // last two; what strains, or turns in closed contact, does not approach by its speed at the end alone,
+    // and goes by the last two.
+    const End &from = bracketed ? high : now,
+              &to = bracketed && low.of.is(high.of) && low.gap > 0 ? low : last;
+    const bool again = last.of.is(onset) && last.time != trial,
+               lags = again && iteration > 1 && std::abs(now.gap) > 0.1 * std::abs(last.gap);
+    if (!met && !(high.of.rate < 0))
+      trial = low.time;  // half of the way
+    else if (lags)
+      trial -= now.gap * (trial - last.time) / (now.gap - last.gap);
+    else if (!(from.of.rate < 0))
+      trial = low.time;
+    else if (to.of.is(from.of) && std::isfinite(to.gap) && to.time != from.time)
+      trial = parabola_root(from, to);
     else
-      in.high = trial, in.past = gap, in.closing = onset.rate;
-    // What strains, or turns in closed contact, does not approach by its speed at the end alone: by what the
-    // last two trials tell.
-    const double secant = trial - gap * (trial - tried) / (gap - gap_there);
-    const bool lags = bracketed && iteration > 3 && std::abs(gap) > 0.25 * std::abs(gap_there);
-    tried = trial;
-    if (lags && std::isfinite(secant))
-      trial = secant;
-    else if (bracketed && std::isfinite(in.apart) && in.apart > 0 && in.closing < 0)
-      trial = in.on_parabola();
-    else
-      trial = std::isfinite(gap) && onset.rate < 0 ? trial + gap / -onset.rate : in.middle();
-    gap_there = gap;
+      trial = from.time + from.gap / -from.of.rate;
+    if (met) last = now;
   }
   return bracketed;
 }
@@ -240,7 +269,7 @@ bool EventLocator::locate(double& h, int passes) {
       return way.path(pair) > contact::tolerances().unseen_way * thickness(in_.model, pair);
     });
   };
-  double step = h, s = first_impact();
+  double step = h, s = first_impact(), met = 0;  // met: where the search met something on the last path [s]
   Onset onset = trials.onset_at(step);
   while ((s <= 1 || onset.gap < trials.passed()) && !stopped(in_, report_)) {
     const double sure = s <= 1 ? std::max(s, contact::tolerances().time_round_off) * step : 0;
@@ -252,8 +281,10 @@ bool EventLocator::locate(double& h, int passes) {
       onset = {};
       continue;
     }
-    // None on the blocks' own path: a shorter step, whose path is known better.
-    step = std::max(0.5 * step, sure);
+    // None on the blocks' own path: a shorter step, whose path is known better, unless the last one told the
+    // same.
+    step = std::abs(sure - met) <= 0.1 * sure ? sure : std::max(0.5 * step, sure);
+    met = sure;
     if (!trials.solve_for(step)) return false;
     if (step <= sure) {
       // Met by the search, and still no contact is named there: on by a thousandth of the size at a time,

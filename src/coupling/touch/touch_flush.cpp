@@ -166,10 +166,12 @@ class EdgeFilter {
       const Support& p = resting_[k];
       const double step = std::max(p.step, none);
       if (dropped_[p.touch] != 0 || above < p.low() - step || below > p.high() + step) continue;
-      if (t.at.area > 0 && p.high() - p.low() > step)
-        continue;  // what has sunk in overlaps the other side's faces, too
+      const bool sunk = p.high() - p.low() > step;  // on a spring: between the two levels both lie
+      if (t.at.area > 0 && sunk) continue;          // it overlaps the other side's faces, too
       if (std::isnan(highest)) highest = highest_of_other(t, q, f.n);
-      if (highest <= p.high() + step) return true;
+      // What reaches up into q is met there, unless it is flush with what q has sunk into.
+      if (highest <= (sunk ? above : p.high()) + step) return true;
+      if (sunk && std::abs(highest - p.partner_level) <= step) return true;
     }
     return false;
   }

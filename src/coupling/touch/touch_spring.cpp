@@ -168,7 +168,9 @@ void set_spring(Touch& t, const Stopped& by, const contact::CornerCell& cell, do
   const double area = cell.area;
   const double share = law.stiffness == ContactLaw::Stiffness::per_area ? area : 1;
   t.normal_law.law = &law;
-  t.normal_law.stiffness = law.curved() ? law.normal_stiffness : law.normal_stiffness * share;
+  t.normal_law.stiffness = law.kind == ContactLaw::Kind::table ? 1.0
+                           : law.curved()                      ? law.normal_stiffness
+                                                               : law.normal_stiffness * share;
   t.normal_law.limit = law.crushing_pressure * area;
   t.normal_law.crushed = crushed;
   t.shear_stiffness = law.shear_stiffness * share;
