@@ -21,6 +21,7 @@
 
 #include "contact/tolerances.hpp"
 #include "coupling/rows/contact_rows.hpp"
+#include "coupling/springs/bond_swing.hpp"
 #include "coupling/springs/quasistatic.hpp"
 
 namespace talus::coupling {
@@ -75,8 +76,6 @@ class SpringFrequencies {
     Vec3 force = Vec3::Zero(), moment = Vec3::Zero();
     double forces = 0;   // sum of their sizes [N]
     double rate_sq = 0;  // trace over its closed springs
-    double loaded_rate_sq =
-        0;  // Rayleigh's quotient of its springs for the acceleration that its loads give it, rigid [1/s^2]
   };
   /// Of a contact: a block on its springs.
   struct Side {
@@ -96,10 +95,8 @@ class SpringFrequencies {
   /// Squared frequency of the spring with the body alone; 0 of none [1/s^2].
   double rate_sq(const Touch& t, int body, const Vec3& x) const;
   void add_loads(const Touch& t);
-  void find_loaded_rates();
   Vec3 acceleration_at(int body, const Vec3& x) const;
   Side side(const Touch& t, int body, const Vec3& x) const;
-  bool swings_to_break(const Touch& t, int a, int b, const Vec3& acceleration) const;
 
   const IslandContext& in_;
   const Step& step_;
@@ -119,7 +116,6 @@ SpringFrequencies::SpringFrequencies(const IslandContext& in, Step& step)
   for (const Touch& t : step.touches)
     if (t.b >= 0) add_loads(t);  // others are between structures
   for (std::size_t i = 0; i < weights_.size(); ++i) step.bodies[i].spring_rate_sq = weights_[i].rate_sq;
-  if (std::ranges::any_of(step.touches, &Touch::pulls)) find_loaded_rates();
 }
 
 double SpringFrequencies::rate_sq(const Touch& t, int body, const Vec3& x) const {
@@ -155,25 +151,6 @@ Vec3 SpringFrequencies::acceleration_at(int body, const Vec3& x) const {
   return in_.model.gravity + w.force / in_.model.blocks[k].mass + spin.cross(x - in_.state.c[k]);
 }
 
-void SpringFrequencies::find_loaded_rates() {
-  for (const Touch& t : step_.touches) {
-    if (t.stiffness == 0 || t.b < 0 || !reached(t)) continue;
-    for (const auto& [body, x] : {std::pair(in_.local[static_cast<std::size_t>(t.b)], t.at.point_b),
-                                  std::pair(body_of(t.a), t.at.point_a)})
-      if (body >= 0)
-        weights_[static_cast<std::size_t>(body)].loaded_rate_sq +=
-            t.stiffness * std::pow(t.at.normal.dot(acceleration_at(body, x)), 2);
-  }
-  for (std::size_t i = 0; i < weights_.size(); ++i) {
-    Weight& w = weights_[i];
-    const std::size_t k = block_of(static_cast<int>(i));
-    const double inertia =
-        in_.model.blocks[k].mass * acceleration_at(static_cast<int>(i), in_.state.c[k]).squaredNorm() +
-        w.moment.dot(w.inverse.block<3, 3>(3, 3) * w.moment);
-    w.loaded_rate_sq = inertia > 0 ? w.loaded_rate_sq / inertia : 0;
-  }
-}
-
 SpringFrequencies::Side SpringFrequencies::side(const Touch& t, int body, const Vec3& x) const {
   Side s;
   if (body < 0) return s;
@@ -187,19 +164,6 @@ SpringFrequencies::Side SpringFrequencies::side(const Touch& t, int body, const 
       in_.gentle_speed(),
       rate > 0 ? rate * std::min(in_.settings.accuracy * in_.scale.length, pressed / (rate * rate)) : 0.0);
   return s;
-}
-
-/// Whether a bond that would bear its load at rest may break as it oscillates about that: the spring's
-/// greatest pull follows from the amplitude, however small that is beside the accuracy of positions.
-bool SpringFrequencies::swings_to_break(const Touch& t, int a, int b, const Vec3& acceleration) const {
-  if (!t.pulls()) return false;
-  double rate_sq = weights_[static_cast<std::size_t>(b)].loaded_rate_sq;
-  if (a >= 0 && weights_[static_cast<std::size_t>(a)].loaded_rate_sq > 0)
-    rate_sq = std::min(rate_sq, weights_[static_cast<std::size_t>(a)].loaded_rate_sq);
-  if (!(rate_sq > 0)) return false;
-  const double parts = t.at.normal.dot(acceleration),
-               amplitude = std::sqrt((t.approach * t.approach + parts * parts / rate_sq) / rate_sq);
-  return t.normal_law.stiffness * (t.at.gap + parts / rate_sq + amplitude) > t.bond();
 }
 
 void SpringFrequencies::set(Touch& t) const {
@@ -222,7 +186,6 @@ void SpringFrequencies::set(Touch& t) const {
     t.swing_speed = slow.swing(t.at.normal, t.approach, loaded);
     t.energetic = t.swing_speed > slow.quiet;
   }
-  t.energetic = t.energetic || swings_to_break(t, a, b, both.acceleration);
   // A crushing contact rebounds by its elastic energy, no farther.
   if (t.normal_law.limit > 0)
     t.swing_speed = std::min(t.swing_speed, 0.5 * t.swing_rate * t.normal_law.limit / t.normal_law.stiffness);
@@ -235,6 +198,12 @@ void estimate_spring_frequencies(const IslandContext& in, Step& step) {
   const SpringFrequencies frequencies(in, step);
   for (Touch& t : step.touches)
     if (t.stiffness != 0 && t.b >= 0) frequencies.set(t);
+  // A bond that would bear its load at rest may break as it swings about that: the spring's greatest pull
+  // follows from the amplitude, however small that is beside the accuracy of positions.
+  if (std::ranges::none_of(step.touches, [](const Touch& t) { return t.pulls() && !t.energetic; })) return;
+  const std::vector<double> pulls = greatest_pulls(in, step);
+  for (std::size_t i = 0; i < pulls.size(); ++i)
+    if (Touch& t = step.touches[i]; pulls[i] > 0 && pulls[i] > t.bond()) t.energetic = true;
 }
 
 void choose_spring_rules(const IslandContext& in, Step& step, double h, bool time_stepped) {

@@ -63,6 +63,29 @@ TEST(Bonds, BreaksBelowTwiceItsLoadAtEveryAccuracy) {
     }
 }
 
+/// Cubes that hang on each other swing as one: the uppermost bond is pulled by 2.00, 1.99 and 1.98 times the
+/// load of 2, 3 and 8 cubes at rest. By the frequency of each cube alone chains held at 1.05 to 1.8.
+TEST(Bonds, ChainsBreakBelowTwiceTheirLoad) {
+  constexpr double time = 0.3;
+  for (const int cubes : {2, 3, 8})
+    for (const double strength : {1.05, 1.5, 1.9, 2.05}) {
+      const double tension = strength * cubes * bonded_weight;
+      SceneText s(Method::by_accuracy(1e-3), time);
+      s.material("rock", 2500)
+          .interface("*", "*", 0.5,
+                     fmt::format("normal_stiffness = \"1e10 Pa/m\"\ntension = {0}\ncohesion = {0}", tension));
+      s.box("roof", Vec3(2, 2, 1), Vec3(0, 0, 0.5), "fixed = true\n");
+      for (int i = 0; i < cubes; ++i) s.box(fmt::format("h{}", i), Vec3::Ones(), Vec3(0, 0, -0.5 - i));
+      const Outcome o = run_scene(s.str());
+      ASSERT_TRUE(o.ok());
+      const double fell = -0.5 - o.last().position[1].z();
+      if (strength > 2)
+        EXPECT_LT(fell, 2.1 * cubes * bonded_weight / 1e10) << cubes;
+      else
+        EXPECT_GT(fell, 0.9 * 0.5 * g * time * time) << cubes << " at " << strength;
+    }
+}
+
 TEST(Bonds, BreaksWhereTheSwingReachesItsStrength) {
   // 1 - cos(omega t) = 1.5 at omega t = 2 pi / 3, there it falls with g sin(omega t) / omega on.
   const Outcome o = run_scene(hung(1.5, "", 0.4, Method::by_accuracy(1e-6)));
