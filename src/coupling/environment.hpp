@@ -123,7 +123,9 @@ struct ContactMemory {
   std::uint64_t feature = 0;
   Vec3 force = Vec3::Zero();          // mean force of the last step, world [N]
   Vec3 shear = Vec3::Zero();          // elastic tangential displacement of B against A, world [m]
-  double normal_energy = 0;           // stored in the normal spring [J]
+  double normal_energy = 0;           // stored in the normal spring; after a leapfrog's step the mean of both
+                                      // its ends [J]
+  double end_energy = 0;              // the same at the indentation where the next step starts from [J]
   Vec3 shear_way = Vec3::Zero();      // by which the last step stretched it, world [m]
   double shear_energy = 0;            // stored in the shear spring [J]
   double crushed = 0;                 // indentation lost for good [m]

@@ -44,18 +44,6 @@ struct Spring {
   double stored() const { return depth < 0 ? pulling() : touch->normal_law.stored(depth); }
 };
 
-/// What the spring held at its last indentation.
-double held_at_end(const ContactMemory& m, const ContactLaw& law) {
-  const bool power = law.kind == ContactLaw::Kind::linear || law.kind == ContactLaw::Kind::hertz;
-  if (!power || contact::form_of(m.feature) == contact::Form::handed_over || !m.corner_normal.isZero(0))
-    return m.normal_energy;  // of a structure's skin, or a corner: its columns are unknown
-  if (m.glued && m.indentation == 0) return m.normal_energy;  // it pulled
-  contact::NormalLaw spring;
-  spring.law = &law;
-  spring.stiffness = m.stiffness;
-  return spring.stored(m.indentation);
-}
-
 /// s in [0, most_growth] at which indentations times s hold `energy` where they hold `now`: closed for a
 /// power law, else by bisection.
 double scale_to(const std::vector<Spring*>& springs, double energy, double now) {
@@ -186,9 +174,7 @@ void carry_springs(const CandidatePair& pair, std::span<Touch> touches,
   constexpr double opened = 1e-3;
   // What stays keeps its indentation; what changed its stiffness or appeared takes what the pair has left of
   // its energy.
-  const auto held = [&](const ContactMemory& m) {
-    return half_steps && !springs.empty() ? held_at_end(m, *springs.front().touch->law) : m.normal_energy;
-  };
+  const auto held = [&](const ContactMemory& m) { return half_steps ? m.end_energy : m.normal_energy; };
   double budget = 0, need = 0, pulling = 0;
   for (const ContactMemory* m : lost) budget += held(*m);
   given = lost;

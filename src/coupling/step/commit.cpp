@@ -49,6 +49,12 @@ void remember_row(const IslandContext& in, const Step& step, const Touch& t, dou
         std::clamp(t.offset, -in.scale.offset_correction(h),
                    own || t.energetic ? 0.0 : std::min(in.scale.offset_correction(h), led_in_quietly(t)));
     memory.indentation = std::max(0.0, t.indentation + (t.indentation > 0 ? led_out : 0.0));
+    memory.end_energy = memory.normal_energy;
+    if (!own && memory.indentation > 0) {
+      contact::NormalLaw law = t.normal_law;
+      law.crushed = memory.crushed;
+      memory.end_energy = law.stored(memory.indentation);
+    }
     memory.offset = t.offset - led_out;
     memory.stiffness = own ? t.stiffness : t.normal_law.stiffness;
     memory.corner_normal = t.corner_normal;

@@ -10,6 +10,7 @@ void each_number(Memory& m, F&& f) {
   f(m.force);
   f(m.shear);
   f(m.normal_energy);
+  f(m.end_energy);
   f(m.shear_energy);
   f(m.crushed);
   f(m.indentation);
@@ -23,7 +24,7 @@ void each_number(Memory& m, F&& f) {
 }
 
 /// How many numbers that are.
-constexpr std::size_t memory_numbers = 6 * 3 + 7;
+constexpr std::size_t memory_numbers = 6 * 3 + 8;
 
 /// Feature of a contact that another body, or the same two the other way round, knew under another name;
 /// found by none, so that the pair's contacts take it over.

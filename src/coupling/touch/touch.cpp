@@ -227,7 +227,7 @@ void set_area_spring(Touch& t, const dda::Model& m, const dda::State& s, const C
   constexpr double more =
       1e-2;  // part of what it holds by which another cell has to hold more: not round-off's
   const bool goes_on = last != nullptr && last->normal_energy > 0 && !last->corner_normal.isZero(0);
-  if (goes_on && t.normal_law.stored(last->indentation) <= last->normal_energy * (1 + more))
+  if (goes_on && t.normal_law.stored(last->indentation) <= last->end_energy * (1 + more))
     area = set(last->corner_normal);
   if (contact::is_surface_point(t.at.key)) t.at.area = area * t.normal_law.part(-t.at.gap);  // cohesion's
 }

@@ -281,6 +281,7 @@ void add_point(const ContactMemory& point, ContactMemory& part) {
   if (stiffness > 0) part.shear += point.stiffness / stiffness * (point.shear - part.shear);
   part.stiffness = stiffness;
   part.normal_energy += point.normal_energy;
+  part.end_energy += point.end_energy;
   part.shear_energy += point.shear_energy;
   part.crushed = crushes ? part.crushed + point.crushed : std::max(part.crushed, point.crushed);
   part.indentation = std::max(part.indentation, point.indentation);

@@ -214,7 +214,7 @@ bool within_cell(const ContactLaw& law, double young, double edge) {
 void keep_stiffness(Touch& t, const ContactMemory& last) {
   contact::NormalLaw& law = t.normal_law;
   if (t.stiffness == 0 || !(last.normal_energy > 0) ||
-      law.stored(last.indentation) >= last.normal_energy * (1 - contact::tolerances().same_stiffness))
+      law.stored(last.indentation) >= last.end_energy * (1 - contact::tolerances().same_stiffness))
     return;
   const double grown = last.stiffness / law.stiffness;
   if (last.corner_normal.isZero(0) && law.corner) {  // a face that has tilted

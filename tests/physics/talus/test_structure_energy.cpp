@@ -56,6 +56,20 @@ TEST(StructureEnergy, StrainingBlockInHardContact) {
   EXPECT_LT(numerical_energy_error(s), 0.01);
 }
 
+/// A block wedges itself between a slope and a column, on springs by area: each corner that turns in a spring
+/// takes its energy along from step to step, that of the step's end. It took that of the half step, and came
+/// back by half a step each time: a quarter of the energy was lost.
+TEST(StructureEnergy, CornersThatTurnInTheirSpringsLoseNothing) {
+  SceneText s = scene(0.025, "30 GPa", 0.0, "normal_stiffness = \"1e10 Pa/m\"");
+  s.plane(Vec3(0.5, 0, 0.866).normalized(), Vec3(-0.25, 0, 0), "rock");
+  s.raw(structure_box("A", Vec3(0.5, 1, 2), Vec3(0, 0, 1), {2, 4, 8}, "concrete",
+                      "support = [\"-z\"]\npreload = \"none\"\n"));
+  s.raw(
+      "[[block]]\nname = \"B\"\nmaterial = \"rock\"\nshape = \"dodecahedron\"\nmass = 800\nposition = "
+      "[-0.71, 0.03, 0.728]\nvelocity = [6, 0, -5.1]\ndeformable = false\n");
+  EXPECT_LT(numerical_energy_error(s), 0.01);
+}
+
 /// A dodecahedron that turns while it crushes its way into a cushion: one side sinks where the other rises
 /// out of its crater. A face that remembered one depth let the rising side press on, and a seventh of the
 /// energy was lost.
