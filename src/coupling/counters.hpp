@@ -19,6 +19,7 @@ struct Counters {
   double crush_depth = 0, crush_share = 0;  // greatest depth crushed [m], and over the thickness of its layer
   int crush_law = -1;  // that of the latter, by its place in ContactLaws; -1: no layer has a thickness
   long reduced = 0;    // impacts whose restitution was lowered to the largest that makes no energy
+  double restitution_lost = 0;  // what it would have given back at contacts that closed within a step [J]
   Counters& operator+=(const Counters& o) {
     steps += o.steps;
     rejected += o.rejected;
@@ -42,6 +43,7 @@ struct Counters {
     gained += o.gained;
     undone += o.undone;
     reduced += o.reduced;
+    restitution_lost += o.restitution_lost;
     worst_gain = std::max(worst_gain, o.worst_gain);
     crush_depth = std::max(crush_depth, o.crush_depth);
     if (o.crush_share > crush_share) crush_share = o.crush_share, crush_law = o.crush_law;

@@ -295,12 +295,21 @@ bool SummaryBuilder::scheme_takes_too_much() const {
   return std::abs(last_.numerical_dissipation()) > allowed * scale && kinetic_peak_ > least_kinetic();
 }
 
-std::vector<std::string> SummaryBuilder::warnings(const json& formulas) const {
+std::vector<std::string> SummaryBuilder::warnings(const json& formulas,
+                                                  const sim::RunCounters& counters) const {
   std::vector<std::string> list;
   for (std::size_t i = 0; i < structures_.size(); ++i)
     if (std::string beyond = elastic_warning(i); !beyond.empty()) list.push_back(std::move(beyond));
   list.insert(list.end(), header_.warnings.begin(), header_.warnings.end());
   if (scheme_takes_too_much()) list.push_back(algorithmic_warning());
+  constexpr double notable = 0.01;  // of what moved
+  if (const double lost = counters.restitution_lost; lost > notable * kinetic_peak_ && lost > least_kinetic())
+    list.push_back(fmt::format(
+        "contacts between many blocks closed within a step, without their restitution: {} of rebound, {:.2g} "
+        "% of "
+        "the {}, {}, is missing and stands under energy.damping_work (counters.restitution_lost). A lower "
+        "simulation.accuracy follows more of them one by one",
+        engineering(lost, "J"), 100 * lost / moved_energy(), moved_name(), engineering(moved_energy(), "J")));
   for (std::size_t i = 0; i < structures_.size(); ++i)
     if (const double loss = failed_before_strike(i); loss >= 0)
       list.push_back(

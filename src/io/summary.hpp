@@ -164,7 +164,8 @@ class SummaryBuilder {
     return strain_moved_ > kinetic_peak_ ? "largest change of stored energy" : "largest kinetic energy";
   }
   double least_kinetic() const;  // kinetic energy below which nothing moves that could be judged [J]
-  std::vector<std::string> warnings(const nlohmann::ordered_json& formulas) const;
+  std::vector<std::string> warnings(const nlohmann::ordered_json& formulas,
+                                    const sim::RunCounters& counters) const;
   nlohmann::ordered_json of_structures() const;
   nlohmann::ordered_json of_blocks() const;
   nlohmann::ordered_json of_energy() const;

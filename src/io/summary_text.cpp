@@ -82,7 +82,8 @@ json of_counters(const sim::RunCounters& c) {
           {"energy_made", c.gained},
           {"worst_energy_made", c.worst_gain},
           {"dissipation_undone", c.undone},
-          {"restitution_reduced", c.reduced}};
+          {"restitution_reduced", c.reduced},
+          {"restitution_lost", c.restitution_lost}};
 }
 
 json of_audit(const sim::InterfaceAudit& a) {
@@ -347,7 +348,7 @@ std::string SummaryBuilder::text(const Outcome* outcome) {
   j["structures"] = of_structures();
   j["blocks"] = of_blocks();
   j["energy"] = of_energy();
-  j["warnings"] = warnings(formulas);
+  j["warnings"] = warnings(formulas, outcome != nullptr ? outcome->counters : sim::RunCounters{});
   if (outcome != nullptr) {
     j["counters"] = of_counters(outcome->counters);
     if (outcome->audit_made) j["audit"] = of_audit(outcome->audit);

@@ -105,7 +105,7 @@ void each_sum(coupling::RunSums& sums, Count&& count, Number&& number) {
   coupling::AuditSums& a = sums.audit;
   for (double* x : {&c.worst_residual, &c.worst_penetration, &c.last_step, &a.worst_force, &a.worst_moment,
                     &a.work_on_blocks, &a.work_on_structure, &c.gained, &c.worst_gain, &c.undone,
-                    &c.crush_depth, &c.crush_share})
+                    &c.crush_depth, &c.crush_share, &c.restitution_lost})
     number(*x);
   for (Vec3* v : {&a.impulse_on_structure, &a.impulse_on_blocks}) number(*v);
 }

@@ -115,9 +115,10 @@ struct RunCounters {
   double worst_penetration = 0;             // [m]
   double crush_depth = 0, crush_share = 0;  // greatest depth crushed [m], and over the thickness of its layer
   double gained = 0, worst_gain = 0,
-         undone = 0;  // energy made by steps, by the worst of them, dissipation undone [J]
-  long reduced = 0;   // impacts whose restitution was lowered so that they make no energy
-  double dt = 0;      // last step [s]
+         undone = 0;            // energy made by steps, by the worst of them, dissipation undone [J]
+  long reduced = 0;             // impacts whose restitution was lowered so that they make no energy
+  double restitution_lost = 0;  // that of contacts which closed within a step of a large island [J]
+  double dt = 0;                // last step [s]
   int islands = 0, sleeping_blocks = 0;
   double wall_seconds = 0, cpu_seconds = 0;
 };

@@ -430,6 +430,7 @@ RunCounters World::counters() const {
   n.worst_gain = c.worst_gain;
   n.undone = c.undone;
   n.reduced = c.reduced;
+  n.restitution_lost = c.restitution_lost;
   n.dt = c.last_step;
   n.islands = system->islands();
   n.sleeping_blocks = sleeping_blocks(*system);
