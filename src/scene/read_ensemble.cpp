@@ -139,8 +139,11 @@ class VaryReader {
       case Vary::Kind::table: {
         const std::string path = in_.file(view_, "table");
         if (path.empty()) return;
-        const NumberTable table = read_numbers(view_, "table", path, 1,
-                                               [](std::size_t, const std::string&) { return std::nullopt; });
+        const Key* key = key_of_path(vary_.key);
+        const NumberTable table = read_numbers(view_, "table", path, 1, [&](std::size_t, const std::string&) {
+          const bool quantity = key != nullptr && key->type == Type::quantity;
+          return ColumnHolds{true, quantity ? std::optional(key->dimension) : std::nullopt};
+        });
         for (const auto& row : table.rows) vary_.table.push_back(row.front());
         if (!table.units.empty() && !table.units[0].none()) vary_.unit = unit_name(table.units[0]);
         std::sort(vary_.table.begin(), vary_.table.end());
