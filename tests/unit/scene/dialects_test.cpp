@@ -185,7 +185,8 @@ TEST(Dialects, UnitsThatTheHeadOfATableNames) {
   place.put("rows.csv", "x,y,z,vx,vy,vz,mass\nm,m,m,km/h,km/h,km/h,to\n-6,0.1,2.2,20,0,-2,500\n");
   EXPECT_NE(refusal(place, impact).find("unknown unit \"to\""), std::string::npos) << refusal(place, impact);
   place.put("rows.csv", "x,y,z,vx,vy,vz,mass\nshot,0,0,20,0,-2,300\n-6,0.1,2.2,20,0,-2,500\n");
-  EXPECT_NE(refusal(place, impact).find("unknown unit \"shot\""), std::string::npos) << refusal(place, impact);
+  EXPECT_NE(refusal(place, impact).find("unknown unit \"shot\""), std::string::npos)
+      << refusal(place, impact);
   expect_read("x,y,z,vx,vy,vz,mass,remark\nm,m,m,m/s,m/s,m/s,kg,none\n-6,0.1,2.2,20,0,-2,500,1\n");
   place.put("rows.csv", "x,y,z,vx [kN],vy,vz,mass\n-6,0.1,2.2,20,0,-2,500\n");
   EXPECT_NE(refusal(place, impact).find("vx is a velocity in m/s"), std::string::npos)
