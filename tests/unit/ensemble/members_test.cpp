@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <set>
 #include <tuple>
@@ -262,7 +263,17 @@ TEST(Members, FewCrossingsAreNoPrecision) {
                 "= 95, within = 0.1 }");
     text = changed(text, "uniform = [0.1, 0.5]", "uniform = [0.1, " + std::to_string(most) + "]");
     Ensemble ensemble(place.put("scene.toml", text).string(), {});
-    return run(ensemble, place.path() / "out", 2);
+    const long count = run(ensemble, place.path() / "out", 2);
+    const Summary summary = write_results(ensemble, place.path() / "out", count);
+    std::ifstream in(place.path() / "out" / "summary.json");
+    const std::string written{std::istreambuf_iterator<char>(in), {}};
+    EXPECT_EQ(summary.precision->reached, count == 256);
+    EXPECT_EQ(unreached_text(*summary.precision).empty(), count == 256);
+    EXPECT_EQ(written.find("precision not reached: the 95th percentile of height at line road") ==
+                  std::string::npos,
+              count == 256)
+        << written;
+    return count;
   };
   EXPECT_EQ(members(20), 768);   // friction lets some one in fifty slide so far
   EXPECT_EQ(members(0.5), 256);  // all of them
