@@ -52,7 +52,8 @@ void read_blocks(Reading& in, const View& root);
 void read_rock_mass(Reading& in, const View& root);
 void read_structures(Reading& in, const View& root);
 void read_impact(Reading& in, const View& root);
-void read_ensemble(Reading& in, const View& root);
+/// `whole`: the scene that variables name keys of, where `root` is a part of it.
+void read_ensemble(Reading& in, const View& root, const Node& whole);
 /// Where every table and key stands. Entries of a list that have no name go by their place, and by the name
 /// that they get.
 void note_places(const Node& root, std::map<std::string, Where>& places);
