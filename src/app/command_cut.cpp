@@ -31,6 +31,7 @@ int command_cut(const Options& options) {
   }
   const fs::path directory = options.output;
   io::check_directory(directory);
+  io::spare_ensemble(directory);
   if (fs::exists(directory / "results.h5") || fs::exists(directory / "journal.bin"))
     throw io::bad_file(directory, "-o", "holds the results of a run, which would be lost",
                        "name another directory");

@@ -61,6 +61,8 @@ void print_summary(const ensemble::Summary& s, const fs::path& directory) {
                  hit.name);
   }
   if (const std::string left = ensemble::left_text(s); !left.empty()) fmt::print("{}\n", left);
+  if (const std::string text = s.precision ? ensemble::unreached_text(*s.precision) : ""; !text.empty())
+    fmt::print("{}\n", text);
   if (s.failed + s.over_limit + s.suspect > 0)
     fmt::print("Scenes of members that failed, went over the limit or are suspect: {}\n",
                (directory / "members").string());

@@ -114,6 +114,7 @@ int command_calibrate(const Options& options) {
   request.progress = [&](int done, int asked) { progress.show(done, asked, 0); };
   request.stop = &stop_signal();
   ensemble::check(request);
+  io::spare_ensemble(options.output);
   const io::DirectoryLock lock = io::claim_directory(options.output);
   on_stop(OnStop::ask);
   const std::vector<std::string> lines = ensemble::calibrate(request);

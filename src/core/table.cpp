@@ -16,6 +16,17 @@ std::size_t end_of_cell(std::string_view line, std::size_t at, char separator) {
   return line.size();
 }
 
+/// True for "1,000": a comma that may as well set thousands apart as be a decimal one. "0,125" has a decimal
+/// one.
+bool groups_digits(std::string_view text) {
+  const auto comma = text.find(',');
+  if (comma == std::string_view::npos) return false;
+  const std::string_view after = text.substr(comma + 1);
+  const auto digits = std::min(after.find_first_not_of("0123456789"), after.size());
+  const auto first = text.find_first_of("0123456789");
+  return digits == 3 && first < comma && text[first] != '0' && comma - first <= 3;
+}
+
 }  // namespace
 
 char table_separator(std::string_view text) {
@@ -67,8 +78,8 @@ bool is_blank_row(std::string_view line) {
 
 std::string with_decimal_point(const TableCell& cell, char separator) {
   std::string text = cell.text;
-  if ((separator != ',' || cell.quoted) && std::count(text.begin(), text.end(), ',') == 1 &&
-      text.find('.') == std::string::npos)
+  if ((separator != ',' || (cell.quoted && !groups_digits(text))) &&
+      std::count(text.begin(), text.end(), ',') == 1 && text.find('.') == std::string::npos)
     std::replace(text.begin(), text.end(), ',', '.');
   return text;
 }

@@ -2,8 +2,9 @@
 /// tabs, numbers with decimal points or decimal commas, cells in quotes [RFC 4180].
 ///
 /// Where a table has semicolons or tabs these separate its columns, and a comma in a number is a decimal one;
-/// so is the comma within a cell in quotes. In all other tables commas separate the columns: a decimal comma
-/// there shows as one number too many in its line, which readers refuse.
+/// so is the comma within a cell in quotes, unless it may as well set thousands apart ("1,000"), which
+/// readers refuse. In all other tables commas separate the columns: a decimal comma there shows as one number
+/// too many in its line, which readers refuse as well.
 #pragma once
 #include <string>
 #include <string_view>

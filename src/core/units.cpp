@@ -131,6 +131,99 @@ bool read_exponent(std::string_view text, std::size_t& i, int& exponent) {
   return true;
 }
 
+/// Length of the name of a unit at the start of the text.
+std::size_t name_length(std::string_view text) {
+  constexpr std::string_view ends = " \t/*.^0123456789";
+  std::size_t i = text.starts_with('1') || text.starts_with('-') || text.starts_with('%') ? 1 : 0;
+  if (i > 0) return i;
+  while (i < text.size() && ends.find(text[i]) == std::string_view::npos && text.substr(i, 2) != "\u00b2" &&
+         text.substr(i, 2) != "\u00b3" && text.substr(i, 2) != "\u00b7")
+    ++i;
+  return i;
+}
+
+/// A product of units: its power of ten, the factor that no power of ten can say, its dimension.
+struct Product {
+  int ten = 0;
+  double factor = 1;
+  Dimension dimension;
+
+  void take(const Unit& unit, int exponent) {
+    ten += unit.ten * exponent;
+    if (unit.factor != 1) factor *= std::pow(unit.factor, exponent);
+    dimension.m += unit.dimension.m * exponent;
+    dimension.kg += unit.dimension.kg * exponent;
+    dimension.s += unit.dimension.s * exponent;
+    dimension.rad += unit.dimension.rad * exponent;
+  }
+};
+
+/// Reads what stands behind a number: " m/s^2", " N*s", "%". A 1 stands alone or is divided ("1/m"), a -
+/// stands alone behind a blank; all other digits and signs there are those of a second number.
+bool parse_product(std::string_view text, Product& product, std::string& error) {
+  int sense = 1;  // -1 for the factor after a '/'
+  bool expect_unit = false;
+  for (std::size_t i = 0; i < text.size();) {
+    const char c = text[i];
+    if (is_space(c)) {
+      ++i;
+      continue;
+    }
+    if (c == '/' || c == '*' || c == '.' || text.substr(i, 2) == "\u00b7") {
+      if (expect_unit || (i == 0 && c != '/')) {
+        error = fmt::format("a unit is missing in \"{}\"", text);
+        return false;
+      }
+      sense = c == '/' ? -1 : 1;
+      expect_unit = true;
+      i += c == '/' || c == '*' || c == '.' ? 1 : 2;
+      continue;
+    }
+    const std::string_view name = text.substr(i, name_length(text.substr(i)));
+    const std::string_view behind = text.substr(i + name.size());
+    const auto next = behind.find_first_not_of(" \t");
+    const bool alone = next == std::string_view::npos && text.find_first_not_of(" \t") == i;
+    const bool second = name == "1"   ? !(alone || (next != std::string_view::npos && behind[next] == '/'))
+                        : name == "-" ? !(alone && i > 0)
+                                      : is_digit(c);
+    if (second) {
+      error = fmt::format("goes on with \"{}\" where a unit or nothing is expected", text.substr(i));
+      return false;
+    }
+    Unit unit{};
+    if (name.empty() || !find_unit(name, unit)) {
+      error = unknown_unit(name.empty() ? text.substr(i) : name);
+      return false;
+    }
+    i += name.size();
+    int exponent = 1;
+    if (!read_exponent(text, i, exponent)) {
+      error = fmt::format("the exponent of \"{}\" is no whole number from -9 to 9", name);
+      return false;
+    }
+    product.take(unit, exponent * sense);
+    sense = 1;
+    expect_unit = false;
+  }
+  if (expect_unit) error = fmt::format("a unit is missing at the end of \"{}\"", text);
+  return !expect_unit;
+}
+
+/// The number with its decimal exponent moved, nearest double; nothing if that is too large or too small.
+std::optional<double> shifted(std::string mantissa, int ten) {
+  int exponent = 0;
+  if (const auto e = mantissa.find_first_of("eE"); e != std::string::npos) {
+    const char* from = mantissa.data() + e + 1;
+    if (*from == '+') ++from;
+    std::from_chars(from, mantissa.data() + mantissa.size(), exponent);
+    mantissa.resize(e);
+  }
+  const std::string text = fmt::format("{}e{}", mantissa, exponent + ten);
+  double value = 0;
+  if (std::from_chars(text.data(), text.data() + text.size(), value).ec != std::errc{}) return {};
+  return value;
+}
+
 }  // namespace
 
 std::optional<Quantity> parse_quantity(std::string_view text, std::string& error) {
@@ -142,11 +235,11 @@ std::optional<Quantity> parse_quantity(std::string_view text, std::string& error
     error = "does not start with a number";
     return {};
   }
+  constexpr std::string_view out_of_range = "the number is too large or too small";
   double value = 0;
   const auto [end, status] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (status != std::errc{}) {
-    error = status == std::errc::result_out_of_range ? "the number is too large or too small"
-                                                     : "does not start with a number";
+    error = status == std::errc::result_out_of_range ? out_of_range : "does not start with a number";
     return {};
   }
   const std::string number(text.data(), end);
@@ -157,82 +250,13 @@ std::optional<Quantity> parse_quantity(std::string_view text, std::string& error
     error = fmt::format("has a decimal comma: write \"{}\"", with_point);
     return {};
   }
-
-  Quantity result;
-  int ten = 0;
-  double factor = 1;
-  std::size_t i = 0;
-  int sense = 1;  // -1 for the factor after a '/'
-  bool expect_unit = false;
-  while (i < rest.size()) {
-    const char c = rest[i];
-    if (is_space(c)) {
-      ++i;
-      continue;
-    }
-    if (c == '/' || c == '*' || c == '.' || rest.substr(i, 2) == "\u00b7") {
-      if (expect_unit || (i == 0 && c != '/')) {
-        error = fmt::format("a unit is missing in \"{}\"", rest);
-        return {};
-      }
-      sense = c == '/' ? -1 : 1;
-      expect_unit = true;
-      i += c == '/' || c == '*' || c == '.' ? 1 : 2;
-      continue;
-    }
-    const std::size_t start = i;
-    if (c == '1' || c == '-' || c == '%') {
-      ++i;
-    } else {
-      while (i < rest.size() && !is_space(rest[i]) && !is_digit(rest[i]) && rest[i] != '/' &&
-             rest[i] != '*' && rest[i] != '.' && rest[i] != '^' && rest.substr(i, 2) != "\u00b2" &&
-             rest.substr(i, 2) != "\u00b3" && rest.substr(i, 2) != "\u00b7")
-        ++i;
-    }
-    const std::string_view name = rest.substr(start, i - start);
-    Unit unit{};
-    if (name.empty() || !find_unit(name, unit)) {
-      error = unknown_unit(name.empty() ? rest.substr(start) : name);
-      return {};
-    }
-    int exponent = 1;
-    if (!read_exponent(rest, i, exponent)) {
-      error = fmt::format("the exponent of \"{}\" is no whole number from -9 to 9", name);
-      return {};
-    }
-    exponent *= sense;
-    sense = 1;
-    expect_unit = false;
-    ten += unit.ten * exponent;
-    if (unit.factor != 1) factor *= std::pow(unit.factor, exponent);
-    result.dimension.m += unit.dimension.m * exponent;
-    result.dimension.kg += unit.dimension.kg * exponent;
-    result.dimension.s += unit.dimension.s * exponent;
-    result.dimension.rad += unit.dimension.rad * exponent;
-  }
-  if (expect_unit) {
-    error = fmt::format("a unit is missing at the end of \"{}\"", rest);
-    return {};
-  }
-  if (ten != 0) {
-    std::string mantissa = number;
-    int exponent = 0;
-    if (const auto e = mantissa.find_first_of("eE"); e != std::string::npos) {
-      const char* from = mantissa.data() + e + 1;
-      if (*from == '+') ++from;
-      std::from_chars(from, mantissa.data() + mantissa.size(), exponent);
-      mantissa.resize(e);
-    }
-    const std::string shifted = fmt::format("{}e{}", mantissa, exponent + ten);
-    const auto shift = std::from_chars(shifted.data(), shifted.data() + shifted.size(), value);
-    if (shift.ec != std::errc{}) {
-      error = "the number is too large or too small";
-      return {};
-    }
-  }
-  result.value = factor == 1 ? value : value * factor;
+  Product unit;
+  if (!parse_product(rest, unit, error)) return {};
+  const std::optional<double> moved = unit.ten == 0 ? value : shifted(number, unit.ten);
+  Quantity result{moved && unit.factor != 1 ? *moved * unit.factor : moved.value_or(HUGE_VAL),
+                  unit.dimension};
   if (!std::isfinite(result.value)) {
-    error = "the number is too large or too small";
+    error = out_of_range;
     return {};
   }
   return result;

@@ -269,7 +269,9 @@ class Page {
                    number(p["value"], 100) + " %");
     }
     text += "</div>";
-    if (m.contains("left_means")) text += "<p><b>" + io::xml_text(m.value("left_means", "")) + "</b></p>";
+    for (const std::string& means :
+         {m.value("left_means", ""), summary_.value("precision", Json::object()).value("means", "")})
+      if (!means.empty()) text += "<p><b>" + io::xml_text(means) + "</b></p>";
     return text;
   }
 

@@ -235,6 +235,13 @@ std::string summary_text(const Summary& s) {
           {{"name", part.name}, {"members", part.members}, {"probability", estimate(part.probability)}});
     root["structures"].push_back(std::move(structure));
   }
+  if (const auto& p = s.precision) {
+    root["precision"] = {
+        {"line", p->asked.line},    {"quantity", p->asked.quantity}, {"percentile", p->asked.percentile},
+        {"asked", p->asked.within}, {"within", number(p->within)},   {"crossing", p->crossing},
+        {"reached", p->reached}};
+    if (const std::string text = unreached_text(*p); !text.empty()) root["precision"]["means"] = text;
+  }
   return root.dump(2) + "\n";
 }
 
@@ -260,6 +267,7 @@ Summary summarise(const Ensemble& ensemble, const std::vector<Member>& members) 
     s.left += left_terrain(ensemble, m) ? 1 : 0;
     s.cpu += m.cpu;
   }
+  if (ensemble.settings().precision) s.precision = precision_of(ensemble, briefs);
   const bool replicated = ensemble.settings().design == scene::Ensemble::Design::sobol;
   for (std::size_t l = 0; l < ensemble.lines().size(); ++l) {
     LineSummary& line = s.lines.emplace_back();

@@ -2,10 +2,12 @@
 /// wrong.
 #pragma once
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "ensemble/ensemble.hpp"
+#include "ensemble/precision.hpp"
 
 namespace talus::ensemble {
 
@@ -35,6 +37,7 @@ struct Summary {
   double cpu = 0;  // [s]
   std::vector<LineSummary> lines;
   std::vector<StructureSummary> structures;
+  std::optional<Precision> precision;  // where one is asked for
 };
 
 /// That blocks left the terrain, in a sentence; empty if none did.

@@ -6,6 +6,7 @@
 
 #include "ensemble/brief.hpp"
 #include "ensemble/ensemble.hpp"
+#include "ensemble/precision.hpp"
 #include "ensemble/store.hpp"
 
 namespace talus::ensemble {
@@ -42,22 +43,6 @@ void run_on_threads(Ensemble& ensemble, const std::vector<long>& todo, const Run
   if (count > 0) work();
   for (std::thread& t : threads) t.join();
   if (failure) std::rethrow_exception(failure);
-}
-
-bool precise(const Ensemble& ensemble, const Briefs& briefs) {
-  const scene::Ensemble::Precision& wanted = *ensemble.settings().precision;
-  const auto line =
-      static_cast<std::size_t>(std::find_if(ensemble.lines().begin(), ensemble.lines().end(),
-                                            [&](const PlanLine& l) { return l.name == wanted.line; }) -
-                               ensemble.lines().begin());
-  const auto quantity = static_cast<std::size_t>(
-      std::find(quantities.begin(), quantities.end(), wanted.quantity) - quantities.begin());
-  const std::vector<Sample> samples = samples_of(briefs, line, quantity);
-  if (std::ranges::count_if(samples, &Sample::crosses) < enough_for(wanted.percentile)) return false;
-  const Bootstrap bootstrap(samples, ensemble.settings().seed,
-                            ensemble.settings().design == scene::Ensemble::Design::sobol);
-  const Estimate e = bootstrap.percentiles(std::array{wanted.percentile}).front();
-  return 0.5 * (e.high - e.low) <= wanted.within * std::abs(e.value);  // false for NaN
 }
 
 }  // namespace
@@ -100,7 +85,7 @@ long run_members(Ensemble& ensemble, const Run& run) {
     if (ensemble.settings().precision) {
       // A batch that a stop left behind, of a longer earlier run, counts only once its turn has come.
       Briefs so_far(briefs.begin(), briefs.lower_bound(to));
-      if (precise(ensemble, so_far)) return to;
+      if (precision_of(ensemble, so_far).reached) return to;
     }
   }
   return asked;

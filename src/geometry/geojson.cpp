@@ -37,10 +37,43 @@ void add(const json& node, Area& area) {
   }
 }
 
-/// Name of the coordinate system, where the file carries one (the "crs" member that GIS programs write).
-std::string crs_of(const json& root) {
-  if (!root.is_object() || !root.contains("crs") || root["crs"].is_null()) return "";
-  return root["crs"].value("properties", json::object()).value("name", "");
+/// The coordinate system that a member "crs" [GeoJSON 2008] or "coordRefSys" [JSON-FG] names.
+std::string crs_named(const json& crs) {
+  const std::string type = crs.is_object() ? crs.value("type", "") : "";
+  std::string name;
+  if (crs.is_string())
+    name = crs;
+  else if (type == "name")
+    name = crs.at("properties").at("name");
+  else if (type == "EPSG")
+    name = fmt::format("EPSG:{}", crs.at("properties").at("code").get<int>());
+  else if (type == "Reference")
+    name = crs.at("href");
+  if (name.size() > 2 && name.front() == '[' && name.back() == ']') name = name.substr(1, name.size() - 2);
+  if (name.empty())
+    throw json::other_error::create(
+        501, "the coordinate system it names is in a form that is not read: " + crs.dump().substr(0, 80),
+        &crs);
+  return name;
+}
+
+/// Name of the coordinate system, where the file carries one, at its top or with one of its parts.
+std::string crs_of(const json& node) {
+  std::string found;
+  const auto take = [&](const std::string& name) {
+    if (!found.empty() && !name.empty() && name != found)
+      throw json::other_error::create(502, "it names two coordinate systems, " + found + " and " + name,
+                                      &node);
+    if (found.empty()) found = name;
+  };
+  if (!node.is_object()) return found;
+  for (const char* member : {"crs", "coordRefSys"})
+    if (node.contains(member) && !node[member].is_null()) take(crs_named(node[member]));
+  for (const char* member : {"features", "geometries"})
+    if (node.contains(member))
+      for (const json& part : node[member]) take(crs_of(part));
+  if (node.contains("geometry")) take(crs_of(node["geometry"]));
+  return found;
 }
 
 void add_line(const json& points, PlanLines& out) {

@@ -148,6 +148,7 @@ Mesh read_off(const std::string& text, const std::string& name) {
     b.face(loop, &in);
     in.rest_of_line();  // colours
   }
+  in.expect_end("off");
   return b.finish();
 }
 
@@ -272,6 +273,7 @@ Mesh read_ply(const std::string& text, const std::string& name) {
       if (is_vertex) b.points.push_back(p);
     }
   }
+  in.expect_end("ply");
   return b.finish();
 }
 

@@ -30,6 +30,7 @@ struct Functions {
   ReadRaster read = nullptr;
   WriteRaster write = nullptr;
   SameCrs same = nullptr;
+  TellCrs tell = nullptr;
 };
 
 const Functions& module(const std::string& for_file) {
@@ -47,6 +48,7 @@ const Functions& module(const std::string& for_file) {
     all.read = reinterpret_cast<ReadRaster>(symbol("talus_raster_read"));
     all.write = reinterpret_cast<WriteRaster>(symbol("talus_raster_write"));
     all.same = reinterpret_cast<SameCrs>(symbol("talus_raster_same_crs"));
+    all.tell = reinterpret_cast<TellCrs>(symbol("talus_raster_tell_crs"));
     m = all;
   } catch (const InputError& error) {
     Problem p = error.problems().front();
@@ -83,7 +85,10 @@ std::optional<std::string> checked_ascii_grid(const std::string& path, bool& is_
       return first != std::string::npos && strncasecmp(head.c_str() + first, key, std::strlen(key)) == 0;
     };
     if (std::none_of(std::begin(keys), std::end(keys), opens)) {
-      if (bytes.starts_with(head)) return {};
+      const bool is_text = std::all_of(head.begin(), head.end(), [](unsigned char c) {
+        return std::isprint(c) != 0 || std::isspace(c) != 0;
+      });
+      if (bytes.starts_with(head) || !is_text) return {};
       return as_utf8(read_bytes(path), path);  // points in rows, which the library reads in ASCII alone
     }
   }
@@ -106,12 +111,22 @@ std::optional<std::string> checked_ascii_grid(const std::string& path, bool& is_
       if (e.key == key) return std::strtod(e.value.c_str(), nullptr);
     return {};
   };
+  const auto take = [&](const std::string& key, const std::string& value) {
+    for (const HeaderEntry& e : header)
+      if (e.key == key && e.value != value)
+        throw InputError(Problem{.file = path,
+                                 .key = "raster",
+                                 .value = fmt::format("{0} {1} and {0} {2}", key, e.value, value),
+                                 .rule = "the header gives both",
+                                 .remedy = "keep the one that is right"});
+    header.push_back({key, value});
+  };
   while (!cursor.at_end() && is_letter(*cursor.position()) && strncasecmp(cursor.position(), "nan", 3) != 0) {
     std::string key(cursor.word());
     std::transform(key.begin(), key.end(), key.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     if (key == "nodata_value" || key == "nodata") {
-      header.push_back({"nodata_value", std::string(cursor.word())});
+      take("nodata_value", std::string(cursor.word()));
       as_it_is = as_it_is && key == "nodata_value";
       continue;
     }
@@ -126,7 +141,7 @@ std::optional<std::string> checked_ascii_grid(const std::string& path, bool& is_
                                .value = std::to_string(value),
                                .rule = "must be a positive number",
                                .remedy = "correct the header of the grid"});
-    header.push_back({key, std::string(start, cursor.position())});
+    take(key, std::string(start, cursor.position()));
   }
   const char* heights = cursor.position();
   const double columns = value_of("ncols").value_or(0), rows = value_of("nrows").value_or(0);
@@ -155,13 +170,15 @@ std::optional<std::string> checked_ascii_grid(const std::string& path, bool& is_
                 .rule = "is missing in the header of the grid",
                 .remedy = "complete the header: ncols, nrows, xllcorner, yllcorner, cellsize, NODATA_value"});
   }
-  if ((corner_x && centre_x) || (corner_y && centre_y))
-    throw InputError(
-        Problem{.file = path,
-                .key = "raster",
-                .value = corner_x && centre_x ? "xllcorner and xllcenter" : "yllcorner and yllcenter",
-                .rule = "the header gives both",
-                .remedy = "keep the one that is right"});
+  const bool two_sizes = value_of("cellsize") && (value_of("dx") || value_of("dy"));
+  if ((corner_x && centre_x) || (corner_y && centre_y) || two_sizes)
+    throw InputError(Problem{.file = path,
+                             .key = "raster",
+                             .value = two_sizes              ? "cellsize and dx, dy"
+                                      : corner_x && centre_x ? "xllcorner and xllcenter"
+                                                             : "yllcorner and yllcenter",
+                             .rule = "the header gives both",
+                             .remedy = "keep the one that is right"});
   if (as_it_is && corner_x.has_value() == corner_y.has_value()) return {};
   std::string out =
       fmt::format("ncols {:.0f}\nnrows {:.0f}\nxllcorner {:.17g}\nyllcorner {:.17g}\n", columns, rows,
@@ -290,6 +307,25 @@ void write_raster(const std::string& path, const Raster& raster) {
                              .key = "raster",
                              .rule = copy.error,
                              .remedy = "check the directory and the ending (.tif or .asc)"});
+}
+
+void check_crs(const std::string& crs, const std::string& file, const std::string& key) {
+  if (crs.empty()) return;
+  constexpr const char* example =
+      "give a projected one in metres, a national grid or a UTM zone: \"EPSG:31254\", or its WKT";
+  const auto refuse = [&](const std::string& rule, const std::string& remedy) {
+    throw InputError(
+        Problem{.file = file, .key = key, .value = crs.substr(0, 80), .rule = rule, .remedy = remedy});
+  };
+  Raster r;
+  if (!module(file).tell(crs.c_str(), &r)) refuse("is no coordinate system that is known", example);
+  if (r.geographic)
+    refuse("is in degrees of longitude and latitude, and lengths of a scene are metres", example);
+  if (!r.in_plan) refuse("is no system of coordinates in plan", example);
+  if (std::abs(r.metres - 1) > 1e-9)
+    refuse(fmt::format("is in {} of {:.8g} m, and lengths of a scene are metres",
+                       r.unit.empty() ? "a unit" : r.unit, r.metres),
+           example);
 }
 
 int same_crs(const std::string& a, const std::string& b) { return module("").same(a.c_str(), b.c_str()); }

@@ -45,6 +45,10 @@ void warn_of_size(const Raster& heights, const std::string& path, std::vector<Pr
 /// Writes .tif (GeoTIFF) or .asc (ESRI ASCII grid); NaN becomes NODATA.
 void write_raster(const std::string& path, const Raster& raster);
 
+/// Throws InputError at `key` of `file` for what is no coordinate system that the library knows, and for one
+/// whose coordinates in plan are no metres. An empty text is none, and good.
+void check_crs(const std::string& crs, const std::string& file, const std::string& key);
+
 /// 1 the same system, 0 different, -1 if either is not known.
 int same_crs(const std::string& a, const std::string& b);
 

@@ -48,12 +48,17 @@ Cover raster_cover(const std::string& path, double value, const std::string& crs
 
 void expect_same_crs(const std::string& scene, const std::string& file_crs, const std::string& file,
                      const std::string& key) {
-  if (scene.empty() || file_crs.empty() || same_crs(scene, file_crs) != 0) return;
+  const int same = scene.empty() || file_crs.empty() ? 1 : same_crs(scene, file_crs);
+  if (same > 0) return;
   throw InputError(Problem{
       .file = file,
       .key = key,
       .value = file_crs.substr(0, 80),
-      .rule = "is in another coordinate system than the terrain or site.crs: " + scene.substr(0, 80),
+      .rule = same < 0
+                  ? "is no coordinate system that is known, so that it cannot be compared with that of the "
+                    "terrain or site.crs: " +
+                        scene.substr(0, 80)
+                  : "is in another coordinate system than the terrain or site.crs: " + scene.substr(0, 80),
       .remedy =
           "transform it (gdalwarp -t_srs for rasters, ogr2ogr -t_srs for GeoJSON), or correct site.crs"});
 }

@@ -66,8 +66,17 @@ class TextCursor {
     if (std::is_floating_point_v<T> && next < end_ && *next == ',')
       fail(what, "has a decimal comma; mesh files have decimal points",
            "replace the commas by points: sed 's/,/./g'");
+    // Nor is "100.000.0" the number before its second point. A slash keeps the indices of OBJ apart.
+    if (next<end_&& static_cast<unsigned char>(*next)> ' ' && *next != '#' &&
+        (std::is_floating_point_v<T> || *next != '/'))
+      fail(what, "must be a number that ends at a blank");
     p_ = next;
     return x;
+  }
+  /// For formats that say how many numbers there are.
+  void expect_end(const char* what) {
+    skip_comments();
+    if (!at_end()) fail(what, "goes on after all that the header counts", "correct the counts, or the file");
   }
   const char* position() const { return p_; }
   void position(const char* p) { p_ = p; }

@@ -97,6 +97,12 @@ void spare_inputs(const fs::path& directory, std::span<const fs::path> inputs) {
   }
 }
 
+void spare_ensemble(const fs::path& directory) {
+  if (fs::exists(directory / "ensemble.h5") || fs::is_directory(directory / "journal"))
+    throw refusal(directory, "holds the results of an ensemble, which would be lost",
+                  "name another directory with -o, or remove this one");
+}
+
 std::string system_error(std::string_view operation, const fs::path& path) {
   return fmt::format("cannot {} {}: {}", operation, path.string(), std::strerror(errno));
 }

@@ -49,6 +49,10 @@ void check_directory(const std::filesystem::path& directory);
 /// Throws InputError if one of `inputs` is a file that a run replaces in its directory.
 void spare_inputs(const std::filesystem::path& directory, std::span<const std::filesystem::path> inputs);
 
+/// Throws InputError if `directory` holds an ensemble, finished or not: results of another kind, which were
+/// long in the making, are not replaced.
+void spare_ensemble(const std::filesystem::path& directory);
+
 /// Checks, creates, locks, marks; removes what an earlier run of ours left there (known names only, never
 /// anything else).
 [[nodiscard]] DirectoryLock claim_directory(const std::filesystem::path& directory);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 
 #include "core/suggest.hpp"
@@ -108,34 +109,57 @@ std::string name_in(const std::string& list, const Node& array, std::size_t plac
              : name_of(item);
 }
 
-/// Names may hold dots: the longest name that the rest of the key starts with.
-Node* find_named(const std::string& list, Node& array, const std::string& rest, std::size_t& used) {
-  Node* found = nullptr;
+/// Place of the entry that the rest of a key begins with, the size of the list if there is none. Names may
+/// hold dots: the longest name counts.
+std::size_t find_named(const std::string& list, const Node& array, const std::string& rest,
+                       std::size_t& used) {
+  std::size_t found = array.items.size();
   for (std::size_t i = 0; i < array.items.size(); ++i) {
-    Node& item = array.items[i];
     const std::string name = name_in(list, array, i);
     std::vector<std::string> forms{name};
-    if (const auto slash = name.find('/'); slash != std::string::npos && item.find("between"))
+    if (const auto slash = name.find('/'); slash != std::string::npos && array.items[i].find("between"))
       forms.push_back(name.substr(slash + 1) + "/" + name.substr(0, slash));
     for (const std::string& form : forms)
       if (!form.empty() && rest.compare(0, form.size(), form) == 0 &&
           (rest.size() == form.size() || rest[form.size()] == '.') && form.size() > used) {
         used = form.size();
-        found = &item;
+        found = i;
       }
   }
-  if (found) return found;
+  if (found < array.items.size()) return found;
   std::size_t place = 0;
   const auto [end, status] = std::from_chars(rest.data(), rest.data() + rest.size(), place);
   const auto length = static_cast<std::size_t>(end - rest.data());
   if (status == std::errc{} && (length == rest.size() || rest[length] == '.') && place < array.items.size()) {
     used = length;
-    return &array.items[place];
+    return place;
   }
-  return nullptr;
+  return array.items.size();
 }
 
 }  // namespace
+
+KeyPlace place_of_key(const Node& root, const std::string& key) {
+  KeyPlace found{"", &root};
+  std::string rest = key, list;
+  while (!rest.empty() && found.value) {
+    std::size_t used = 0;
+    if (found.value->kind == Node::Kind::array) {
+      const Node& array = *found.value;
+      const std::size_t place = find_named(list, array, rest, used);
+      if (place == array.items.size()) return {key, nullptr};
+      found = {found.key + std::to_string(place) + ".", &array.items[place]};
+    } else {
+      used = std::min(rest.find('.'), rest.size());
+      list = rest.substr(0, used);
+      found = {found.key + list + ".", found.value->find(list)};
+    }
+    rest.erase(0, used + 1);
+  }
+  found.key += rest;
+  if (found.key.ends_with('.')) found.key.pop_back();
+  return found;
+}
 
 void set_value(Node& root, const std::string& key, const std::string& value, std::vector<Problem>& problems) {
   const Where where{"--set " + key, 0, 0};
@@ -157,7 +181,8 @@ void set_value(Node& root, const std::string& key, const std::string& value, std
   while (true) {
     if (at->kind == Node::Kind::array) {
       std::size_t used = 0;
-      Node* item = find_named(list, *at, rest, used);
+      const std::size_t place = find_named(list, *at, rest, used);
+      Node* item = place < at->items.size() ? &at->items[place] : nullptr;
       if (!item || used >= rest.size()) {
         std::vector<std::string> names;
         for (std::size_t i = 0; i < at->items.size(); ++i)

@@ -62,4 +62,12 @@ std::string inline_toml(const Node& value);
 /// (0 is the first); an interface is named by its two materials, "rock/slope".
 void set_value(Node& root, const std::string& key, const std::string& value, std::vector<Problem>& problems);
 
+/// A dotted key with places in lists for the names, so that all ways to name a value are one text, and the
+/// value; null where it is not there. The key itself where it names nothing of a list.
+struct KeyPlace {
+  std::string key;
+  const Node* value = nullptr;
+};
+KeyPlace place_of_key(const Node& root, const std::string& key);
+
 }  // namespace talus::scene

@@ -327,7 +327,7 @@ Scene read_tree(Node root, const std::string& path, std::vector<Problem> problem
   read_rock_mass(in, view);
   read_structures(in, view);
   read_impact(in, view);
-  read_ensemble(in, view);
+  read_ensemble(in, view, view.node());
   read_coupling_and_output(in, view);
   read_interfaces(in, view);
   refuse_names_of_fragments(scene, view);
@@ -438,7 +438,7 @@ Template::Template(const std::string& path, const Overrides& overrides) : path_(
   Reading in{scene, problems, fs::absolute(path, error).lexically_normal().parent_path().string(),
              {},    {},       true,
              {},    {},       nullptr};
-  read_ensemble(in, View(part, "", problems));
+  read_ensemble(in, View(part, "", problems), root_);
   if (!problems.empty()) throw InputError(problems);
   ensemble_ = std::move(scene.ensemble);
   whole_ = root_;

@@ -1,7 +1,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <initializer_list>
 #include <optional>
 #include <set>
 #include <sstream>
@@ -23,6 +25,32 @@ struct Entry {
     return (a == other.a && b == other.b) || (a == other.b && b == other.a);
   }
 };
+
+/// True for a heading that starts with one of the words, or is one of the letters.
+bool heads(std::string heading, std::string_view letters, std::initializer_list<std::string_view> words) {
+  std::transform(heading.begin(), heading.end(), heading.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return (heading.size() == 1 && letters.find(heading[0]) != std::string_view::npos) ||
+         std::any_of(words.begin(), words.end(), [&](auto word) { return heading.starts_with(word); });
+}
+
+/// Indentation and force of a table in a file.
+std::vector<std::pair<double, double>> read_force_law(const View& form, const std::string& path) {
+  const NumberTable table = read_numbers(form, "file", path, 2, [](std::size_t column, const std::string&) {
+    return ColumnHolds{true, column == 0 ? dimension::length : dimension::force};
+  });
+  const auto& header = table.header;
+  if (header.size() == 2 &&
+      (heads(header[0], "fpnq", {"force", "load"}) ||
+       heads(header[1], "sudw", {"indentation", "penetration", "displacement", "deflection"}))) {
+    form.problem("file", fmt::format("the columns are {}, {}", header[0], header[1]),
+                 "the first one is the indentation, the second one the force: swap them");
+    return {};
+  }
+  std::vector<std::pair<double, double>> law;
+  for (const auto& row : table.rows) law.emplace_back(row[0], row[1]);
+  return law;
+}
 
 void read_stiffness(const View& view, Entry& entry) {
   ContactLaw& law = entry.law;
@@ -91,10 +119,7 @@ void read_law_form(Reading& in, const View& view, ContactLaw& law) {
     if (form->has("points"))
       law.table = form->pairs("points");
     else if (const std::string path = in.file(*form, "file", true); !path.empty())
-      for (const auto& row : read_numbers(*form, "file", path, 2, [](std::size_t column, const std::string&) {
-                               return column == 0 ? dimension::length : dimension::force;
-                             }).rows)
-        law.table.emplace_back(row[0], row[1]);
+      law.table = read_force_law(*form, path);
     const std::string key = form->has("points") ? "points" : "file";
     if (form->get(key) && !law.table.empty()) {
       bool grows = law.table.size() >= 2;

@@ -139,8 +139,11 @@ class VaryReader {
       case Vary::Kind::table: {
         const std::string path = in_.file(view_, "table");
         if (path.empty()) return;
-        const NumberTable table = read_numbers(view_, "table", path, 1,
-                                               [](std::size_t, const std::string&) { return std::nullopt; });
+        const Key* key = key_of_path(vary_.key);
+        const NumberTable table = read_numbers(view_, "table", path, 1, [&](std::size_t, const std::string&) {
+          const bool quantity = key != nullptr && key->type == Type::quantity;
+          return ColumnHolds{true, quantity ? std::optional(key->dimension) : std::nullopt};
+        });
         for (const auto& row : table.rows) vary_.table.push_back(row.front());
         if (!table.units.empty() && !table.units[0].none()) vary_.unit = unit_name(table.units[0]);
         std::sort(vary_.table.begin(), vary_.table.end());
@@ -160,9 +163,42 @@ class VaryReader {
   Vary& vary_;
 };
 
+/// Keys may be written in several ways: by name or place, pairs of materials either way round. A release
+/// gives its block one place a member, `at`, and so sets `count` as well.
+void check_that_none_is_drawn_twice(const std::vector<View>& views, const std::vector<Vary>& vary,
+                                    const Node& whole) {
+  std::vector<KeyPlace> places;
+  for (const Vary& v : vary) places.push_back(place_of_key(whole, v.key));
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const auto same = [&](const std::string& key) {
+      return static_cast<std::size_t>(
+          std::find_if(places.begin(), places.end(), [&](const KeyPlace& p) { return p.key == key; }) -
+          places.begin());
+    };
+    if (const std::size_t j = same(places[i].key); j < i)
+      views[i].problem("key",
+                       fmt::format("variable {} draws it already{}", j,
+                                   vary[i].key == vary[j].key ? "" : ", as " + vary[j].key),
+                       "keep one of them");
+    if (vary[i].kind != Vary::Kind::release) continue;
+    for (const char* set : {".at", ".count"})
+      if (const std::size_t j = same(places[i].key + set); j < places.size())
+        views[j].problem("key", fmt::format("variable {}, {}, sets it already", i, vary[i].key),
+                         "keep one of them");
+    const Node* count = places[i].value ? places[i].value->find("count") : nullptr;
+    if (count && count->is_number() && count->as_number() > 1)
+      views[i].problem(
+          "key",
+          fmt::format("a member draws one place for its block, and the scene releases {:g} of it",
+                      count->as_number()),
+          "leave release.count out and take as many more members; blocks that are to fall "
+          "together need a [[block]] each");
+  }
+}
+
 }  // namespace
 
-void read_ensemble(Reading& in, const View& root) {
+void read_ensemble(Reading& in, const View& root, const Node& whole) {
   read_lines(in, root);
   const auto view = root.table("ensemble");
   if (!view) return;
@@ -195,11 +231,7 @@ void read_ensemble(Reading& in, const View& root) {
         view->tables("vary")[i].problem("key", "is the same for all members: drawing it changes nothing",
                                         "draw a key of the scene: of a block, an interface, a plane, ...");
   }
-  for (std::size_t i = 0; i < e.vary.size(); ++i)
-    for (std::size_t j = 0; j < i; ++j)
-      if (e.vary[i].key == e.vary[j].key)
-        view->tables("vary")[i].problem("key", fmt::format("variable {} draws it already", j),
-                                        "keep one of them");
+  check_that_none_is_drawn_twice(view->tables("vary"), e.vary, whole);
   const bool lists =
       std::any_of(e.vary.begin(), e.vary.end(), [](const Vary& v) { return v.kind == Vary::Kind::list; });
   if (e.design == Ensemble::Design::factorial && !lists)

@@ -585,8 +585,10 @@ void read_impact(Reading& in, const View& root) {
     const std::string path = in.file(*view, "trajectories", true);
     if (path.empty()) return;
     const auto [rows, header, lines, units] =
-        read_numbers(*view, "trajectories", path, 0,
-                     [](std::size_t, const std::string& name) { return dimension_of_column(name); });
+        read_numbers(*view, "trajectories", path, 0, [](std::size_t, const std::string& name) {
+          const auto of = dimension_of_column(name);
+          return ColumnHolds{of.has_value(), of};
+        });
     const auto row = static_cast<std::size_t>(view->integer("row"));
     if (rows.empty()) return;
     if (row > rows.size()) {

@@ -17,13 +17,12 @@ constexpr const char* remedy =
     "semicolons";
 
 std::optional<Quantity> unit_of(const std::string& text, std::string& error) {
-  if (text.find_first_of("0123456789") == 0 && text != "1") return {};
   return parse_quantity("1 " + text, error);
 }
 
 class TableReader {
  public:
-  TableReader(const View& view, const std::string& key, std::size_t columns, const ColumnDimension& holds)
+  TableReader(const View& view, const std::string& key, std::size_t columns, const ColumnUse& holds)
       : view_(view), key_(key), holds_(holds), expected_(columns) {}
 
   NumberTable read(const std::string& path) {
@@ -69,45 +68,74 @@ class TableReader {
     return true;
   }
 
-  /// A row of text: names of columns with or without units, or units alone under the names.
+  /// A row of text: names of columns with or without units, or units alone, which may stand below the names.
   bool take_names(const std::vector<TableCell>& cells) {
     if (expected_ == 0) expected_ = cells.size();
-    std::vector<std::string> names, units;
-    bool units_alone = true;
+    if (!table_.header.empty() || !units_.empty()) return take_units(cells);
+    std::string error;
+    const bool units_alone = std::all_of(cells.begin(), cells.end(), [&](const TableCell& cell) {
+      return unit_of(unit_in(cell), error).has_value();
+    });
+    if (units_alone && fit(cells)) return take_units(cells);
+    if (units_alone && cells.size() > 1)
+      return refuse(
+          fmt::format("line {} of the file holds units of other quantities than the columns, which "
+                      "are {}",
+                      line_, columns_text(cells.size())));
     for (const TableCell& cell : cells) {
       const NameAndUnit parts = name_and_unit(cell.text);
-      std::string error;
-      if (parts.name.empty() ? !unit_of(parts.unit, error) : !unit_of(cell.text, error)) units_alone = false;
-      names.push_back(parts.name);
-      units.push_back(parts.unit);
-      if (parts.unit.empty() || unit_of(parts.unit, error)) continue;
-      const bool counts = holds_(names.size() - 1, parts.name).has_value();
-      if (counts && (parts.square || error.find("\": ") != std::string::npos))  // of a unit known by name
+      const bool known = parts.unit.empty() || unit_of(parts.unit, error);
+      // In round brackets there may be any remark; a unit of another system is none.
+      if (!known && holds_(units_.size(), parts.name).read &&
+          (parts.square || error.find("\": ") != std::string::npos))
         return refuse(fmt::format("line {} of the file: column {}: {}", line_, cell.text, error));
-      units.back().clear();
+      table_.header.push_back(parts.name);
+      units_.push_back(known ? parts.unit : "");
     }
-    if (units_alone && (!table_.header.empty() || fit(cells))) {
-      units_.clear();
-      for (const TableCell& cell : cells) {
-        const NameAndUnit parts = name_and_unit(cell.text);
-        units_.push_back(parts.name.empty() ? parts.unit : cell.text);
-      }
-      return true;
-    }
-    if (!table_.header.empty()) return true;  // a second row of text
-    table_.header = std::move(names);
-    units_ = std::move(units);
     return true;
+  }
+
+  /// A row of units: all of columns that are read must be known.
+  bool take_units(const std::vector<TableCell>& cells) {
+    if (std::any_of(units_.begin(), units_.end(), [](const std::string& unit) { return !unit.empty(); }))
+      return refuse(fmt::format("line {} of the file is text below the units of the columns: \"{}\"", line_,
+                                cells[0].text));
+    units_.clear();
+    for (const TableCell& cell : cells) {
+      std::string error;
+      const std::string unit = unit_in(cell);
+      const bool known = unit_of(unit, error).has_value();
+      if (!known && holds_(units_.size(), column(units_.size())).read)
+        return refuse(fmt::format("line {} of the file, below the names of the columns: {}", line_, error));
+      units_.push_back(known ? unit : "");
+    }
+    return true;
+  }
+
+  /// "m" of a cell "m", "[m]" or "(m)".
+  static std::string unit_in(const TableCell& cell) {
+    const NameAndUnit parts = name_and_unit(cell.text);
+    return parts.name.empty() ? parts.unit : cell.text;
   }
 
   /// Cells are units of what the columns hold: a first row of them is no row of names.
   bool fit(const std::vector<TableCell>& cells) const {
     for (std::size_t k = 0; k < cells.size(); ++k) {
       std::string error;
-      const auto unit = unit_of(cells[k].text, error);
-      if (!unit || holds_(k, "") != unit->dimension) return false;
+      if (holds_(k, "").dimension != unit_of(unit_in(cells[k]), error)->dimension) return false;
     }
     return true;
+  }
+
+  std::string column(std::size_t k) const {
+    return k < table_.header.size() ? table_.header[k] : fmt::format("column {}", k + 1);
+  }
+
+  std::string columns_text(std::size_t count) const {
+    std::vector<std::string> texts;
+    for (std::size_t k = 0; k < count; ++k)
+      if (const auto of = holds_(k, "").dimension) texts.push_back(describe(*of));
+    return fmt::format("{}", fmt::join(texts, "; "));
   }
 
   bool settle_units() {
@@ -117,8 +145,8 @@ class TableReader {
           units_[k].empty() ? Quantity{1, {}} : unit_of(units_[k], error).value_or(Quantity{1, {}});
       factors_.push_back(unit.value);
       table_.units.push_back(unit.dimension);
-      const std::string name = k < table_.header.size() ? table_.header[k] : fmt::format("column {}", k + 1);
-      const auto holds = holds_(k, name);
+      const std::string name = column(k);
+      const auto holds = holds_(k, name).dimension;
       if (unit.dimension.none() || !holds || *holds == unit.dimension ||
           (*holds == dimension::angular_velocity && unit.dimension == dimension::rate))
         continue;
@@ -146,7 +174,7 @@ class TableReader {
 
   const View& view_;
   const std::string& key_;
-  const ColumnDimension& holds_;
+  const ColumnUse& holds_;
   std::size_t expected_;
   char separator_ = ',';
   int line_ = 0;
@@ -159,7 +187,7 @@ class TableReader {
 }  // namespace
 
 NumberTable read_numbers(const View& view, const std::string& key, const std::string& path,
-                         std::size_t columns, const ColumnDimension& holds) {
+                         std::size_t columns, const ColumnUse& holds) {
   return TableReader(view, key, columns, holds).read(path);
 }
 

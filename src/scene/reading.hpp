@@ -52,7 +52,8 @@ void read_blocks(Reading& in, const View& root);
 void read_rock_mass(Reading& in, const View& root);
 void read_structures(Reading& in, const View& root);
 void read_impact(Reading& in, const View& root);
-void read_ensemble(Reading& in, const View& root);
+/// `whole`: the scene that variables name keys of, where `root` is a part of it.
+void read_ensemble(Reading& in, const View& root, const Node& whole);
 /// Where every table and key stands. Entries of a list that have no name go by their place, and by the name
 /// that they get.
 void note_places(const Node& root, std::map<std::string, Where>& places);
@@ -78,14 +79,18 @@ struct NumberTable {
   std::vector<int> lines;           // of the file, one for each row
   std::vector<Dimension> units;     // of the columns that name one; none for the others
 };
-/// What a column holds, by its place and its name; nothing if that is not known.
-using ColumnDimension = std::function<std::optional<Dimension>(std::size_t, const std::string&)>;
+/// Whether a column is read, and what it holds, by its place and its name.
+struct ColumnHolds {
+  bool read = false;
+  std::optional<Dimension> dimension;  // nothing: not known
+};
+using ColumnUse = std::function<ColumnHolds(std::size_t, const std::string&)>;
 /// Reads a table of `columns` numbers a row (0: as many as it has names). Rows of text before the first
-/// number name the columns, "s [mm]" or "F (kN)", or their units alone; numbers of such columns are
-/// converted. Reports what is wrong at `key`, a unit of another kind than `holds` says among it; then there
-/// are no rows.
+/// number name the columns, "s [mm]" or "F (kN)", or their units alone, or the units below the names; numbers
+/// of such columns are converted. Reports what is wrong at `key`, a unit that is not known or of another kind
+/// than `holds` says among it; then there are no rows.
 NumberTable read_numbers(const View& view, const std::string& key, const std::string& path,
-                         std::size_t columns, const ColumnDimension& holds);
+                         std::size_t columns, const ColumnUse& holds);
 
 /// tan(phi) of a coefficient or an angle.
 double friction_coefficient(const Node& node);

@@ -11,6 +11,7 @@
 #include "contact/geometry/plumb.hpp"
 #include "geometry/cut.hpp"
 #include "geometry/random.hpp"
+#include "geometry/raster.hpp"
 #include "geometry/take_out.hpp"
 
 namespace talus::sim {
@@ -146,6 +147,7 @@ geometry::Terrain load_without(const scene::RockMass& mass, const scene::Site& s
 std::optional<geometry::Terrain> load_ground(const scene::Scene& scene,
                                              const std::function<void(const std::string&)>& report) {
   if (!scene.site || !scene.site->given()) return std::nullopt;
+  geometry::check_crs(scene.site->crs, scene.file, "site.crs");
   if (scene.rock_mass && scene.rock_mass->from_terrain)
     return load_without(*scene.rock_mass, *scene.site, report);
   return load_site(*scene.site, nullptr, true);

@@ -7,6 +7,7 @@
 #include <cpl_vsi.h>
 #include <gdal.h>
 #include <geo_normalize.h>
+#include <ogr_spatialref.h>
 #include <ogr_srs_api.h>
 #include <xtiffio.h>
 
@@ -18,6 +19,7 @@
 #include <limits>
 #include <memory>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 using talus::geometry::Raster;
@@ -48,16 +50,54 @@ bool fail(Raster* r, const char* what) {
   return false;
 }
 
-std::string name_of(OGRSpatialReferenceH srs) {
-  if (!srs) return "";
+std::string code_of(OGRSpatialReferenceH srs) {
   const char* authority = OSRGetAuthorityName(srs, nullptr);
   const char* code = OSRGetAuthorityCode(srs, nullptr);
-  if (authority && code) return std::string(authority) + ":" + code;
+  return authority && code ? std::string(authority) + ":" + code : std::string();
+}
+
+/// The code of the registered system that one without a code describes, be it in the words of another program
+/// (ESRI's "D_MGI"); empty if there is none.
+std::string described_code(OGRSpatialReferenceH srs) {
+  constexpr int good = 90;  // of 100: all numbers agree
+  int count = 0;
+  int* confidence = nullptr;
+  OGRSpatialReferenceH* matches = OSRFindMatches(srs, nullptr, &count, &confidence);
+  const std::string code = count > 0 && confidence[0] >= good ? code_of(matches[0]) : "";
+  OSRFreeSRSArray(matches);
+  CPLFree(confidence);
+  return code;
+}
+
+std::string name_of(OGRSpatialReferenceH srs) {
+  if (!srs) return "";
+  if (const std::string code = code_of(srs); !code.empty()) return code;
+  if (const std::string code = described_code(srs); !code.empty()) return code;
   char* wkt = nullptr;
   std::string text;
   if (OSRExportToWkt(srs, &wkt) == OGRERR_NONE && wkt) text = wkt;
   CPLFree(wkt);
   return text;
+}
+
+struct SystemEnd {
+  void operator()(OGRSpatialReferenceH srs) const { OSRDestroySpatialReference(srs); }
+};
+using System = std::unique_ptr<std::remove_pointer_t<OGRSpatialReferenceH>, SystemEnd>;
+
+/// The system of this name or WKT; null for what is none. Files and addresses are not followed.
+System system_named(const char* text) {
+  System srs(OSRNewSpatialReference(nullptr));
+  if (OGRSpatialReference::FromHandle(srs.get())->SetFromUserInput(
+          text, OGRSpatialReference::SET_FROM_USER_INPUT_LIMITATIONS) != OGRERR_NONE)
+    srs.reset();
+  return srs;
+}
+
+/// The same ground at the same numbers, whatever the names.
+bool agree(OGRSpatialReferenceH a, OGRSpatialReferenceH b) {
+  const char* const options[] = {"CRITERION=EQUIVALENT", "IGNORE_DATA_AXIS_TO_SRS_AXIS_MAPPING=YES", nullptr};
+  return OSRIsSameEx(a, b, options) != 0;
 }
 
 /// The system of a grid of text, from what the .prj beside it holds; null where that is none.
@@ -373,10 +413,7 @@ extern "C" __attribute__((visibility("default"))) bool talus_raster_write(const 
   GDALDatasetH data = GDALCreate(memory, "", r->columns, r->rows, 1, GDT_Float64, nullptr);
   if (!data) return fail(r, "cannot be created");
   GDALSetGeoTransform(data, r->transform);
-  OGRSpatialReferenceH srs = OSRNewSpatialReference(nullptr);
-  if (!r->crs.empty() && OSRSetFromUserInput(srs, r->crs.c_str()) == OGRERR_NONE)
-    GDALSetSpatialRef(data, srs);
-  OSRDestroySpatialReference(srs);
+  if (const System srs = system_named(r->crs.c_str())) GDALSetSpatialRef(data, srs.get());
   GDALRasterBandH band = GDALGetRasterBand(data, 1);
   const double nodata = -9999;
   GDALSetRasterNoDataValue(band, nodata);
@@ -396,11 +433,16 @@ extern "C" __attribute__((visibility("default"))) bool talus_raster_write(const 
 
 extern "C" __attribute__((visibility("default"))) int talus_raster_same_crs(const char* a, const char* b) {
   start();
-  OGRSpatialReferenceH sa = OSRNewSpatialReference(nullptr), sb = OSRNewSpatialReference(nullptr);
-  int same = -1;
-  if (OSRSetFromUserInput(sa, a) == OGRERR_NONE && OSRSetFromUserInput(sb, b) == OGRERR_NONE)
-    same = OSRIsSame(sa, sb);
-  OSRDestroySpatialReference(sa);
-  OSRDestroySpatialReference(sb);
-  return same;
+  const System one = system_named(a), other = system_named(b);
+  if (!one || !other) return -1;
+  return agree(one.get(), other.get()) || name_in_plan(one.get()) == name_in_plan(other.get());
+}
+
+extern "C" __attribute__((visibility("default"))) bool talus_raster_tell_crs(const char* crs, Raster* out) {
+  start();
+  const System srs = system_named(crs);
+  if (!srs) return false;
+  tell_units(srs.get(), out);
+  out->in_plan = OSRIsProjected(srs.get()) || OSRIsLocal(srs.get());
+  return true;
 }

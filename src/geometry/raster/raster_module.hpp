@@ -15,6 +15,7 @@ struct Raster {
   std::string crs;             // "EPSG:31254", or WKT, or empty
   bool placed = true;          // false: the file does not say where it lies, nor how large its cells are
   bool geographic = false;     // by its CRS: longitude and latitude in degrees
+  bool in_plan = true;         // by its CRS: not heights alone, nor from the centre of the Earth
   double metres = 1;           // length of the CRS's unit in plan [m]; 1 where there is no CRS
   std::string unit;            // its name
   double vertical_metres = 0;  // length of the unit of heights by the CRS [m]; 0: it does not say
@@ -47,5 +48,7 @@ using ReadRaster = bool (*)(const char* path, const std::string* text, Raster* o
 using WriteRaster = bool (*)(const char* path, Raster* raster);  // .tif or .asc
 /// 1 the same, 0 different, -1 not known to the library.
 using SameCrs = int (*)(const char* a, const char* b);
+/// What is said of a coordinate system of this name, or WKT; false: it is none.
+using TellCrs = bool (*)(const char* crs, Raster* out);
 
 }  // namespace talus::geometry

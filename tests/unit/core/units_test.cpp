@@ -97,6 +97,22 @@ TEST(Units, BadTextSaysWhatIsWrong) {
   EXPECT_EQ(complaint("3 m^99999999999999999999"), "the exponent of \"m\" is no whole number from -9 to 9");
 }
 
+TEST(Units, OneNumberIsRead) {
+  for (const char* range :
+       {"2-3 m^3", "28-3 deg", "0.3-9", "2-3", "2 - 3", "2 -3 m", "2021-01-01", "3-", "3 - m"})
+    EXPECT_NE(complaint(range).find("where a unit or nothing is expected"), std::string::npos) << range;
+  for (const char* blank : {"1 105 m^3", "1 105", "1 1 m", "2 1 m", "2 12", "5 m 3", "1 000 000 N"})
+    EXPECT_NE(complaint(blank).find("where a unit or nothing is expected"), std::string::npos) << blank;
+  EXPECT_EQ(complaint("2-3 m^3"), "goes on with \"-3 m^3\" where a unit or nothing is expected");
+  complaint("3 m-2");
+  complaint("5 % 3");
+  complaint("5 1^2");
+  EXPECT_EQ(read("0.3 -").value, 0.3);
+  EXPECT_EQ(read("0.3 1").value, 0.3);
+  EXPECT_EQ(read("5 1/s").value, 5);
+  EXPECT_EQ(read("5 m 1 / s").dimension, dimension::velocity);
+}
+
 TEST(Units, ExactTextReadsBackToTheSameBits) {
   for (const double x : {0.1, 1.0 / 3, 5e-324, 1.7976931348623157e308, -0.0, 30e9, 0.5317094316614788})
     EXPECT_EQ(std::strtod(exact_text(x).c_str(), nullptr), x) << exact_text(x);

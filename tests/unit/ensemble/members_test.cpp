@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <set>
 #include <tuple>
@@ -262,7 +263,17 @@ TEST(Members, FewCrossingsAreNoPrecision) {
                 "= 95, within = 0.1 }");
     text = changed(text, "uniform = [0.1, 0.5]", "uniform = [0.1, " + std::to_string(most) + "]");
     Ensemble ensemble(place.put("scene.toml", text).string(), {});
-    return run(ensemble, place.path() / "out", 2);
+    const long count = run(ensemble, place.path() / "out", 2);
+    const Summary summary = write_results(ensemble, place.path() / "out", count);
+    std::ifstream in(place.path() / "out" / "summary.json");
+    const std::string written{std::istreambuf_iterator<char>(in), {}};
+    EXPECT_EQ(summary.precision->reached, count == 256);
+    EXPECT_EQ(unreached_text(*summary.precision).empty(), count == 256);
+    EXPECT_EQ(written.find("precision not reached: the 95th percentile of height at line road") ==
+                  std::string::npos,
+              count == 256)
+        << written;
+    return count;
   };
   EXPECT_EQ(members(20), 768);   // friction lets some one in fifty slide so far
   EXPECT_EQ(members(0.5), 256);  // all of them
@@ -441,6 +452,16 @@ TEST(Members, MistakesAreNamedBeforeTheFirstMember) {
                   .find("is the same for all members"),
               std::string::npos)
         << same;
+  for (const auto& [one, other] :
+       {std::pair{"interface.rock/ground.friction", "interface.ground/rock.friction"},
+        std::pair{"interface.rock/ground.friction", "interface.0.friction"},
+        std::pair{"block.B.velocity", "block.0.velocity"},
+        std::pair{"block.0.velocity", "block.B.velocity"}}) {
+    const std::string twice =
+        with("key = \"interface.rock/ground.friction\"",
+             fmt::format("key = \"{}\"\nlist = [0.1]\n[[ensemble.vary]]\nkey = \"{}\"", one, other));
+    EXPECT_NE(twice.find(fmt::format("variable 0 draws it already, as {}", one)), std::string::npos) << twice;
+  }
   EXPECT_NE(with("members = 24", "members = 24\nmap_cell = \"1 um\"").find("map_cell"), std::string::npos);
   EXPECT_NE(with("duration = \"1.6 s\"", "duration = \"-1 s\"").find("duration"), std::string::npos);
   EXPECT_EQ(message(place.put("good.toml", tilted())), "");
@@ -524,6 +545,23 @@ TEST(Members, ReleaseDrawsOnePlaceOfTheAreaForEach) {
                                                   "[[925.0, 36.0], [975.0, 36.0]]")))
                 .find("lies off the terrain"),
             std::string::npos);
+}
+
+// A member releases one block: a count beside it would have no effect.
+TEST(Members, AReleaseThatIsDrawnHasNoCount) {
+  const Place place;
+  const auto with = [&](const std::string& from, const std::string& to) {
+    return message(place.put("count.toml", changed(slope, from, to)));
+  };
+  place.put("source.geojson", "{}");
+  EXPECT_NE(
+      with("height = \"0.5 m\" }", "height = \"0.5 m\", count = 3 }").find("the scene releases 3 of it"),
+      std::string::npos);
+  EXPECT_NE(
+      with("key = \"block.B.release\"",
+           "key = \"block.B.release\"\n[[ensemble.vary]]\nkey = \"block.0.release.count\"\nlist = [1, 2]")
+          .find("variable 0, block.B.release, sets it already"),
+      std::string::npos);
 }
 
 // A path through a vertex of a line crosses it as one beside the vertex does, and a line that is touched in a

@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -64,6 +65,46 @@ std::string refusal_of(const std::string& text) {
 }
 
 }  // namespace
+
+TEST(MeshSays, NumbersEndAtBlanks) {
+  for (const char* point : {"100.000.0 0 50", "1 2e3.5 3", "1 2 3m", "0 0-1 5"}) {
+    EXPECT_THROW(read_mesh_text("v " + std::string(point) + "\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "t.obj"),
+                 InputError)
+        << point;
+    EXPECT_THROW(read_mesh_text("OFF\n3 1 0\n" + std::string(point) + "\n1 0 0\n0 1 0\n3 0 1 2\n", "t.off"),
+                 InputError)
+        << point;
+  }
+  EXPECT_THROW(read_mesh_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3.5\n", "t.obj"), InputError);
+  EXPECT_NO_THROW(read_mesh_text("v 0 0 0#a\nv 1 0 0\nv 0 1 0\nf 1/2/3 2//4 3\n", "t.obj"));
+}
+
+TEST(MeshSays, NothingStandsBehindWhatTheHeaderCounts) {
+  const std::string points = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n", two = "3 0 1 2\n3 0 2 3\n";
+  const auto off = [&](const std::string& counts, const std::string& faces) {
+    return read_mesh_text("OFF\n" + counts + "\n" + points + faces, "t.off").triangles.size();
+  };
+  EXPECT_THROW(off("4 1 0", two), InputError);
+  EXPECT_EQ(off("4 2 0", two + "# the end\n\n"), 2u);
+  const auto ply = [&](const std::string& format, int faces, const std::string& data) {
+    return read_mesh_text("ply\nformat " + format +
+                              " 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float "
+                              "z\nelement face " +
+                              std::to_string(faces) +
+                              "\nproperty list uchar int vertex_indices\nend_header\n" + data,
+                          "t.ply")
+        .triangles.size();
+  };
+  EXPECT_THROW(ply("ascii", 1, points + two), InputError);
+  EXPECT_EQ(ply("ascii", 2, points + two), 2u);
+  std::string bytes;
+  for (const float x : {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0})
+    bytes.append(reinterpret_cast<const char*>(&x), 4);
+  for (const auto& face : {std::array{0, 1, 2}, std::array{0, 2, 3}})
+    bytes += '\3', bytes.append(reinterpret_cast<const char*>(face.data()), 12);
+  EXPECT_THROW(ply("binary_little_endian", 1, bytes), InputError);
+  EXPECT_EQ(ply("binary_little_endian", 2, bytes), 2u);
+}
 
 TEST(MeshSays, ADecimalCommaIsRefusedWhereverItStands) {
   for (const char* name : {"t.obj", "t.off", "t.ply"})

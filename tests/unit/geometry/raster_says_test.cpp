@@ -4,8 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 
 #include "geometry/raster.hpp"
 #include "geometry/terrain.hpp"
@@ -68,6 +71,20 @@ std::string item(const std::string& name, const std::string& value) {
 }
 
 }  // namespace
+
+// Neither a carriage return nor a zero makes text of bytes.
+TEST(RasterSays, BytesOfATiffAreReadAsTheyAre) {
+  std::vector<double> z = heights;
+  const std::uint64_t bits = 0x407F500D00000000;  // 501.003..., with the byte of a carriage return
+  std::memcpy(z.data(), &bits, sizeof bits);
+  const File file("cr.tif");
+  tiff(z).write(file.path);
+  std::ifstream in(file.path, std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(in), {}};
+  ASSERT_EQ(bytes.find('\n'), std::string::npos);
+  ASSERT_LT(bytes.find('\r'), 24u);
+  EXPECT_EQ(read_raster(file.path).values, z);
+}
 
 TEST(RasterSays, ScaleAndOffsetAreApplied) {
   TinyTiff t = tiff({10, 20, 30, 40, 50, 60, 70, 80, 90});

@@ -198,6 +198,77 @@ TEST(Terrain, CoordinateSystemsThatDifferAreRefused) {
   }
 }
 
+TEST(Terrain, CoordinateSystemsInAllFormsOfGeoJson) {
+  const auto file_with = [](const std::string& top, const std::string& feature = "") {
+    return R"({"type": "FeatureCollection", )" + top + R"("features": [{"type": "Feature", )" + feature +
+           R"("properties": {}, "geometry": {"type": "Polygon", "coordinates": [[[0, 0], [1, 0], [1, 1], [0, 0]]]}}]})";
+  };
+  const auto crs_of = [](const std::string& text) {
+    const TemporaryFile file("forms.geojson", text);
+    return read_area(file.path).crs;
+  };
+  EXPECT_EQ(crs_of(file_with("")), "");
+  EXPECT_EQ(crs_of(file_with("\"crs\": null, ")), "");
+  EXPECT_EQ(crs_of(file_with("\"crs\": \"EPSG:31255\", ")), "EPSG:31255");
+  const std::string by_name = R"("crs": {"type": "name", "properties": {"name": "EPSG:31255"}}, )";
+  EXPECT_EQ(crs_of(file_with(by_name)), "EPSG:31255");
+  EXPECT_EQ(crs_of(file_with(R"("crs": {"type": "EPSG", "properties": {"code": 31255}}, )")), "EPSG:31255");
+  EXPECT_EQ(crs_of(file_with("", by_name)), "EPSG:31255");
+  EXPECT_EQ(crs_of(file_with(by_name, by_name)), "EPSG:31255");
+  EXPECT_EQ(crs_of(file_with("\"coordRefSys\": \"[EPSG:31255]\", ")), "EPSG:31255");
+  const std::string address = "http://www.opengis.net/def/crs/EPSG/0/31255";
+  EXPECT_EQ(crs_of(file_with("\"coordRefSys\": \"" + address + "\", ")), address);
+  EXPECT_EQ(same_crs(address, "EPSG:31255"), 1);
+  for (const std::string& text :
+       {file_with(
+            R"("crs": {"type": "link", "properties": {"href": "http://a.org/31255/", "type": "proj4"}}, )"),
+        file_with("\"crs\": 31255, "), file_with("\"coordRefSys\": [\"EPSG:31255\", \"EPSG:5778\"], "),
+        file_with(by_name, R"("crs": {"type": "name", "properties": {"name": "EPSG:31254"}}, )")})
+    EXPECT_THROW(crs_of(text), InputError) << text;
+}
+
+// As GDAL and ArcGIS write them beside grids of text: ESRI's names, no codes.
+TEST(Terrain, CoordinateSystemsInTheWordsOfEsri) {
+  const std::string mgi =
+      R"(PROJCS["MGI_Austria_GK_West",GEOGCS["GCS_MGI",DATUM["D_MGI",SPHEROID["Bessel_1841",6377397.155,299.1528128]],PRIMEM["Greenwich",0.0],UNIT["Degree",0.0174532925199433]],PROJECTION["Transverse_Mercator"],PARAMETER["False_Easting",0.0],PARAMETER["False_Northing",-5000000.0],PARAMETER["Central_Meridian",10.3333333333333],PARAMETER["Scale_Factor",1.0],PARAMETER["Latitude_Of_Origin",0.0],UNIT["Meter",1.0]])";
+  const TemporaryFile grid("esri.asc",
+                           "ncols 3\nnrows 3\nxllcenter 1000\nyllcenter 2000\ncellsize 1\n" + rows),
+      beside("esri.prj", mgi);
+  const std::string crs = load_terrain(grid.path).crs;
+  EXPECT_EQ(crs, "EPSG:31254");
+  EXPECT_EQ(same_crs(mgi, "EPSG:31254"), 1);
+  EXPECT_EQ(same_crs("urn:ogc:def:crs:EPSG::31254", mgi), 1);
+  EXPECT_EQ(same_crs(mgi, "EPSG:31255"), 0);
+  EXPECT_EQ(same_crs(mgi, "EPSG:25832"), 0);
+  EXPECT_EQ(same_crs(mgi, "EPSG:99999"), -1);
+}
+
+TEST(Terrain, CoordinateSystemsOfASceneAreInMetres) {
+  const auto rule = [](const std::string& crs) -> std::string {
+    try {
+      check_crs(crs, "scene.toml", "site.crs");
+    } catch (const InputError& e) { return e.problems()[0].rule; }
+    return {};
+  };
+  for (const char* good : {"", "EPSG:31254", "EPSG:2056", "EPSG:31254+5778", "urn:ogc:def:crs:EPSG::25832"})
+    EXPECT_EQ(rule(good), "") << good;
+  for (const char* unknown : {"EPSG:99999", "31254", "Gauss-Krueger", "/etc/hostname"})
+    EXPECT_EQ(rule(unknown), "is no coordinate system that is known") << unknown;
+  EXPECT_NE(rule("EPSG:4326").find("degrees"), std::string::npos);
+  EXPECT_NE(rule("EPSG:2263").find("0.30480061 m"), std::string::npos) << rule("EPSG:2263");
+  for (const char* other : {"EPSG:4978", "EPSG:5778"})
+    EXPECT_EQ(rule(other), "is no system of coordinates in plan") << other;
+}
+
+TEST(Terrain, HeadersThatSayTwoThingsAreRefused) {
+  for (const char* twice :
+       {"cellsize 1\ncellsize 2\n", "cellsize 1\nncols 4\n", "cellsize 1\ndx 2\ndy 2\n"}) {
+    const TemporaryFile file(
+        "twice.asc", "ncols 3\nnrows 3\nxllcorner 1000\nyllcorner 2000\n" + std::string(twice) + rows);
+    EXPECT_THROW(load_terrain(file.path), InputError) << twice;
+  }
+}
+
 TEST(Terrain, FarFromTheOriginIsWarnedOf) {
   const TemporaryFile file("map.asc",
                            "ncols 3\nnrows 3\nxllcenter 650000\nyllcenter 5200000\ncellsize 1\n" + rows);

@@ -123,9 +123,48 @@ position = [0, 0, 2]
   }
   place.put("table.csv", "force [N],indentation [m]\n0,0\n1e6,0.01\n");
   EXPECT_NE(refusal(place, scene).find("is a length in m"), std::string::npos) << refusal(place, scene);
+  for (const char* text :
+       {"s,F\nmm,kip\n0,0\n10,50\n50,200\n", "s,F\nmm,kN\nm,N\n0,0\n10,50\n50,200\n",
+        "s [mm],F [kip]\n0,0\n10,50\n50,200\n", "s,F\nas,measured\n0,0\n10,50\n50,200\n",
+        "kN,mm\n0,0\n10,50\n50,200\n", "F,s\n0,0\n10,50\n50,200\n", "Force,indentation\n0,0\n10,50\n50,200\n",
+        "s,F\n0,0\n10,\"1,000\"\n50,\"2,000\"\n"}) {
+    place.put("table.csv", text);
+    EXPECT_FALSE(refusal(place, scene).empty()) << text;
+  }
+  place.put("table.csv", "s,F\nmm,kip\n0,0\n10,50\n");
+  EXPECT_NE(
+      refusal(place, scene).find("line 2 of the file, below the names of the columns: unknown unit \"kip\""),
+      std::string::npos)
+      << refusal(place, scene);
+  place.put("table.csv", "s,F\n0,0\n\"0,125\",\"1000,5\"\n");
+  EXPECT_EQ(read_scene_text(scene, place.scene()).laws(0, 1).table.at(1).second, 1000.5);
   place.put("table.csv", "0,0\n0,01,1000000\n");
   EXPECT_NE(refusal(place, scene).find("3 numbers where 2 are expected"), std::string::npos)
       << refusal(place, scene);
+}
+
+TEST(Dialects, UnitsOfTheColumnOfADistribution) {
+  const Place place;
+  const std::string scene = changed(full, "[output]", R"([ensemble]
+members = 8
+[[ensemble.vary]]
+key = "block.B1.volume"
+table = "table.csv"
+[output])");
+  const auto first = [&](const char* text) {
+    place.put("table.csv", text);
+    return read_scene_text(scene, place.scene()).ensemble->vary[0].table.at(0);
+  };
+  EXPECT_EQ(first("V [l]\n2000\n3000\n"), 2);
+  EXPECT_EQ(first("V\nl\n2000\n3000\n"), 2);
+  EXPECT_EQ(first("l\n2000\n3000\n"), 2);
+  EXPECT_EQ(first("V (measured)\n2\n3\n"), 2);
+  for (const char* text :
+       {"V [ft^3]\n35\n70\n", "V [yd3]\n35\n70\n", "V [bogus]\n35\n70\n", "V\nft^3\n35\n70\n",
+        "V [kN]\n35\n70\n", "V\n2-3\n5-8\n", "V\n2021-01-01\n", "V\n1 105\n"}) {
+    place.put("table.csv", text);
+    EXPECT_FALSE(refusal(place, scene).empty()) << text;
+  }
 }
 
 TEST(Dialects, UnitsThatTheHeadOfATableNames) {
@@ -143,6 +182,12 @@ TEST(Dialects, UnitsThatTheHeadOfATableNames) {
   expect_read("x;y;z;vx;vy;vz;mass\n[m];[m];[m];[m/s];[m/s];[m/s];[kg]\n-6;0.1;2.2;20;0;-2;500\n");
   place.put("rows.csv", "x [ft],y,z,vx,vy,vz,mass\n-6,0.1,2.2,20,0,-2,500\n");
   EXPECT_NE(refusal(place, impact).find("1 ft = 0.3048 m"), std::string::npos) << refusal(place, impact);
+  place.put("rows.csv", "x,y,z,vx,vy,vz,mass\nm,m,m,km/h,km/h,km/h,to\n-6,0.1,2.2,20,0,-2,500\n");
+  EXPECT_NE(refusal(place, impact).find("unknown unit \"to\""), std::string::npos) << refusal(place, impact);
+  place.put("rows.csv", "x,y,z,vx,vy,vz,mass\nshot,0,0,20,0,-2,300\n-6,0.1,2.2,20,0,-2,500\n");
+  EXPECT_NE(refusal(place, impact).find("unknown unit \"shot\""), std::string::npos)
+      << refusal(place, impact);
+  expect_read("x,y,z,vx,vy,vz,mass,remark\nm,m,m,m/s,m/s,m/s,kg,none\n-6,0.1,2.2,20,0,-2,500,1\n");
   place.put("rows.csv", "x,y,z,vx [kN],vy,vz,mass\n-6,0.1,2.2,20,0,-2,500\n");
   EXPECT_NE(refusal(place, impact).find("vx is a velocity in m/s"), std::string::npos)
       << refusal(place, impact);
