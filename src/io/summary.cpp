@@ -212,6 +212,17 @@ const Impact* SummaryBuilder::first_strike(std::size_t structure) const {
   return m == impacts_.end() ? nullptr : &*m;
 }
 
+const Impact* SummaryBuilder::hardest_strike(std::size_t structure) const {
+  const auto rank = [&](const Impact& m) {
+    return std::pair(!header_.blocks[static_cast<std::size_t>(m.block)].fragment, m.kinetic);
+  };
+  const Impact* hardest = nullptr;
+  for (const Impact& m : impacts_)
+    if (m.structure == static_cast<int>(structure) && (hardest == nullptr || rank(m) > rank(*hardest)))
+      hardest = &m;
+  return hardest;
+}
+
 double SummaryBuilder::failed_before_strike(std::size_t structure) const {
   const double loss = structures_[structure].first_loss;
   const Impact* first = first_strike(structure);

@@ -151,6 +151,9 @@ class SummaryBuilder {
   double ground_at(const Vec3& x) const;
   bool is_own(int block, int structure) const;
   const Impact* first_strike(std::size_t structure) const;
+  /// The blow with the most kinetic energy just before it; of a piece of another structure only where no
+  /// block struck. Null: none.
+  const Impact* hardest_strike(std::size_t structure) const;
   /// When the structure began to fail before any block was at it [s]; < 0: it did not.
   double failed_before_strike(std::size_t structure) const;
   std::string elastic_warning(std::size_t structure) const;  // empty: its concrete bears what the run found

@@ -57,7 +57,7 @@ void SummaryBuilder::structure_lines(std::size_t i, std::vector<std::string>& li
   const auto name_of = [&](const Impact& m) {
     return header_.blocks[static_cast<std::size_t>(m.block)].name;
   };
-  const Impact* first = first_strike(i);
+  const Impact *first = first_strike(i), *hardest = hardest_strike(i);
   const Impact* worst = nullptr;
   int count = 0;
   double impulses = 0;  // of one blow each: those from opposite sides do not cancel
@@ -75,10 +75,14 @@ void SummaryBuilder::structure_lines(std::size_t i, std::vector<std::string>& li
                                 info.name, failed));
   if (first != nullptr) {
     lines.push_back(fmt::format(
-        "{} struck {} at {:.4g} s with {} and {} ({} of translation, {} of rotation); {} {} in all.",
-        name_of(*first), struck_name(info, first->point), first->start, speed_text(first->velocity.norm()),
-        engineering(first->kinetic, "J"), engineering(first->kinetic - first->rotational, "J"),
-        engineering(first->rotational, "J"), count, count == 1 ? "impact" : "impacts"));
+        "{} struck {} at {:.4g} s with {} and {} ({} of translation, {} of rotation); {} {} in all{}.",
+        name_of(*hardest), struck_name(info, hardest->point), hardest->start,
+        speed_text(hardest->velocity.norm()), engineering(hardest->kinetic, "J"),
+        engineering(hardest->kinetic - hardest->rotational, "J"), engineering(hardest->rotational, "J"),
+        count, count == 1 ? "impact" : "impacts",
+        hardest == first ? ""
+                         : fmt::format(", this one with the most energy, the first by {} at {:.4g} s",
+                                       name_of(*first), first->start)));
     member_lines(i, lines);
     lines.push_back(
         fmt::format("Greatest contact force {} ({}, low-passed at {:.0f} Hz; {} in a single sub-step, which "

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -220,4 +221,55 @@ TEST(Headline, TellsWhatCameOff) {
                                 "P2.fragment2 of 50 t, fell 1.25 m.\n"),
             std::string::npos)
       << told(3, false);
+}
+
+namespace {
+
+/// Blows of blocks on structure 0 at times, each of so many steps of a millisecond and one force.
+struct Blow {
+  int block;
+  double start, speed, kinetic, rotational, force;
+  int steps = 1;
+};
+
+nlohmann::json summary_of(const sim::RunHeader& header, const std::vector<Blow>& blows) {
+  io::SummaryBuilder builder(header);
+  builder.add(small().row(0.1, static_cast<int>(header.blocks.size())));
+  for (const Blow& b : blows)
+    for (int k = 0; k < b.steps; ++k) {
+      sim::ContactRow c;
+      c.dt = 1e-3, c.time = b.start + (k + 1) * c.dt;
+      c.block = b.block;
+      c.force = Vec3(b.force * (k + 1), 0, 0);
+      c.normal = Vec3::UnitX();
+      c.arrival = {.known = k == 0,
+                   .velocity = Vec3(b.speed, 0, 0),
+                   .spin = Vec3::Zero(),
+                   .translational = b.kinetic - b.rotational,
+                   .rotational = b.rotational};
+      builder.add({&c, 1});
+    }
+  return nlohmann::json::parse(builder.text(nullptr));
+}
+
+}  // namespace
+
+/// A pebble that touches first, or a block that rests and is pushed, was all that the headline told of.
+TEST(Summary, TheHeadlineTellsOfTheBlowWithMostEnergy) {
+  sim::RunHeader header = small().header();
+  const Blow touched{0, 0.2, 0.01, 12, 0, 1e5}, struck{1, 0.5, 12.3, 61.5e3, 1.4e3, 5e6},
+      again{0, 0.7, 1, 9e3, 0, 9e6};
+  const auto first = [&](const std::vector<Blow>& blows) {
+    return summary_of(header, blows)["headline"][0].get<std::string>();
+  };
+  EXPECT_EQ(first({touched, struck, again}),
+            "B2 struck P2 at 0.5 s with 12.3 m/s and 61.5 kJ (60.1 kJ of translation, 1.4 kJ of rotation); 3 "
+            "impacts in all, this one with the most energy, the first by B1 at 0.2 s.");
+  EXPECT_EQ(first({struck}),
+            "B2 struck P2 at 0.5 s with 12.3 m/s and 61.5 kJ (60.1 kJ of translation, 1.4 kJ of rotation); 1 "
+            "impact in all.");
+  // A piece of another structure heads the page only where no block struck.
+  header.blocks[1].fragment = true;
+  EXPECT_TRUE(first({touched, struck}).starts_with("B1 struck P2 at 0.2 s")) << first({touched, struck});
+  EXPECT_TRUE(first({struck}).starts_with("B2 struck P2 at 0.5 s")) << first({struck});
 }
