@@ -157,7 +157,7 @@ if (summary.structures && summary.structures.length) {
   }
 }
 const lostNumerically = summary.energy && summary.energy.algorithmic_warned;
-if (lostNumerically) card(summary.energy.algorithmic - (summary.energy.step_dependence || 0) < 0 ? "Numerical energy gain" : "Numerical dissipation", `${number(100 * summary.energy.algorithmic_relative, 2)} %`, "", "of the greatest kinetic energy: more than the scheme should take; see the warning below", "hit");
+if (lostNumerically) card(summary.energy.algorithmic - (summary.energy.step_dependence || 0) < 0 ? "Numerical energy gain" : "Numerical dissipation", `${number(100 * summary.energy.algorithmic_relative, 2)} %`, "", "of the energy that was moved: more than the scheme should take; see the warning below", "hit");
 else if (summary.energy) card("Energy residual", `${number(100 * summary.energy.residual_relative, 2)} %`, "", "worst, of the greatest kinetic energy (of that at 1 cm/s where nothing got so fast)");
 if (summary.time && summary.time.wall_seconds) card("Computed in", summary.time.wall_seconds, "s", `${number(summary.time.end, 4)} s simulated`);
 // Rows of about the same length: nine cards are five and four, not seven and two.

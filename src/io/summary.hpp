@@ -160,12 +160,13 @@ class SummaryBuilder {
   std::string against_algorithmic() const;
   bool scheme_takes_too_much() const;  // numerical dissipation beyond the limit of its warning
   std::string algorithmic_warning() const;
-  /// The most energy that was moved: the largest kinetic energy, or what springs, cells and bars took up or
-  /// gave (prestress that is let go, a structure that settles), in words as well [J].
-  double moved_energy() const { return std::max(kinetic_peak_, strain_moved_); }
-  const char* moved_name() const {
-    return strain_moved_ > kinetic_peak_ ? "largest change of stored energy" : "largest kinetic energy";
+  /// The most energy that was moved, of which numerical energy errors are: the largest kinetic energy, what
+  /// springs, cells and bars took up or gave (prestress that is let go, a structure that settles), or the
+  /// work of loads (one that is put on slowly moves little at a time); in words as well [J].
+  double moved_energy() const {
+    return std::max({kinetic_peak_, strain_moved_, std::abs(last_.external_work)});
   }
+  const char* moved_name() const;
   double least_kinetic() const;  // kinetic energy below which nothing moves that could be judged [J]
   std::vector<std::string> warnings(const nlohmann::ordered_json& formulas) const;
   nlohmann::ordered_json of_structures() const;

@@ -273,3 +273,27 @@ TEST(Summary, TheHeadlineTellsOfTheBlowWithMostEnergy) {
   EXPECT_TRUE(first({touched, struck}).starts_with("B1 struck P2 at 0.2 s")) << first({touched, struck});
   EXPECT_TRUE(first({struck}).starts_with("B2 struck P2 at 0.5 s")) << first({struck});
 }
+
+/// What the warning of numerical energy errors is of, the summary has as well: a load that is put on slowly
+/// moves little at a time.
+TEST(Summary, TheNumericalEnergyErrorIsOfOneScale) {
+  const auto energy = [&](double strain, double work) {
+    io::SummaryBuilder builder(small().header());
+    for (int i = 0; i <= 4; ++i) {
+      sim::HistoryRow row = small().row(0.1 * i, static_cast<int>(small().header().blocks.size()));
+      row.ledger = {};
+      row.ledger.kinetic = 1e6;
+      row.ledger.strain = i == 0 ? 0 : strain;
+      row.ledger.external_work = i == 0 ? 0 : work;
+      row.ledger.algorithmic = 2e4 * i / 4;
+      builder.add(row);
+    }
+    return nlohmann::json::parse(builder.text(nullptr))["energy"];
+  };
+  EXPECT_NEAR(energy(0, 0)["algorithmic_relative"].get<double>(), 0.02, 1e-12);
+  EXPECT_TRUE(energy(0, 0)["algorithmic_warned"].get<bool>());
+  EXPECT_NEAR(energy(4e6, 0)["algorithmic_relative"].get<double>(), 0.005, 1e-12);
+  EXPECT_FALSE(energy(4e6, 0)["algorithmic_warned"].get<bool>());
+  EXPECT_NEAR(energy(4e6, -8e6)["algorithmic_relative"].get<double>(), 0.0025, 1e-12);
+  EXPECT_FALSE(energy(0, -8e6)["algorithmic_warned"].get<bool>());
+}
