@@ -20,6 +20,9 @@ using sim::HistoryRow;
 
 constexpr double nothing =
     1e-8;  // [m/s^2] a contact force over the block's mass: what a solver's tolerance leaves is less
+/// A part of an energy that comes of a difference: 0 where round-off is all there is.
+double above_round_off(double part, double whole) { return std::abs(part) > 1e-12 * whole ? part : 0.0; }
+
 constexpr int coarse_ground_side = 400;  // nodes of the coarse grid that shows where the terrain ends
 
 }  // namespace
@@ -351,11 +354,21 @@ std::vector<std::string> summary_headline(const std::string& summary_json) {
   return json::parse(summary_json).at("headline").get<std::vector<std::string>>();
 }
 
+double SummaryBuilder::blow_part(const Impact& impact, const Open& open) const {
+  const Vec3 n = impact.normal.normalized();
+  const double mass = header_.blocks[static_cast<std::size_t>(impact.block)].mass,
+               whole = 2 * mass * std::abs(impact.velocity.dot(n)),
+               made = std::abs(open.force.dot(n)) * open.dt,
+               left = whole - (std::abs(impact.impulse.dot(n)) - made);
+  return made > 0 ? open.force.norm() * std::clamp(left / made, 0.0, 1.0) : 0;
+}
+
 void SummaryBuilder::close_step(Open& open) {
   if (open.impact < 0) return;
   Impact& impact = impacts_[static_cast<std::size_t>(open.impact)];
   const double f = open.force.norm();
   if (f > impact.peak_force) impact.peak_force = f, impact.peak_time = open.time;
+  impact.blow_force = std::max(impact.blow_force, blow_part(impact, open));
   open.force.setZero();
 }
 
@@ -400,7 +413,7 @@ void SummaryBuilder::add(std::span<const ContactRow> rows) {
       impact.velocity = blocks_[ib].born ? blocks_[ib].velocity : Vec3::Zero();
       impact.spin = blocks_[ib].born ? blocks_[ib].spin : Vec3::Zero();
       impact.kinetic = blocks_[ib].kinetic;
-      impact.rotational = blocks_[ib].rotational;
+      impact.rotational = above_round_off(blocks_[ib].rotational, impact.kinetic);
       impacts_.push_back(impact);
       open.time = c.time;
     }
@@ -410,10 +423,10 @@ void SummaryBuilder::add(std::span<const ContactRow> rows) {
       impact.velocity = c.arrival.velocity;
       impact.spin = c.arrival.spin;
       impact.kinetic = c.arrival.translational + c.arrival.rotational;
-      impact.rotational = c.arrival.rotational;
+      impact.rotational = above_round_off(c.arrival.rotational, impact.kinetic);
     }
     if (c.time != open.time) close_step(open);
-    open.time = c.time;
+    open.time = c.time, open.dt = c.dt;
     open.force += c.force;
     impact.end = c.time;
     impact.impulse += c.force * c.dt;

@@ -93,9 +93,12 @@ void SummaryBuilder::structure_lines(std::size_t i, std::vector<std::string>& li
     const auto most =
         std::max_element(s.probes.begin(), s.probes.end(),
                          [](const ProbeTrack& a, const ProbeTrack& b) { return a.peak < b.peak; });
+    const std::string reaction = s.loads.force.value > 0
+                                     ? fmt::format("{} added to the base reaction at most, at {:.3f} s",
+                                                   engineering(s.loads.force.value, "N"), s.loads.force.time)
+                                     : "no support took any of it";
     lines.push_back(fmt::format(
-        "{} under its prescribed load: {} added to the base reaction at most, at {:.3f} s{}.", info.name,
-        engineering(s.loads.force.value, "N"), s.loads.force.time,
+        "{} under its prescribed load: {}{}.", info.name, reaction,
         most == s.probes.end() ? std::string()
                                : fmt::format("; {} moved {} at most",
                                              info.probes[static_cast<std::size_t>(most - s.probes.begin())],

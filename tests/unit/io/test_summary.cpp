@@ -274,6 +274,51 @@ TEST(Summary, TheHeadlineTellsOfTheBlowWithMostEnergy) {
   EXPECT_TRUE(first({struck}).starts_with("B2 struck P2 at 0.5 s")) << first({struck});
 }
 
+/// What rotates with the round-off of a difference of energies does not rotate.
+TEST(Summary, RoundOffIsNoRotation) {
+  const auto j = summary_of(small().header(), {{0, 0.2, 0.04, 1.35, -2.2e-16, 1e5}});
+  EXPECT_EQ(j["impacts"][0]["kinetic_rotational"], 0);
+  EXPECT_NE(j["headline"][0].get<std::string>().find("(1.35 J of translation, 0 J of rotation)"),
+            std::string::npos)
+      << j["headline"][0];
+}
+
+/// Hertz's force is of the speed at which a block came. It was compared with what the block bore while it
+/// rested and the structure pushed it: here 1, 2, 3 ... kN over a millisecond each, of which the blow has 2 m
+/// v = 10 N s, those of the first four.
+TEST(Summary, HertzIsComparedWithTheBlowAndNotWithWhatRests) {
+  sim::RunHeader header = small().header();
+  header.structures[0].young = 30e9;
+  header.blocks[0].mass = 20;
+  const auto j = summary_of(header, {{0, 0.2, 0.25, 0.625, 0, 1e3, 200}});
+  EXPECT_EQ(j["impacts"][0]["peak_force"], 200e3);
+  const auto hertz = std::ranges::find_if(j["formulas"], [](const auto& f) { return f["id"] == "hertz"; });
+  ASSERT_TRUE(hertz != j["formulas"].end());
+  EXPECT_LT((*hertz)["value"].get<double>(), 200e3);
+  EXPECT_NEAR((*hertz)["computed"].get<double>(), 4e3, 1e-6);
+  for (const auto& warning : j["warnings"])
+    EXPECT_EQ(warning.get<std::string>().find("Hertz"), std::string::npos) << warning;
+}
+
+/// A structure that nothing holds has no base.
+TEST(Summary, WhatNothingHoldsHasNoBaseReaction) {
+  sim::RunHeader header = small().header();
+  header.blocks.clear();
+  header.structures[0].loaded = true;
+  const auto first = [&](double reaction) {
+    io::SummaryBuilder builder(header);
+    sim::HistoryRow row = small().row(0.1, 0);
+    row.structures[0].peaks.force = {reaction, 0.05, 0};
+    row.structures[0].probe_displacement = {Vec3(1.47, 0, 0), Vec3::Zero()};
+    builder.add(row);
+    return nlohmann::json::parse(builder.text(nullptr))["headline"][0].get<std::string>();
+  };
+  EXPECT_EQ(first(2e3),
+            "P2 under its prescribed load: 2 kN added to the base reaction at most, at 0.050 s; top "
+            "moved 1.47 m at most.");
+  EXPECT_EQ(first(0), "P2 under its prescribed load: no support took any of it; top moved 1.47 m at most.");
+}
+
 /// What the warning of numerical energy errors is of, the summary has as well: a load that is put on slowly
 /// moves little at a time.
 TEST(Summary, TheNumericalEnergyErrorIsOfOneScale) {
