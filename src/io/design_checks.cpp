@@ -66,11 +66,12 @@ std::vector<formulas::Result> formulas_of(const sim::RunHeader& header, const Im
 }
 
 /// What of the run stands beside a formula: like beside like. A static resistance is no match for the force
-/// of a single sub-step.
+/// of a single sub-step, nor what a block that rests and is pushed bears for the peak of the blow by which it
+/// came down.
 double computed(formulas::Kind kind, const Impact& m) {
   const double duration = m.end - m.start;
   switch (kind) {
-    case formulas::Kind::peak: return m.peak_force;
+    case formulas::Kind::peak: return m.blow_force;
     case formulas::Kind::resistance: return m.filtered_force;
     case formulas::Kind::mean:
     case formulas::Kind::equivalent_static: return duration > 0 ? m.impulse.norm() / duration : 0;

@@ -7,8 +7,10 @@
 ///
 ///   impulse = sum F dt  [N s],   peak force = max |F|  [N],   mean force = |impulse| / duration  [N]
 ///
-/// and the filtered force of force_track.hpp. What a piece does to the structure it came off is part of that
-/// structure's forces, but no impact.
+/// and the filtered force of force_track.hpp. The blow itself is over once the impulse along the normal is 2
+/// m v_n, m v_n to stop the block and as much again at most to throw it back: what it does later, resting or
+/// pushed by the structure, has nothing to do with the speed at which it came. What a piece does to the
+/// structure it came off is part of that structure's forces, but no impact.
 ///
 /// A block has left the model once it is beside the terrain and lower than the ground it was last over: its
 /// figures are those of the last row before. Scenes with planes have no edge to leave over.
@@ -49,6 +51,7 @@ struct Impact {
   Vec3 normal = Vec3::Zero();            // of the contacts, weighted by |F| dt [N s]
   Vec3 impulse = Vec3::Zero();           // on the structure [N s]
   double peak_force = 0, peak_time = 0;  // [N], [s]
+  double blow_force = 0;                 // greatest until the blow is over, blow_part() [N]
   ForceTrack force;
   double filtered_force = 0;  // greatest low-passed force, set when the text is made [N]
 };
@@ -115,7 +118,7 @@ class SummaryBuilder {
   };
   struct Open {
     int impact = -1;
-    double time = 0;
+    double time = 0, dt = 0;
     Vec3 force = Vec3::Zero();
     double weight = 0;
   };
@@ -151,18 +154,24 @@ class SummaryBuilder {
   double ground_at(const Vec3& x) const;
   bool is_own(int block, int structure) const;
   const Impact* first_strike(std::size_t structure) const;
+  /// The blow with the most kinetic energy just before it; of a piece of another structure only where no
+  /// block struck. Null: none.
+  const Impact* hardest_strike(std::size_t structure) const;
+  /// Part of the force of the step being summed that belongs to the blow.
+  double blow_part(const Impact& impact, const Open& open) const;
   /// When the structure began to fail before any block was at it [s]; < 0: it did not.
   double failed_before_strike(std::size_t structure) const;
   std::string elastic_warning(std::size_t structure) const;  // empty: its concrete bears what the run found
   std::string against_algorithmic() const;
   bool scheme_takes_too_much() const;  // numerical dissipation beyond the limit of its warning
   std::string algorithmic_warning() const;
-  /// The most energy that was moved: the largest kinetic energy, or what springs, cells and bars took up or
-  /// gave (prestress that is let go, a structure that settles), in words as well [J].
-  double moved_energy() const { return std::max(kinetic_peak_, strain_moved_); }
-  const char* moved_name() const {
-    return strain_moved_ > kinetic_peak_ ? "largest change of stored energy" : "largest kinetic energy";
+  /// The most energy that was moved, of which numerical energy errors are: the largest kinetic energy, what
+  /// springs, cells and bars took up or gave (prestress that is let go, a structure that settles), or the
+  /// work of loads (one that is put on slowly moves little at a time); in words as well [J].
+  double moved_energy() const {
+    return std::max({kinetic_peak_, strain_moved_, std::abs(last_.external_work)});
   }
+  const char* moved_name() const;
   double least_kinetic() const;  // kinetic energy below which nothing moves that could be judged [J]
   std::vector<std::string> warnings(const nlohmann::ordered_json& formulas,
                                     const sim::RunCounters& counters) const;

@@ -57,7 +57,7 @@ void SummaryBuilder::structure_lines(std::size_t i, std::vector<std::string>& li
   const auto name_of = [&](const Impact& m) {
     return header_.blocks[static_cast<std::size_t>(m.block)].name;
   };
-  const Impact* first = first_strike(i);
+  const Impact *first = first_strike(i), *hardest = hardest_strike(i);
   const Impact* worst = nullptr;
   int count = 0;
   double impulses = 0;  // of one blow each: those from opposite sides do not cancel
@@ -75,10 +75,14 @@ void SummaryBuilder::structure_lines(std::size_t i, std::vector<std::string>& li
                                 info.name, failed));
   if (first != nullptr) {
     lines.push_back(fmt::format(
-        "{} struck {} at {:.4g} s with {} and {} ({} of translation, {} of rotation); {} {} in all.",
-        name_of(*first), struck_name(info, first->point), first->start, speed_text(first->velocity.norm()),
-        engineering(first->kinetic, "J"), engineering(first->kinetic - first->rotational, "J"),
-        engineering(first->rotational, "J"), count, count == 1 ? "impact" : "impacts"));
+        "{} struck {} at {:.4g} s with {} and {} ({} of translation, {} of rotation); {} {} in all{}.",
+        name_of(*hardest), struck_name(info, hardest->point), hardest->start,
+        speed_text(hardest->velocity.norm()), engineering(hardest->kinetic, "J"),
+        engineering(hardest->kinetic - hardest->rotational, "J"), engineering(hardest->rotational, "J"),
+        count, count == 1 ? "impact" : "impacts",
+        hardest == first ? ""
+                         : fmt::format(", this one with the most energy, the first by {} at {:.4g} s",
+                                       name_of(*first), first->start)));
     member_lines(i, lines);
     lines.push_back(
         fmt::format("Greatest contact force {} ({}, low-passed at {:.0f} Hz; {} in a single sub-step, which "
@@ -89,9 +93,12 @@ void SummaryBuilder::structure_lines(std::size_t i, std::vector<std::string>& li
     const auto most =
         std::max_element(s.probes.begin(), s.probes.end(),
                          [](const ProbeTrack& a, const ProbeTrack& b) { return a.peak < b.peak; });
+    const std::string reaction = s.loads.force.value > 0
+                                     ? fmt::format("{} added to the base reaction at most, at {:.3f} s",
+                                                   engineering(s.loads.force.value, "N"), s.loads.force.time)
+                                     : "no support took any of it";
     lines.push_back(fmt::format(
-        "{} under its prescribed load: {} added to the base reaction at most, at {:.3f} s{}.", info.name,
-        engineering(s.loads.force.value, "N"), s.loads.force.time,
+        "{} under its prescribed load: {}{}.", info.name, reaction,
         most == s.probes.end() ? std::string()
                                : fmt::format("; {} moved {} at most",
                                              info.probes[static_cast<std::size_t>(most - s.probes.begin())],

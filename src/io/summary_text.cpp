@@ -199,26 +199,28 @@ json SummaryBuilder::of_blocks() const {
 }
 
 json SummaryBuilder::of_energy() const {
-  const double scale = std::max({kinetic_peak_, least_kinetic(), 1e-300});
-  return {{"start", energy_of(first_)},
-          {"end", energy_of(last_)},
-          {"kinetic_peak", kinetic_peak_},
-          {"dissipated", dissipated(last_)},
-          {"friction_work", last_.friction_work},
-          {"damping_work", last_.damping_work},
-          {"yield_work", last_.yield_work},
-          {"ploughing_work", last_.ploughing_work},
-          {"vegetation_work", last_.vegetation_work},
-          {"damage_work", last_.damage_work},
-          {"algorithmic", last_.algorithmic},
-          {"algorithmic_relative", kinetic_peak_ > 0 ? std::abs(last_.numerical_dissipation()) / scale : 0.0},
-          {"algorithmic_warned", scheme_takes_too_much()},
-          {"step_dependence", last_.step_dependence},
-          {"external_work", last_.external_work},
-          {"residual_end", last_.residual},
-          {"residual_worst", residual_worst_},
-          {"residual_worst_time", residual_worst_time_},
-          {"residual_relative", kinetic_peak_ > 0 ? std::abs(residual_worst_) / scale : 0.0}};
+  const double least = std::max(least_kinetic(), 1e-300), moving = std::max(kinetic_peak_, least);
+  return {
+      {"start", energy_of(first_)},
+      {"end", energy_of(last_)},
+      {"kinetic_peak", kinetic_peak_},
+      {"dissipated", dissipated(last_)},
+      {"friction_work", last_.friction_work},
+      {"damping_work", last_.damping_work},
+      {"yield_work", last_.yield_work},
+      {"ploughing_work", last_.ploughing_work},
+      {"vegetation_work", last_.vegetation_work},
+      {"damage_work", last_.damage_work},
+      {"algorithmic", last_.algorithmic},
+      {"algorithmic_relative",
+       kinetic_peak_ > 0 ? std::abs(last_.numerical_dissipation()) / std::max(moved_energy(), least) : 0.0},
+      {"algorithmic_warned", scheme_takes_too_much()},
+      {"step_dependence", last_.step_dependence},
+      {"external_work", last_.external_work},
+      {"residual_end", last_.residual},
+      {"residual_worst", residual_worst_},
+      {"residual_worst_time", residual_worst_time_},
+      {"residual_relative", kinetic_peak_ > 0 ? std::abs(residual_worst_) / moving : 0.0}};
 }
 
 /// How well each kind of number is known; a number without a comparison of its own is never better than

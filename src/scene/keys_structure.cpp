@@ -47,8 +47,8 @@ std::vector<Key> structure_keys() {
        .type = Type::section,
        .dimension = length,
        .fallback = "\"rectangular\"",
-       .doc = "Column: [x, y] of a rectangle, or \"round\" or \"hollow\" with `diameter` or `section_size`. "
-              "Viaduct: the same for its piers.",
+       .doc = "Column: [x, y] of a rectangle, or \"round\" with `diameter` or \"hollow\" with "
+              "`section_size` and `wall_thickness`. Viaduct: the same for its piers.",
        .min = 0,
        .above = true,
        .choices = {"rectangular", "round", "hollow"}},

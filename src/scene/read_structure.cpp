@@ -167,7 +167,9 @@ void read_section(const View& view, StructureSpec& spec) {
   if (spec.section == "round" && diameter > 0)
     outer = Vec3(diameter, diameter, 0);
   else if (view.has("diameter") && spec.section != "round")
-    view.problem("diameter", "only a round section has a diameter", "write section = \"round\"");
+    view.problem("diameter", "only a round section has a diameter",
+                 spec.section == "hollow" ? "a hollow one has section_size = [x, y] and wall_thickness"
+                                          : "write section = \"round\"");
   if (spec.section == "hollow")
     view.missing("wall_thickness", "a hollow section needs it");
   else if (view.has("wall_thickness"))

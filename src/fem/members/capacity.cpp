@@ -330,8 +330,9 @@ std::vector<SectionResistance> CapacityTests::section_resistances() const {
     r.member = member.name;
     r.axial = member.axial_preload;
     for (const bool design : {true, false}) {
-      const rebar::Strengths strengths = design ? rebar::Strengths{body_.concrete->f_ck, 1.2, 1.0, 1.0}
-                                                : rebar::Strengths{body_.concrete->f_cm, 1.0, 1.0, 1.0};
+      const double f_ck = body_.concrete->f_ck;
+      const rebar::Strengths strengths = design ? rebar::Strengths{f_ck, 1.2, 1.0, 1.0, f_ck}
+                                                : rebar::Strengths{body_.concrete->f_cm, 1.0, 1.0, 1.0, f_ck};
       const rebar::Section section(pier.shape, pier.wall, own, above_the_foot * member.length, strengths);
       SectionResistance::Values& values = design ? r.design : r.mean;
       values.compression = section.axial_compression(), values.tension = section.axial_tension();

@@ -24,16 +24,21 @@ double concrete_shear(double d, double ratio, const Strengths& s) {
                         0.035 * std::pow(k, 1.5) * std::sqrt(f_ck));
 }
 
-constexpr double eps_c2 = 2e-3, eps_cu = 3.5e-3;
+}  // namespace
 
-double concrete_stress(double eps, double f_cd) {  // compression positive
-  if (eps <= 0) return 0;
-  if (eps >= eps_c2) return f_cd;
-  const double x = eps / eps_c2;
-  return f_cd * (2 * x - x * x);
+ParabolaRectangle::ParabolaRectangle(double f_ck) : eps_c2(2e-3), eps_cu2(3.5e-3), n(2) {
+  const double grade = std::min(f_ck / 1e6, 90.0);
+  if (grade <= 50) return;
+  const double below_90 = std::pow((90 - grade) / 100, 4);
+  eps_c2 = 1e-3 * (2 + 0.085 * std::pow(grade - 50, 0.53));
+  eps_cu2 = 1e-3 * (2.6 + 35 * below_90);
+  n = 1.4 + 23.4 * below_90;
 }
 
-}  // namespace
+double ParabolaRectangle::stress(double eps) const {
+  if (eps <= 0) return 0;
+  return eps >= eps_c2 ? 1.0 : 1 - std::pow(1 - eps / eps_c2, n);
+}
 
 ShearResistance shear_resistance(const ShearInput& in, const Strengths& s) {
   Requirements needs;
@@ -65,9 +70,10 @@ ShearResistance shear_resistance(const ShearInput& in, const Strengths& s) {
 
 Section::Section(Member::Section kind, double width, double depth, double wall, std::vector<SectionBar> bars,
                  const Strengths& s)
-    : bars_(std::move(bars)), strengths_(s) {
+    : bars_(std::move(bars)), strengths_(s), concrete_(s.grade > 0 ? s.grade : s.f_ck) {
   const bool round = kind == Member::Section::round;
   if (round) depth = width;
+  round_ = round, extents_ = {width, depth};
   Requirements needs;
   require_strengths(needs, s);
   needs.require(width > 0, "section.width", width, "must be positive", "give the section");
@@ -129,7 +135,8 @@ std::vector<SectionBar> crossing(const Member& m, const std::vector<Bar>& bars, 
       if (!((a <= 0 && b > 0) || (b <= 0 && a > 0))) continue;
       const Vec3 at = p + (q - p) * (a / (a - b));
       const double along = std::abs(b - a) / (q - p).norm();  // an inclined bar acts with its component
-      found.push_back({ex.dot(at), ey.dot(at), bar.area() * along, bar.steel.yield, bar.steel.young});
+      found.push_back({ex.dot(at), ey.dot(at), bar.area() * along, bar.steel.yield, bar.steel.young,
+                       bar.steel.prestress});
     }
   return found;
 }
@@ -149,8 +156,7 @@ double Section::steel_area() const {
 
 double Section::axial_compression() const {
   double n = area_ * strengths_.f_cd();
-  for (const SectionBar& b : bars_)
-    n += b.area * (std::min(b.yield / strengths_.gamma_s, b.young * eps_c2) - strengths_.f_cd());
+  for (const SectionBar& b : bars_) n += b.area * (bar_stress(b, concrete_.eps_c2) - strengths_.f_cd());
   return n;
 }
 
@@ -160,30 +166,31 @@ double Section::axial_tension() const {
   return n;
 }
 
+double Section::bar_stress(const SectionBar& bar, double eps) const {
+  const double f_yd = bar.yield / strengths_.gamma_s;
+  return std::clamp(bar.young * eps - bar.prestress, -f_yd, f_yd);
+}
+
 Section::Point Section::at_depth(double neutral, double angle) const {
   const double cx = std::cos(angle), cy = std::sin(angle);
-  double top = -1e300, bottom = 1e300;
-  for (const Fibre& f : fibres_) {
-    const double t = f.x * cx + f.y * cy;
-    top = std::max(top, t);
-    bottom = std::min(bottom, t);
-  }
-  const double height = top - bottom;
-  // Most compressed fibre at 3.5 per mille while the neutral axis lies in the section, else 2 per mille at
-  // 3/7 of the depth.
-  const double curvature = neutral <= height ? eps_cu / neutral : eps_c2 / (neutral - 3.0 / 7.0 * height);
+  const double height =
+      round_ ? extents_[0] : extents_[0] * std::abs(cx) + extents_[1] * std::abs(cy);  // of the edges
+  const double top = 0.5 * height;
+  const double eps_c2 = concrete_.eps_c2, eps_cu2 = concrete_.eps_cu2;
+  const double curvature =
+      neutral <= height ? eps_cu2 / neutral : eps_c2 / (neutral - (1 - eps_c2 / eps_cu2) * height);
   Point p{0, 0};
   const double f_cd = strengths_.f_cd();
   const auto strain = [&](double t) { return curvature * (neutral - (top - t)); };
   for (const Fibre& f : fibres_) {
-    const double t = f.x * cx + f.y * cy, force = concrete_stress(strain(t), f_cd) * f.area;
+    const double t = f.x * cx + f.y * cy, force = f_cd * concrete_.stress(strain(t)) * f.area;
     p.axial += force;
     p.moment += force * t;
   }
   for (const SectionBar& b : bars_) {
-    const double t = b.x * cx + b.y * cy, eps = strain(t), f_yd = b.yield / strengths_.gamma_s;
-    const double force = (std::clamp(b.young * eps, -f_yd, f_yd) - concrete_stress(eps, f_cd)) *
-                         b.area;  // the bar displaces concrete
+    const double t = b.x * cx + b.y * cy, eps = strain(t);
+    const double force =
+        (bar_stress(b, eps) - f_cd * concrete_.stress(eps)) * b.area;  // the bar displaces concrete
     p.axial += force;
     p.moment += force * t;
   }

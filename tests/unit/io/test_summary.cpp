@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -220,4 +221,124 @@ TEST(Headline, TellsWhatCameOff) {
                                 "P2.fragment2 of 50 t, fell 1.25 m.\n"),
             std::string::npos)
       << told(3, false);
+}
+
+namespace {
+
+/// Blows of blocks on structure 0 at times, each of so many steps of a millisecond and one force.
+struct Blow {
+  int block;
+  double start, speed, kinetic, rotational, force;
+  int steps = 1;
+};
+
+nlohmann::json summary_of(const sim::RunHeader& header, const std::vector<Blow>& blows) {
+  io::SummaryBuilder builder(header);
+  builder.add(small().row(0.1, static_cast<int>(header.blocks.size())));
+  for (const Blow& b : blows)
+    for (int k = 0; k < b.steps; ++k) {
+      sim::ContactRow c;
+      c.dt = 1e-3, c.time = b.start + (k + 1) * c.dt;
+      c.block = b.block;
+      c.force = Vec3(b.force * (k + 1), 0, 0);
+      c.normal = Vec3::UnitX();
+      c.arrival = {.known = k == 0,
+                   .velocity = Vec3(b.speed, 0, 0),
+                   .spin = Vec3::Zero(),
+                   .translational = b.kinetic - b.rotational,
+                   .rotational = b.rotational};
+      builder.add({&c, 1});
+    }
+  return nlohmann::json::parse(builder.text(nullptr));
+}
+
+}  // namespace
+
+/// A pebble that touches first, or a block that rests and is pushed, was all that the headline told of.
+TEST(Summary, TheHeadlineTellsOfTheBlowWithMostEnergy) {
+  sim::RunHeader header = small().header();
+  const Blow touched{0, 0.2, 0.01, 12, 0, 1e5}, struck{1, 0.5, 12.3, 61.5e3, 1.4e3, 5e6},
+      again{0, 0.7, 1, 9e3, 0, 9e6};
+  const auto first = [&](const std::vector<Blow>& blows) {
+    return summary_of(header, blows)["headline"][0].get<std::string>();
+  };
+  EXPECT_EQ(first({touched, struck, again}),
+            "B2 struck P2 at 0.5 s with 12.3 m/s and 61.5 kJ (60.1 kJ of translation, 1.4 kJ of rotation); 3 "
+            "impacts in all, this one with the most energy, the first by B1 at 0.2 s.");
+  EXPECT_EQ(first({struck}),
+            "B2 struck P2 at 0.5 s with 12.3 m/s and 61.5 kJ (60.1 kJ of translation, 1.4 kJ of rotation); 1 "
+            "impact in all.");
+  // A piece of another structure heads the page only where no block struck.
+  header.blocks[1].fragment = true;
+  EXPECT_TRUE(first({touched, struck}).starts_with("B1 struck P2 at 0.2 s")) << first({touched, struck});
+  EXPECT_TRUE(first({struck}).starts_with("B2 struck P2 at 0.5 s")) << first({struck});
+}
+
+/// What rotates with the round-off of a difference of energies does not rotate.
+TEST(Summary, RoundOffIsNoRotation) {
+  const auto j = summary_of(small().header(), {{0, 0.2, 0.04, 1.35, -2.2e-16, 1e5}});
+  EXPECT_EQ(j["impacts"][0]["kinetic_rotational"], 0);
+  EXPECT_NE(j["headline"][0].get<std::string>().find("(1.35 J of translation, 0 J of rotation)"),
+            std::string::npos)
+      << j["headline"][0];
+}
+
+/// Hertz's force is of the speed at which a block came. It was compared with what the block bore while it
+/// rested and the structure pushed it: here 1, 2, 3 ... kN over a millisecond each, of which the blow has 2 m
+/// v = 10 N s, those of the first four.
+TEST(Summary, HertzIsComparedWithTheBlowAndNotWithWhatRests) {
+  sim::RunHeader header = small().header();
+  header.structures[0].young = 30e9;
+  header.blocks[0].mass = 20;
+  const auto j = summary_of(header, {{0, 0.2, 0.25, 0.625, 0, 1e3, 200}});
+  EXPECT_EQ(j["impacts"][0]["peak_force"], 200e3);
+  const auto hertz = std::ranges::find_if(j["formulas"], [](const auto& f) { return f["id"] == "hertz"; });
+  ASSERT_TRUE(hertz != j["formulas"].end());
+  EXPECT_LT((*hertz)["value"].get<double>(), 200e3);
+  EXPECT_NEAR((*hertz)["computed"].get<double>(), 4e3, 1e-6);
+  for (const auto& warning : j["warnings"])
+    EXPECT_EQ(warning.get<std::string>().find("Hertz"), std::string::npos) << warning;
+}
+
+/// A structure that nothing holds has no base.
+TEST(Summary, WhatNothingHoldsHasNoBaseReaction) {
+  sim::RunHeader header = small().header();
+  header.blocks.clear();
+  header.structures[0].loaded = true;
+  const auto first = [&](double reaction) {
+    io::SummaryBuilder builder(header);
+    sim::HistoryRow row = small().row(0.1, 0);
+    row.structures[0].peaks.force = {reaction, 0.05, 0};
+    row.structures[0].probe_displacement = {Vec3(1.47, 0, 0), Vec3::Zero()};
+    builder.add(row);
+    return nlohmann::json::parse(builder.text(nullptr))["headline"][0].get<std::string>();
+  };
+  EXPECT_EQ(first(2e3),
+            "P2 under its prescribed load: 2 kN added to the base reaction at most, at 0.050 s; top "
+            "moved 1.47 m at most.");
+  EXPECT_EQ(first(0), "P2 under its prescribed load: no support took any of it; top moved 1.47 m at most.");
+}
+
+/// What the warning of numerical energy errors is of, the summary has as well: a load that is put on slowly
+/// moves little at a time.
+TEST(Summary, TheNumericalEnergyErrorIsOfOneScale) {
+  const auto energy = [&](double strain, double work) {
+    io::SummaryBuilder builder(small().header());
+    for (int i = 0; i <= 4; ++i) {
+      sim::HistoryRow row = small().row(0.1 * i, static_cast<int>(small().header().blocks.size()));
+      row.ledger = {};
+      row.ledger.kinetic = 1e6;
+      row.ledger.strain = i == 0 ? 0 : strain;
+      row.ledger.external_work = i == 0 ? 0 : work;
+      row.ledger.algorithmic = 2e4 * i / 4;
+      builder.add(row);
+    }
+    return nlohmann::json::parse(builder.text(nullptr))["energy"];
+  };
+  EXPECT_NEAR(energy(0, 0)["algorithmic_relative"].get<double>(), 0.02, 1e-12);
+  EXPECT_TRUE(energy(0, 0)["algorithmic_warned"].get<bool>());
+  EXPECT_NEAR(energy(4e6, 0)["algorithmic_relative"].get<double>(), 0.005, 1e-12);
+  EXPECT_FALSE(energy(4e6, 0)["algorithmic_warned"].get<bool>());
+  EXPECT_NEAR(energy(4e6, -8e6)["algorithmic_relative"].get<double>(), 0.0025, 1e-12);
+  EXPECT_FALSE(energy(0, -8e6)["algorithmic_warned"].get<bool>());
 }

@@ -274,6 +274,8 @@ const Broken list[] = {
      "only a viaduct has this measure"},
     {"section = [2.0, 2.0]", "section = \"hollow\"\nsection_size = [2, 2]\nwall_thickness = 1",
      "structure.P2.wall_thickness", "twice the wall must be less"},
+    {"section = [2.0, 2.0]", "section = \"hollow\"\ndiameter = 2\nwall_thickness = 0.3",
+     "structure.P2.diameter", "a hollow one has section_size"},
     {"support = [\"-z\"]", "support = [\"z\"]", "structure.P2.support", "\"z\" is no face"},
     {"support = [\"-z\"]", "support = \"-z\"", "structure.P2.support", "must be a list; write [\"-z\"]"},
     {"support = [\"-z\"]", "support = [{ face = \"-z\", held = \"xw\" }]", "structure.P2.support.0.held",
