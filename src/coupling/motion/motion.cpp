@@ -110,11 +110,11 @@ dda::BlockState evaluate(const MotionSegment& segment, double t, const dda::Mode
   if (segment.path == MotionSegment::Path::flight) return flown(b, model.gravity, start, s, segment.drag);
   dda::BlockState now;
   now.eps = start.eps + r * (end.eps - start.eps);
+  now.eps_rate = start.eps_rate + r * (end.eps_rate - start.eps_rate);
   Vec3 turn;
   if (segment.path == MotionSegment::Path::straight) {
     now.c = start.c + r * (end.c - start.c);
-    now.v = end.v;
-    now.eps_rate = end.eps_rate;
+    now.v = start.v + r * (end.v - start.v);
     turn = r * turn_between(start.q, end.q, h * end.w);
   } else {
     const auto along = [&](const Vec3& v0, const Vec3& v1, const Vec3& way) {
@@ -129,14 +129,12 @@ dda::BlockState evaluate(const MotionSegment& segment, double t, const dda::Mode
       now.c = start.c + path.way + r * r * (3 - 2 * r) * (end.c - start.c - whole.way);
       now.v = path.velocity;
     }
-    now.eps_rate = start.eps_rate + r * (end.eps_rate - start.eps_rate);
     turn = along(start.w, end.w, turn_between(start.q, end.q, 0.5 * h * (start.w + end.w)));
   }
   now.q = turn.isZero(0) ? start.q : (dda::rotation_by(turn) * start.q).normalized();
   if (start.w.isZero(0) && end.w.isZero(0)) return now;
   const Vec3 before = spin_momentum(b, start), after = spin_momentum(b, end);
-  now.w = spin_of(
-      b, now, segment.path == MotionSegment::Path::straight ? after : Vec3(before + r * (after - before)));
+  now.w = spin_of(b, now, before + r * (after - before));
   return now;
 }
 

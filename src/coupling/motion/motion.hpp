@@ -9,7 +9,9 @@
 ///              in vegetation the closed form with drag (dda/kinematics.hpp)
 ///   trapezoid  c = c0 + s v0 + s^2 (v1 - v0) / (2 h) + r^2 (3 - 2 r) d,  v = v0 + r (v1 - v0),
 ///              d = c1 - c0 - h (v0 + v1) / 2; with drag the way of the constant force that leads to v1
-///   straight   c = c0 + r (c1 - c0),  v = v1: impulses act at the start, or all goes by the end's velocity
+///   straight   c = c0 + r (c1 - c0),  v = v0 + r (v1 - v0): impulses act at the start, or the way is that of
+///   the
+///              end's velocity; momenta go with the loads, and no row has more energy than the ends
 ///
 /// d is what the step moved a block beyond the trapezoidal rule (drift correction). A rotation vector about
 /// q0 takes the place of c, and of v the angular momentum about the centroid, which gives the spin at the
