@@ -19,6 +19,7 @@
 #include "ensemble/ensemble.hpp"
 #include "ensemble/sobol.hpp"
 #include "io/files.hpp"
+#include "sim/world.hpp"
 
 namespace talus::ensemble {
 
@@ -146,7 +147,8 @@ Measured read_measured(const fs::path& file) {
 
 struct Candidate {
   std::vector<double> values;
-  double fitted = std::numeric_limits<double>::quiet_NaN(), held_out = fitted;  // energy distances [m]
+  double fitted = std::numeric_limits<double>::quiet_NaN(),
+         held_out = fitted;  // energy distances, roots of lengths [m^(1/2)] or of quotients [1]
   long members = 0, finished = 0;
   VecX mean;  // of what is compared, in its own units
   std::string fault;
@@ -166,7 +168,7 @@ class Calibration {
     std::vector<double> middle;
     for (const Parameter& p : request_.parameters) middle.push_back(0.5 * (p.low + p.high));
     try {
-      const Ensemble ensemble(request_.scene, overrides_of(middle));
+      Ensemble ensemble(request_.scene, overrides_of(middle));
       for (const scene::Vary& v : ensemble.settings().vary)
         if (std::ranges::find(request_.parameters, v.key, &Parameter::key) != request_.parameters.end())
           throw InputError(
@@ -204,15 +206,26 @@ class Calibration {
   }
 
  private:
-  /// End points of which none lies over ground are those of a map.
-  void refuse_ends_off_ground(const Ensemble& ensemble) const {
+  /// End points of which none lies over ground are those of a map; so is one, over planes without end, that
+  /// no block comes to.
+  void refuse_ends_off_ground(Ensemble& ensemble) const {
     if (!measured_.line.empty()) return;
+    const auto refuse = [&](const VecX& at, const std::string& rule) {
+      throw io::bad_file(request_.measured, fmt::format("x, y = {:.10g}, {:.10g}", at[0], at[1]), rule,
+                         "end points are in scene coordinates: map coordinates less site.origin");
+    };
     const auto over_ground = [&](const VecX& at) { return std::isfinite(ensemble.height(at[0], at[1])); };
-    if (std::ranges::any_of(measured_.points, over_ground)) return;
-    const VecX& first = measured_.points.front();
-    throw io::bad_file(request_.measured, fmt::format("x, y = {:.10g}, {:.10g}", first[0], first[1]),
-                       "and no other of the end points lies over ground",
-                       "end points are in scene coordinates: map coordinates less site.origin");
+    if (std::ranges::none_of(measured_.points, over_ground))
+      refuse(measured_.points.front(), "and no other of the end points lies over ground");
+    constexpr double longest_way = 10e3;  // of a rock that falls [m]
+    const auto world = ensemble.simulation(0);
+    for (const VecX& at : measured_.points) {
+      double nearest = std::numeric_limits<double>::infinity();
+      for (const Vec3& c : world->world().system->state().blocks.c)
+        nearest = std::min(nearest, (c.head<2>() - at).norm());
+      if (nearest > longest_way)
+        refuse(at, fmt::format("lies {:.3g} km from where blocks start", nearest / 1e3));
+    }
   }
 
   /// The largest values of a member at the line, if it crosses it.
@@ -330,7 +343,7 @@ class Calibration {
     };
     Json root{
         {"measured", {{"fitted", fitted_.size()}, {"held_out", held_out_.size()}}},
-        {"measure", measured_.line.empty() ? "energy distance between end points in plan [m]"
+        {"measure", measured_.line.empty() ? "energy distance between end points in plan [m^(1/2)]"
                                            : "energy distance between passages at line " + measured_.line +
                                                  ", each quantity over its measured standard deviation"},
         {"best", json(*found)},
@@ -338,7 +351,7 @@ class Calibration {
     for (const Candidate& c : candidates_) root["candidates"].push_back(json(c));
     io::write_file(request_.directory / "calibration.json", root.dump(2) + "\n");
     std::vector<std::string> lines;
-    const char* unit = measured_.line.empty() ? " m" : "";
+    const char* unit = measured_.line.empty() ? " m^(1/2)" : "";
     for (std::size_t d = 0; d < found->values.size(); ++d)
       lines.push_back(
           fmt::format("{} = {:.4g}{}", request_.parameters[d].key, found->values[d],

@@ -43,7 +43,8 @@ struct CalibrationRequest {
   const std::atomic<int>* stop = nullptr;
 };
 
-/// Energy distance between two sets of points, in their unit.
+/// Energy distance between two sets of points, sqrt(2 E|a - b| - E|a - a'| - E|b - b'|): in the root of their
+/// unit.
 double energy_distance(const std::vector<VecX>& a, const std::vector<VecX>& b);
 
 /// Writes calibration.json. Returns lines to print; empty if it was stopped. Throws InputError.

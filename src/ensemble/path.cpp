@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <set>
 #include <utility>
 
@@ -38,6 +39,19 @@ bool in_flight(const Moment& a, const Moment& b, const Vec3& g) {
   const Vec3 fall = a.c + h * a.v + 0.5 * h * h * g;
   return (b.c - fall).norm() <= 1e-9 * (1 + (b.c - a.c).norm()) &&
          (b.v - a.v - h * g).norm() <= 1e-9 * (1 + b.v.norm());
+}
+
+/// When after a, in (0, h), the free falls onwards from a and back from b come nearest to each other: the
+/// time of a blow that parts two flights. Nothing where there is none.
+std::optional<double> blow_time(const Moment& a, const Moment& b, const Vec3& g) {
+  if (in_flight(a, b, g)) return {};
+  const double h = b.time - a.time;
+  // Their distance is linear in time: both fall alike.
+  const Vec3 at_start = a.c - b.c + h * b.v - 0.5 * h * h * g, rate = a.v - b.v + h * g;
+  constexpr double gentle = 0.01;  // of the speed: what acts all along, drag for one, is no blow
+  if (rate.norm() < gentle * a.v.norm()) return {};
+  const double time = -at_start.dot(rate) / rate.squaredNorm();
+  return time > 0 && time < h ? std::optional(time) : std::nullopt;
 }
 
 double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
@@ -96,19 +110,8 @@ class Path::Watcher {
         origin_(origin),
         cell_(cell),
         after_(after) {
-    int vertices = 0;
     for (std::size_t l = 0; l < lines.size(); ++l)
-      for (const auto& part : lines[l].parts)
-        for (std::size_t k = 0; k + 1 < part.size(); ++k) {
-          const bool shared = k + 2 < part.size();
-          const int before = k > 0 ? vertices : -1;
-          if (shared) ++vertices;
-          segments_.push_back({.line = static_cast<int>(l),
-                               .p = part[k],
-                               .d = part[k + 1] - part[k],
-                               .start = before,
-                               .end = shared ? vertices : -1});
-        }
+      for (const auto& part : lines[l].parts) add_segments(static_cast<int>(l), part);
     const bool stepped =
         std::any_of(system_.environment().structures.begin(), system_.environment().structures.end(),
                     [](const coupling::StructurePart& p) { return p.stepped(); });
@@ -157,13 +160,34 @@ class Path::Watcher {
       const Moment p = moment(model(), before, b, from), q = moment(model(), now, b, to);
       if (p.c == q.c && p.v == q.v) continue;
       cross_lines(b, p, q, start);
-      mark_way(p, q);
+      if (!(cell_ > 0)) continue;
+      if (const std::optional<double> blow =
+              start && !touches(*start, b) ? blow_time(p, q, model().gravity) : std::nullopt) {
+        mark_way(p, flown(b, p, *blow));
+        mark_way(flown(b, q, *blow - (q.time - p.time)), q);
+      } else {
+        mark_way(p, q);
+      }
     }
     see_hits(from, before, to, start);
     if (after_) after_();
   }
 
   // Lines
+
+  /// Of a part of a line; one that ends where it begins is closed there.
+  void add_segments(int line, const std::vector<Eigen::Vector2d>& part) {
+    const bool closed = part.size() > 2 && part.front() == part.back();
+    const int first = vertices_, last = closed ? first : -1;
+    ++vertices_;
+    int before = last;
+    for (std::size_t k = 0; k + 1 < part.size(); ++k) {
+      const int end = k + 2 < part.size() ? vertices_++ : last;
+      segments_.push_back(
+          {.line = line, .p = part[k], .d = part[k + 1] - part[k], .start = before, .end = end});
+      before = end;
+    }
+  }
 
   bool may_meet(const Segment& s, const Moment& p, const Moment& q) const {
     const double h = q.time - p.time,
@@ -201,6 +225,7 @@ class Path::Watcher {
         if (!s.holds(at.c)) continue;
         at.translational = 0.5 * model().blocks[static_cast<std::size_t>(b)].mass * at.v.squaredNorm();
         at.rotational = p.rotational;  // no couple acts in flight
+        at.w = spin_at(b, p, q, at.time, start);
         add(b, s, at);
       }
       return;
@@ -229,6 +254,16 @@ class Path::Watcher {
       }
     }
     if (s.holds(at.c)) add(b, s, at);
+  }
+
+  /// In flight the spin of all but balls changes: that of the motion made again, of a chord where it cannot
+  /// be.
+  Vec3 spin_at(int b, const Moment& p, const Moment& q, double time, const coupling::SystemState* start) {
+    if (p.w == q.w) return p.w;
+    if (start && made_again_)
+      if (const std::vector<dda::State> states = system_.again(*start, {&time, 1}); !states.empty())
+        return states.front().w[static_cast<std::size_t>(b)];
+    return p.w + (time - p.time) / (q.time - p.time) * (q.w - p.w);
   }
 
   static Moment between(const Moment& p, const Moment& q, double s) {
@@ -323,9 +358,24 @@ class Path::Watcher {
     at->second.second = std::max(at->second.second, static_cast<float>(height));
   }
 
+  static bool touches(const coupling::SystemState& state, int b) {
+    return std::ranges::any_of(state.contacts[static_cast<std::size_t>(b)],
+                               [](const coupling::ContactMemory& m) { return !m.force.isZero(0); });
+  }
+
+  /// The moment a time later, or earlier, in free fall.
+  Moment flown(int b, const Moment& from, double time) const {
+    Moment at = from;
+    at.time += time;
+    at.c += time * from.v + 0.5 * time * time * model().gravity;
+    at.v += time * model().gravity;
+    at.translational +=
+        0.5 * model().blocks[static_cast<std::size_t>(b)].mass * (at.v.squaredNorm() - from.v.squaredNorm());
+    return at;
+  }
+
   /// Of points of the way no farther apart than half a cell, and on both sides of every border between cells.
   void mark_way(const Moment& p, const Moment& q) {
-    if (!(cell_ > 0)) return;
     const int n = std::max(1, static_cast<int>(std::ceil((q.c - p.c).head<2>().norm() / (0.5 * cell_))));
     Moment last = p;
     for (int k = 1; k <= n; ++k) {
@@ -351,6 +401,7 @@ class Path::Watcher {
   double cell_;
   std::function<void()>& after_;
   std::vector<Segment> segments_;
+  int vertices_ = 0;         // of them, numbered from 0
   bool made_again_ = false;  // macro steps can be
   std::vector<Crossing> crossings_;
   struct AtVertex {

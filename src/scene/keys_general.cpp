@@ -168,8 +168,9 @@ std::vector<Key> general_keys() {
       {.path = "site.crs",
        .type = Type::text,
        .fallback = "\"\"",
-       .doc = "Coordinate reference system of the terrain, e.g. \"EPSG:31254\"; kept for output. Empty: the "
-              "file's own."},
+       .doc = "Coordinate reference system of the terrain, a projected one in metres, e.g. \"EPSG:31254\"; "
+              "files "
+              "that name another one are refused, and results carry it. Empty: the file's own."},
       {.path = "site.origin",
        .type = Type::vector,
        .dimension = length,

@@ -266,14 +266,18 @@ std::vector<Problem> ground_problems(const std::string& block, const Vec3& c,
          .value = value,
          .rule = fmt::format("starts {:.4g} m above the terrain under it (z = {:.6g})", c.z() - under, under),
          .remedy = "heights are scene coordinates: map heights less the third number of site.origin"}};
-  if (has_planes || limits.contains(Eigen::Vector2d(c.head<2>()))) return {};
+  if (has_planes || std::isfinite(under)) return {};
+  const bool inside = limits.contains(Eigen::Vector2d(c.head<2>()));
   return {{.severity = Problem::Severity::warning,
            .file = {},
            .key = key,
            .value = value,
-           .rule = fmt::format("lies beside the terrain, which spans x {:.6g} to {:.6g}, y {:.6g} to {:.6g}",
-                               limits.min().x(), limits.max().x(), limits.min().y(), limits.max().y()),
-           .remedy = "give block positions in scene coordinates: map coordinates less site.origin"}};
+           .rule = inside ? std::string("has no ground below: the terrain ends beside it, or has a gap there")
+                          : fmt::format(
+                                "lies beside the terrain, which spans x {:.6g} to {:.6g}, y {:.6g} to {:.6g}",
+                                limits.min().x(), limits.max().x(), limits.min().y(), limits.max().y()),
+           .remedy = inside ? "move the block over the ground, or complete the terrain"
+                            : "give block positions in scene coordinates: map coordinates less site.origin"}};
 }
 
 }  // namespace talus::sim

@@ -580,6 +580,7 @@ TEST(Members, PathsThroughVerticesOfALine) {
                    line("backwards", "[[5.0, -2.0], [0.0, -2.0], [-5.0, -2.0]]") +
                    line("apex", "[[-5.0, -3.0], [0.0, -2.0], [5.0, -3.0]]") +
                    line("touched", "[[1.0, -1.0], [0.0, -2.0], [1.0, -3.0]]") +
+                   line("ring", "[[0.0, -2.0], [3.0, -1.5], [-3.0, -1.5], [0.0, -2.0]]") +
                    line("doubled", "[[-5.0, -2.0], [0.0, -2.0], [0.1, -2.5], [-5.0, -2.5]]"));
   Ensemble ensemble(place.put("scene.toml", text).string(), {});
   ASSERT_EQ(run(ensemble, place.path() / "out", 2), 24);
@@ -592,6 +593,74 @@ TEST(Members, PathsThroughVerticesOfALine) {
   EXPECT_EQ(crossings["apex"], 24);
   EXPECT_EQ(crossings["touched"], 0);
   EXPECT_EQ(crossings["doubled"], 48);
+  EXPECT_EQ(crossings["ring"], 48);  // once in, once out where it is closed
+}
+
+/// One box above a plane.
+std::string falling(const std::string& block, const std::string& duration) {
+  return R"(schema = 1
+[simulation]
+duration = ")" +
+         duration + R"( s"
+[[plane]]
+normal = [0.0, 0.0, 1.0]
+material = "ground"
+[[material]]
+name = "rock"
+density = 2600
+[[interface]]
+between = ["rock", "ground"]
+friction = 0.5
+restitution = 0.0
+normal_stiffness = "hard"
+[[block]]
+name = "B"
+material = "rock"
+shape = "box"
+)" + block +
+         R"(
+[[line]]
+name = "road"
+points = [[2.02, -5.0], [2.02, 5.0]]
+[ensemble]
+members = 1
+map_cell = "20 m"
+[output]
+report = false
+)";
+}
+
+// A block that is no ball tumbles in flight: its spin is that of the crossing, not of the step's start.
+TEST(Members, SpinAtALineIsThatOfTheInstant) {
+  const Place place;
+  const std::string tumbling =
+      "size = [1.0, 0.5, 0.2]\nposition = [0, 0, 10]\nvelocity = [7, 0, 0]\nspin = [1, 12, 1]";
+  Ensemble ensemble(place.put("scene.toml", falling(tumbling, "0.6")).string(), {});
+  const std::optional<Member> m = ensemble.run(0, nullptr);
+  ASSERT_TRUE(m && m->crossings.size() == 1);
+  const Crossing& c = m->crossings[0];
+  sim::Simulation until(
+      scene::read_scene(place.put("until.toml", falling(tumbling, fmt::format("{}", c.time))).string()));
+  sim::Sink none;
+  until.run(none);
+  const Vec3 spin = until.world().system->state().blocks.w[0];
+  EXPECT_GT((spin - Vec3(1, 12, 1)).norm(), 0.1);
+  EXPECT_LT((c.spin - spin).norm(), 1e-6 * spin.norm()) << c.spin.transpose() << " " << spin.transpose();
+}
+
+// The greatest energy in a cell is that just before the blow, within a macro step that ends after it.
+TEST(Members, MapsKnowTheEnergyJustBeforeABlow) {
+  for (const double height : {3.0, 3.1, 3.2, 3.3}) {
+    const Place place;
+    Ensemble ensemble(
+        place
+            .put("scene.toml", falling(fmt::format("size = [1, 1, 1]\nposition = [5, 5, {}]", height), "1.2"))
+            .string(),
+        {});
+    const std::optional<Member> m = ensemble.run(0, nullptr);
+    ASSERT_TRUE(m && m->passages.size() == 1);
+    EXPECT_NEAR(m->passages[0].energy / (2600 * 9.81 * (height - 0.5)), 1, 5e-3) << height;
+  }
 }
 
 }  // namespace

@@ -17,6 +17,8 @@
 #include "ensemble/report.hpp"
 #include "ensemble/results.hpp"
 #include "helpers/place.hpp"
+#include "scene/scene.hpp"
+#include "sim/simulation.hpp"
 
 namespace talus::ensemble {
 namespace {
@@ -126,6 +128,57 @@ TEST(Site, MeasuredEndPointsOfTheMapAreRefused) {
   };
   EXPECT_NE(refusal(652420, 5241910).find("map coordinates less site.origin"), std::string::npos);
   EXPECT_EQ(refusal(120, 110), "");  // one of the four lies beside the terrain
+}
+
+// Within the limits of a terrain that is no rectangle there may be no ground.
+TEST(Site, ABlockOverAGapOfTheTerrainIsToldOf) {
+  const talus::test::Place place;
+  std::ofstream(place.path() / "notch.obj") << "v 0 0 0\nv 100 0 50\nv 100 100 50\nv 90 10 45\nf 1 2 3 4\n";
+  const auto warnings = [&](const char* position) {
+    std::ofstream(place.path() / "scene.toml") << R"(schema = 1
+[simulation]
+duration = "1 s"
+[site]
+terrain = "notch.obj"
+material = "g"
+[[material]]
+name = "r"
+density = 2500
+[[interface]]
+between = ["r", "g"]
+friction = 0.5
+[[block]]
+name = "B"
+material = "r"
+shape = "box"
+size = [1, 1, 1]
+position = )" << position << "\n";
+    const sim::Simulation simulation(scene::read_scene((place.path() / "scene.toml").string()));
+    std::vector<std::string> texts;
+    for (const Problem& p : simulation.warnings()) texts.push_back(p.str());
+    return texts;
+  };
+  EXPECT_TRUE(any_holds(warnings("[30, 70, 50]"), "block.B.position = [30, 70, 50]: has no ground below"));
+  EXPECT_FALSE(any_holds(warnings("[95, 30, 60]"), "no ground below"));
+  EXPECT_TRUE(any_holds(warnings("[30, 170, 50]"), "lies beside the terrain"));
+}
+
+// Over a plane all places are over ground, but no block comes so far.
+TEST(Site, MeasuredEndPointsThatNoBlockReachesAreRefused) {
+  const Site site;
+  CalibrationRequest request;
+  request.scene =
+      site.scene(drawn + "[[plane]]\nnormal = [0, 0, 1]\npoint = [0, 0, -500]\nmaterial = \"slope\"\n")
+          .string();
+  request.measured = fs::path(request.scene).parent_path() / "ends.csv";
+  request.parameters = {parse_parameter("interface.*/*.friction=0.4:0.8")};
+  std::ofstream(request.measured) << "x,y\n120,110\n121,110\n122,110\n652420,5241910\n";
+  try {
+    check(request);
+    FAIL();
+  } catch (const InputError& e) {
+    EXPECT_NE(std::string(e.what()).find("km from where blocks start"), std::string::npos) << e.what();
+  }
 }
 
 TEST(Site, WhatIsNotDrawnIsTold) {
