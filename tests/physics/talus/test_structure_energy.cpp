@@ -67,7 +67,7 @@ TEST(StructureEnergy, CornersThatTurnInTheirSpringsLoseNothing) {
   s.raw(
       "[[block]]\nname = \"B\"\nmaterial = \"rock\"\nshape = \"dodecahedron\"\nmass = 800\nposition = "
       "[-0.71, 0.03, 0.728]\nvelocity = [6, 0, -5.1]\ndeformable = false\n");
-  EXPECT_LT(numerical_energy_error(s), 0.01);
+  EXPECT_LT(numerical_energy_error(s, 0.98), 0.01);  // it is thrown back
 }
 
 /// A dodecahedron that turns while it crushes its way into a cushion: one side sinks where the other rises
