@@ -248,9 +248,11 @@ class StructureSkin {
 class CondensedSteps {
  public:
   virtual ~CondensedSteps() = default;
-  /// Longest such step that resolves the motion to the relative `accuracy`; 0: none now (explicit by the
-  /// structure's own settings, damage grows, or waves of a blow still run) [s].
-  virtual double longest_step(double t, double accuracy) = 0;
+  /// Longest such step that resolves the motion to the relative `accuracy` and its displacements to `within`
+  /// [m]; 0: none now (explicit by the structure's own settings, damage grows, or waves of a blow still run)
+  /// [s].
+  virtual double longest_step(double t, double accuracy, double within) = 0;
+  virtual double lowest_frequency() const = 0;  ///< of the undamaged structure [rad/s]
   /// True if the structure is to be condensed whatever strikes it (integrator implicit or modal).
   virtual bool by_choice() const = 0;
   /// Whether condensed steps of h may begin at t: what they do not resolve of a ringing structure is damped,

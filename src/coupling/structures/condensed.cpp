@@ -87,7 +87,7 @@ bool may_condense(const IslandContext& in, Step& step, ContactSearch& search, do
   // search that reaches through the whole macro step.
   const bool able = std::all_of(in.island->structures.begin(), in.island->structures.end(), [&](int s) {
     return in.env.structures[static_cast<std::size_t>(s)].structure->condensed().longest_step(
-               t, in.settings.accuracy) > 0;
+               t, in.settings.accuracy, in.settings.accuracy * in.scale.length) > 0;
   });
   return able && (chosen_condensed(in) || none_strikes(in, step, search, duration));
 }
@@ -108,14 +108,17 @@ double condensed_length(const IslandContext& in, Step& step, ContactSearch& sear
   double explicit_step = duration;
   for (int s : in.island->structures) {
     Structure& structure = *in.env.structures[static_cast<std::size_t>(s)].structure;
-    double limit = structure.condensed().longest_step(t, in.settings.accuracy);
+    double limit =
+        structure.condensed().longest_step(t, in.settings.accuracy, in.settings.accuracy * in.scale.length);
     if (limit == 0) return 0;
     // Motion that stays below the accuracy has no period to keep: a squat structure's, of few stable steps,
     // least of all.
-    const double omega = std::sqrt(12 * in.settings.accuracy) / limit;
+    const double omega = structure.condensed().lowest_frequency(),
+                 period = std::sqrt(12 * in.settings.accuracy) / omega;
     double fastest = 0;
     for (const Vec3& v : in.surface(s).velocities) fastest = std::max(fastest, v.norm());
-    if (fastest <= contact::tolerances().gentle_height * in.settings.accuracy * in.scale.length * omega)
+    if (limit >= period &&
+        fastest <= contact::tolerances().gentle_height * in.settings.accuracy * in.scale.length * omega)
       limit = std::max({limit, 0.8 / omega, 4 * least_gain * structure.critical_step()});
     explicit_step = std::min(explicit_step, structure.critical_step());
     if (in.settings.fixed_step <= 0) longest = std::min(longest, limit);

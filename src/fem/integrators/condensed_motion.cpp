@@ -56,33 +56,31 @@ bool CondensedMotion::loads_hold(double from, double to) const {
   });
 }
 
-double CondensedMotion::longest_step(double t, double accuracy, double laws_share) {
+bool CondensedMotion::possible(double t, double laws_share) {
   // Where neither weight nor damping asked for a factor, none is made before explicit steps have cost as
   // much: a short run needs none.
-  if (!body_.factored && !by_choice() && fields_.steps_taken < steps_worth_a_factor) return 0;
-  if (!factors_.possible()) return 0;
-  // A period is off by (omega h)^2 / 12.
-  double longest = std::sqrt(12 * accuracy) / factors_.lowest_frequency();
+  if (!body_.factored && !by_choice() && fields_.steps_taken < steps_worth_a_factor) return false;
+  if (!factors_.possible()) return false;
   const double quarter = 0.5 * M_PI / factors_.lowest_frequency();
-  if (t < blow_time_ + quarter) return 0;
-  if (by_choice()) {
-    const double ringing = fields_.struck.empty() ? modal_.ringing_step(t) : longest;
-    if (ringing < std::min(longest, body_.critical_step)) return 0;  // explicit steps cost less
-    longest = std::min(longest, ringing);
-  } else if (!loads_hold(t - quarter, t + quarter)) {  // what it gains is the island's to judge: contacts
-                                                       // shorten explicit steps, rest lengthens this one
-    return 0;
-  }
+  if (t < blow_time_ + quarter || (!by_choice() && !loads_hold(t - quarter, t + quarter))) return false;
   forces_.evaluate(t);
   laws_share_ = laws_share;
-  return at_ease(fields_.contact_step > 0 ? fields_.contact_step : body_.critical_step) ? longest : 0;
+  return at_ease(fields_.contact_step > 0 ? fields_.contact_step : body_.critical_step);
+}
+
+/// What a step gains is the island's to judge: contacts shorten explicit steps, rest lengthens this one.
+double CondensedMotion::longest_step(double t, double accuracy, double within) {
+  if (!possible(t, accuracy)) return 0;
+  const double period = std::sqrt(12 * accuracy) / factors_.lowest_frequency(),  // off by (omega h)^2 / 12
+      ringing = modal_.ringing_step(t, within);
+  return ringing < std::min(period, body_.critical_step) ? 0 : std::min(period, ringing);
 }
 
 /// Length of step by which it goes on alone, 0: not by condensed steps [s]. What rubs in cracks is part of
 /// how it rings down, and explicit steps follow it; so they do while cracks open and close, which are softer
 /// than K (viscosity_at_ease()).
 double CondensedMotion::lone_step(double t, double duration) {
-  if (!(longest_step(t, 1, 0) > 0) || (!by_choice() && !loads_hold(t, t + duration))) return 0;
+  if (!possible(t, 0) || (!by_choice() && !loads_hold(t, t + duration))) return 0;
   const double longest =
       std::min(std::sqrt(12 * period_error) / factors_.lowest_frequency(), modal_.ringing_step(t));
   double steps = 1;  // a power of two: few factors serve

@@ -26,7 +26,8 @@ class CondensedMotion : public CondensedSteps, protected MovingStructure {
                   CondensedFactors& factors, ModalMotion& modal)
       : MovingStructure(structure), whole_(whole), leapfrog_(leapfrog), factors_(factors), modal_(modal) {}
 
-  double longest_step(double t, double accuracy) override { return longest_step(t, accuracy, accuracy); }
+  double longest_step(double t, double accuracy, double within) override;
+  double lowest_frequency() const override { return factors_.lowest_frequency(); }
   bool by_choice() const override {
     return body_.spec.integrator == "implicit" || body_.spec.integrator == "modal";
   }
@@ -46,8 +47,9 @@ class CondensedMotion : public CondensedSteps, protected MovingStructure {
   void restore(StateReader& state) { blow_time_ = state.next(), taken_ = state.next(); }
 
  private:
-  /// The laws may take `laws_share` of the stored energy in a period of the first mode.
-  double longest_step(double t, double accuracy, double laws_share);
+  /// Whether such steps may be taken now, whatever rings; the laws may take `laws_share` of the stored energy
+  /// in a period of the first mode.
+  bool possible(double t, double laws_share);
   double lone_step(double t, double duration);
   /// `smoothed`: for contacts that may hold nodes, after explicit steps by backward Euler from smoothed
   /// velocities.

@@ -255,7 +255,7 @@ void ModalMotion::advance(double t, double duration) {
 /// A mode of amplitude A is off by (omega h)^2 / 12 of its phase omega t, and rings for a time
 /// m = 1 / (zeta omega_1): its displacement is wrong by at most A (omega h)^2 omega m / (12 e), and never by
 /// more than 2 A.
-double ModalMotion::ringing_step(double t) {
+double ModalMotion::ringing_step(double t, double within) {
   forces_.evaluate(t);
   double longest = std::numeric_limits<double>::infinity();
   if (!fields_.has_moved(forces_.stored())) return longest;  // it never moved
@@ -266,14 +266,22 @@ double ModalMotion::ringing_step(double t) {
   gather(body_.dofs, fields_.f_ext, push);
   gather(body_.dofs, fields_.f_int, f);
   push -= f;
+  if (fields_.contact_step > 0)  // what rests on it is in balance with it and does not ring
+    for (const int node : fields_.struck)
+      for (int k = 0; k < 3; ++k)
+        if (const int d = body_.dofs.number[static_cast<std::size_t>(node)][k]; d >= 0)
+          push[d] +=
+              fields_.contact_impulse[4 * static_cast<std::size_t>(node) + static_cast<std::size_t>(k)] /
+              fields_.contact_step;
   const VecX& omega = l.modes.omega;
   const VecX rate = l.modes.phi.transpose() * l.mass.cwiseProduct(v),
              acceleration = l.modes.phi.transpose() * push;
   const double memory =
       std::min(longest_memory, body_.spec.damping_ratio > 0 ? 1 / body_.spec.damping_ratio : longest_memory) /
       omega[0];
-  const double wrong = ringing_error * l.modes.phi.col(0).cwiseAbs().maxCoeff() *
-                       std::sqrt(2 * fields_.reference_kinetic) / omega[0];
+  const double wrong = within > 0 ? within
+                                  : ringing_error * l.modes.phi.col(0).cwiseAbs().maxCoeff() *
+                                        std::sqrt(2 * fields_.reference_kinetic) / omega[0];
   for (int i = 0; i < omega.size(); ++i) {
     const double amplitude = std::hypot(rate[i] / omega[i], acceleration[i] / (omega[i] * omega[i])) *
                              l.modes.phi.col(i).cwiseAbs().maxCoeff();

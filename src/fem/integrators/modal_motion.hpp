@@ -28,8 +28,10 @@ class ModalMotion : protected MovingStructure {
   bool running() const { return running_; }
   void advance(double t, double duration);
   void leave() { running_ = false; }
-  /// Longest step of the midpoint rule that keeps the phases of what rings; infinite if nothing does [s].
-  double ringing_step(double t);
+  /// Longest step of the midpoint rule that keeps the phases of what rings, so that no displacement is off by
+  /// more than `within` [m] (0: a small part of its greatest so far) by them; infinite if nothing rings by
+  /// more than half of that [s].
+  double ringing_step(double t, double within = 0);
   /// What stepping for so long [s] may hold, condensed steps included, at most [bytes].
   double memory(double duration) const;
   void save(std::vector<double>& state) const;

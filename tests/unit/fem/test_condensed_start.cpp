@@ -35,6 +35,8 @@ double press(FemStructure& s, std::span<const int> nodes, const Vec3& force, dou
   return t;
 }
 
+constexpr double whatever = 1e300;  // displacements may be wrong by [m]
+
 StructureSpec damped_pier(double ratio) {
   StructureSpec s = cantilever(2, 8);
   s.damping_ratio = ratio;
@@ -54,7 +56,7 @@ TEST(CondensedStart, WhatIsPressedInBalanceIsNotKicked) {
   double fastest = 0, before = 0;
   for (const int n : top) before = std::max(before, s.skin().node_velocity(n).norm());
   ASSERT_LT(before, 1e-9);
-  ASSERT_GT(s.condensed().longest_step(t, 1e-3), 0);
+  ASSERT_GT(s.condensed().longest_step(t, 1e-3, whatever), 0);
   s.condensed().predict(t, 20 * h);
   for (const int n : top) fastest = std::max(fastest, s.skin().node_velocity(n).norm());
   EXPECT_LT(fastest, 1e-9);
@@ -68,7 +70,7 @@ TEST(CondensedStart, HeldNodeStaysWhereItIs) {
   const double h = s.critical_step(), H = 100 * h;
   double t = press(s, std::vector<int>{node}, Vec3(0, 0, -1e6), h, 1);
   t = press(s, {}, Vec3::Zero(), h, 20, t);
-  ASSERT_GT(s.condensed().longest_step(t, 1e-3), 0);
+  ASSERT_GT(s.condensed().longest_step(t, 1e-3, whatever), 0);
   s.condensed().predict(t, H);
   const Vec3 place = s.skin().node_position(node);
   const std::vector<int> held{node};
@@ -92,14 +94,14 @@ TEST(CondensedStart, WhatIsNotResolvedDecaysFirst) {
     t = press(s, {}, Vec3::Zero(), h, 1, t);
     largest = std::max(largest, s.energy().kinetic);
   }
-  ASSERT_GT(s.condensed().longest_step(t, accuracy), 0);
+  ASSERT_GT(s.condensed().longest_step(t, accuracy, whatever), 0);
   EXPECT_FALSE(s.condensed().may_begin(t, H, accuracy));
-  EXPECT_EQ(s.condensed().longest_step(t, accuracy), 0);  // not before it can have decayed
+  EXPECT_EQ(s.condensed().longest_step(t, accuracy, whatever), 0);  // not before it can have decayed
   int tries = 1;
   const double refused = t;
-  while (t < 10 &&
-         !(s.condensed().longest_step(t, accuracy) > 0 && s.condensed().may_begin(t, H, accuracy))) {
-    tries += s.condensed().longest_step(t, accuracy) > 0;
+  while (t < 10 && !(s.condensed().longest_step(t, accuracy, whatever) > 0 &&
+                     s.condensed().may_begin(t, H, accuracy))) {
+    tries += s.condensed().longest_step(t, accuracy, whatever) > 0;
     t = press(s, {}, Vec3::Zero(), h, 50, t);
   }
   const double decay = 2 * 0.02 * s.frequencies(1).front();
@@ -115,7 +117,7 @@ TEST(CondensedStart, WhatIsNotResolvedDecaysFirst) {
   t = press(sways, top, Vec3(1e4, 0, 0), h, static_cast<int>(0.5 * M_PI / sways.frequencies(1).front() / h));
   t = press(sways, {}, Vec3::Zero(), h, 20, t);
   const StructureEnergy held = sways.energy();
-  const double step = sways.condensed().longest_step(t, accuracy);
+  const double step = sways.condensed().longest_step(t, accuracy, whatever);
   ASSERT_GT(step, 0);
   EXPECT_TRUE(sways.condensed().may_begin(t, step, accuracy));
   sways.condensed().predict(t, step);
@@ -142,8 +144,8 @@ TEST(CondensedStart, ManyStartsShareWhatTheyMayTake) {
       largest = std::max(largest, s.energy().kinetic);
     }
     const double end = t + 10;
-    while (t < end &&
-           !(s.condensed().longest_step(t, accuracy) > 0 && s.condensed().may_begin(t, H, accuracy)))
+    while (t < end && !(s.condensed().longest_step(t, accuracy, whatever) > 0 &&
+                        s.condensed().may_begin(t, H, accuracy)))
       t = press(s, {}, Vec3::Zero(), h, 50, t);
     ASSERT_LT(t, end) << blow;  // it does begin
     const double before = s.energy().algorithmic;
@@ -298,7 +300,7 @@ TEST(CondensedStart, ClosedCracksAreNotStifferThanK) {
   double kinetic = 0;
   for (int i = 0; i < 50; ++i, t += H) {
     const double taken = s.energy().algorithmic;
-    ASSERT_GT(s.condensed().longest_step(t, 1e-2), 0) << i;
+    ASSERT_GT(s.condensed().longest_step(t, 1e-2, whatever), 0) << i;
     s.condensed().predict(t, H);
     ASSERT_TRUE(s.condensed().correct(t, H, impulses)) << i;
     EXPECT_GT(s.energy().algorithmic, taken) << i;

@@ -138,7 +138,7 @@ TEST(TurnedStiffness, SlenderColumnThatLeansComesToRest) {
     std::vector<NodeImpulse> impulses;
     for (const int n : top)
       impulses.push_back({n, Vec3(H * share * push / static_cast<double>(top.size()), 0, 0)});
-    ASSERT_GT(s.condensed().longest_step(t, 1e-2), 0) << i;  // as a step beside blocks asks
+    ASSERT_GT(s.condensed().longest_step(t, 1e-2, 1e300), 0) << i;  // as a step beside blocks asks
     s.condensed().predict(t, H);
     ASSERT_TRUE(s.condensed().correct(t, H, impulses)) << i;
     if (i > 500) kinetic = std::max(kinetic, s.energy().kinetic);
