@@ -75,7 +75,7 @@ inline double square(double x) { return x * x; }
   X(rolling_bound, 0.1, "accuracy", "how well the bound of a rolling couple meets the normal force found")  \
   /* Error and energy of a step */                                                                          \
   X(pass_error, 0.1, "accuracy", "between the last two passes of a step, over L")                           \
-  X(gain, 0.05, "accuracy", "numerical energy gain of a step, over what it moves and stores")               \
+  X(gain, 0.04, "accuracy", "numerical energy gain of a step, over what it moves and stores")               \
   X(stop_located, 1e-2, "pass_error",                                                                       \
     "way by which sliding on would be wrong, from which on the stop is located")                            \
   X(rocking_arm, 0.1, "accuracy L", "shift of the force of a face that bounces on springs")                 \

@@ -1,4 +1,4 @@
-// G1 to G7, G9 to G12: what holds for any number of blocks and at any output interval.
+// G1 to G7, G9 to G12, G14: what holds for any number of blocks and at any output interval.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -55,6 +55,34 @@ void drop(CaseRun& c) {
       c.absolute(fmt::format("height off after the bounce, e = {}, {} cubes", e, n), "e^2 h", 0, off,
                  accuracy * size);
     }
+}
+
+/// A cube strikes the first of a row on a smooth floor, 1 mm apart: with e = 1 each hands its motion on to
+/// the next one and stands, and the last one goes on with the speed of the first, through the gaps in the
+/// time of the first.
+void blow_runs_on(CaseRun& c) {
+  const double v = 5, gap = 1e-3;
+  c.method(Method::by_accuracy(accuracy));
+  for (const int n : numbers(c)) {
+    c.reset();
+    SceneText s(Method::by_accuracy(accuracy), 0.2);
+    const std::string law = "normal_stiffness = \"hard\"\nrestitution = 1.0";
+    s.material("rock", 2600)
+        .interface("rock", "ground", 0.0, law)
+        .interface("rock", "rock", 0.0, law)
+        .plane(Vec3::UnitZ());
+    for (int k = 0; k <= n; ++k)
+      s.box(fmt::format("B{}", k), Vec3::Ones() * size, Vec3((size + gap) * k, 0, 0.5 * size),
+            k == 0 ? velocity(Vec3(v, 0, 0)) : "");
+    const Outcome o = c.run(s.str());
+    double energy = 0;
+    for (const Vec3& u : o.last().velocity) energy += u.squaredNorm();
+    const double went = v * 0.2 - n * gap;
+    c.relative(fmt::format("energy in motion, {} cubes struck", n), "that of the first", 1, energy / (v * v),
+               1e-9);
+    c.absolute(fmt::format("way of the last one off, {} cubes struck", n), "v t - n gaps", 0,
+               o.last().position.back().x() - o.rows.front().position.back().x() - went, accuracy * size);
+  }
 }
 
 /// Down a slope of 20 degrees and across it: a cube that slides with mu 0.3, starting across at 3 m/s;
@@ -370,7 +398,8 @@ std::vector<Case> invariant_cases() {
           {suite, "G9", "boxes that tumble, in any frame", "Newton", true, frames},
           {suite, "G10", "a pebble of 0.1 mm anywhere", coulomb, true, pebble},
           {suite, "G11", "slopes almost too steep", coulomb, true, almost_too_steep},
-          {suite, "G12", "a soft block flattens beside a plate", "fixed steps", true, soft_beside_plate}};
+          {suite, "G12", "a soft block flattens beside a plate", "fixed steps", true, soft_beside_plate},
+          {suite, "G14", "a blow runs through a row", coulomb, true, blow_runs_on}};
 }
 
 }  // namespace talus::verify

@@ -72,7 +72,9 @@ struct SolveSettings {
       0;  // what ends the search where an attempt at `tolerance` stops at round-off; 0: `tolerance`
   double velocity_scale = 1.0;  // [m/s]
   bool exact_coulomb = true;    // De Saxce correction
-  bool at_hand = false;         // a few steps of Newton's method from the impulses given, and no more
+  bool unstressed = true;  // the solution next to half of the warm start: of impulses that hold each other no
+                           // more than the load asks for
+  bool at_hand = false;  // a few steps of Newton's method from the impulses given, and no more
   int max_outer = 60;
 };
 

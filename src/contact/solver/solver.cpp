@@ -172,21 +172,22 @@ SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& s
   }
   const bool solvable = std::isfinite(search.best);
   bool done = !solvable || search.best <= tolerance;
-  constexpr int few = Search::few_contacts;
+  const bool few = nc <= Search::few_contacts;
   const bool frictionless = std::all_of(system.touch.begin(), system.touch.end(),
                                         [](const Touch& t) { return t.law.mu == 0 && t.law.cohesion == 0; });
-  if (!done && search.few()) done = search.unstressed(settings, report);
+  search.begin(settings, report);
+  if (!done && search.unstressed_first()) done = search.unstressed(settings, report);
   if (done) {
     // or a figure of the problem is none
-  } else if (nc > few && frictionless) {
+  } else if (!few && frictionless) {
     work_->normal.run(system, search.p, search.v, tolerance, 300);
     system.velocities(search.p, search.v);
     search.consider(search.p, search.v, system.residual(search.v, search.p));
-  } else if (nc <= few || search.best > Search::near * settings.velocity_scale) {
+  } else if (few || search.best > Search::near * settings.velocity_scale) {
     sweeps(search, tolerance, report);
   }
   if (!done && search.best > tolerance) {
-    if (nc <= few)
+    if (few)
       search.run(settings, report);
     else
       solve_in_parts(search, work_->every, work_->every_p, work_->chosen, settings, report);

@@ -89,7 +89,7 @@ bool Search::interior(double distance) {
   double reach = 0;
   for (std::size_t i = 0; i < p.size(); ++i)
     reach = std::max(reach, square(system.touch[i].load) * system.touch[i].w * p[i].norm());
-  double lent = !few() && reach > 0 ? std::min(give, left * wanted / reach) : give;
+  double lent = !unstressed_first() && reach > 0 ? std::min(give, left * wanted / reach) : give;
   for (bool again = false;; again = true) {
     trial_p_ = start;
     system.velocities(trial_p_, trial_v_);
@@ -106,7 +106,7 @@ bool Search::interior(double distance) {
     const double own = system.residual_apart(trial_v_, apart, p), following = system.residual(v, p);
     consider(p, v, following);
     consider(p, trial_v_, own);
-    if (best <= tolerance_ || (few() ? newton(give, 20) : best <= sufficient_)) return true;
+    if (best <= tolerance_ || (unstressed_first() ? newton(give, 20) : best <= sufficient_)) return true;
     const double residual = std::min(own, following);
     if (again || outcome.residual > options.tolerance || residual <= 2 * wanted) return false;
     // So little that what it leaves suffices, and solved so closely that it still tells.
@@ -169,7 +169,6 @@ void Search::begin(const SolveSettings& settings, SolveReport& report) {
 }
 
 bool Search::unstressed(const SolveSettings& settings, SolveReport& report) {
-  begin(settings, report);
   sufficient_ = tolerance_;  // what else would do depends on where the search began
   round_off_ = std::min(100 * tolerance_,
                         std::max(settings.tolerance, settings.sufficient) *
@@ -219,7 +218,7 @@ int Search::give_about(const std::vector<Vec3>& about, double tolerance) {
 bool Search::run(const SolveSettings& settings, SolveReport& report) {
   begin(settings, report);
   if (settings.at_hand) return newton(strong, 8);
-  if ((few() || best <= near * settings.velocity_scale) && (newton(soft, few() ? 20 : 8) || polish()))
+  if ((unstressed_first() || best <= near * settings.velocity_scale) && (newton(soft, unstressed_first() ? 20 : 8) || polish()))
     return true;
   report.method = Method::interior_point;
   p = best_p;

@@ -36,7 +36,7 @@ class Search {
   void from_best();
   /// Keeps the candidate if it is better than the best.
   bool consider(const std::vector<Vec3>& candidate, const std::vector<double>& velocities, double residual);
-  bool few() const { return system.contacts() <= few_contacts || system.n <= few_unknowns; }
+  bool unstressed_first() const { return system.contacts() <= few_contacts || settings_->unstressed; }
   /// The solution next to half of the warm start, to nothing where there is none: of forces that hold each
   /// other in balance no more than the load asks for.
   bool unstressed(const SolveSettings& settings, SolveReport& report);
@@ -45,6 +45,8 @@ class Search {
   /// From p to the tolerance [m/s] by the interior point of contacts that give about the given impulses.
   /// Iterations.
   int give_about(const std::vector<Vec3>& about, double tolerance);
+  /// Before all that follows.
+  void begin(const SolveSettings& settings, SolveReport& report);
   /// From p on. True if the best comes below what suffices.
   bool run(const SolveSettings& settings, SolveReport& report);
 
@@ -63,8 +65,6 @@ class Search {
   double visited(int count);  // residual after sweeps from p
   /// Nothing that would suffice is to be had.
   bool contradicted() const { return least_ > sufficient_; }
-  void begin(const SolveSettings& settings, SolveReport& report);
-
   const SolveSettings* settings_ = nullptr;
   SolveReport* report_ = nullptr;
   double tolerance_ = 0, sufficient_ = 0;  // [m/s]

@@ -56,8 +56,8 @@ void DriftGuard::keep() {
   before_.counters = report_.counters;
   before_.audit = report_.audit;
   before_.rows = report_.rows.size();
-  before_.works = report_.motion.works.size();
-  before_.segments = report_.motion.segments.size();
+  before_.works = report_.motions.front().works.size();
+  before_.segments = report_.motions.front().segments.size();
   before_.impacts = impacts_.pending();
   before_.memory.resize(step_.bodies.size());
   before_.poses.resize(step_.bodies.size());
@@ -73,8 +73,8 @@ void DriftGuard::revert() {
   report_.counters = before_.counters;
   report_.audit = before_.audit;
   report_.rows.resize(before_.rows);
-  report_.motion.works.resize(before_.works);
-  report_.motion.segments.resize(before_.segments);
+  report_.motions.front().works.resize(before_.works);
+  report_.motions.front().segments.resize(before_.segments);
   impacts_.restore(before_.impacts);
   step_.each_body([&](const Body& b) {
     const auto i = static_cast<std::size_t>(&b - step_.bodies.data());

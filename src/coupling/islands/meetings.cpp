@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
+#include <unordered_map>
 
 #include "contact/geometry/apart.hpp"
 #include "contact/parallel.hpp"
@@ -25,15 +25,16 @@ contact::Motion part(const contact::Motion& m, double s0, double s1) {
   return out;
 }
 
-/// True if two bodies come within `level` of each other on these motions; the bound on their relative way
-/// spares most the search.
-bool come_within(const Polyhedron& A, const contact::Motion& a, const Polyhedron& B, const contact::Motion& b,
-                 double level) {
+/// The fraction of these motions at which two bodies come within `level` of each other, above 1: not; the
+/// bound on their relative way spares most the search.
+double come_within(const Polyhedron& A, const contact::Motion& a, const Polyhedron& B,
+                   const contact::Motion& b, double level) {
+  constexpr double never = 2;
   const double way = (b.displacement - a.displacement).norm() +
                      0.25 * (b.half_gravity_step - a.half_gravity_step).norm() +
                      A.radius * a.rotation.norm() + B.radius * b.rotation.norm();
-  return !contact::apart(A, a.start, B, b.start, level + way) &&
-         contact::time_of_impact(A, a, B, b, level) <= 1;
+  return contact::apart(A, a.start, B, b.start, level + way) ? never
+                                                             : contact::time_of_impact(A, a, B, b, level);
 }
 
 /// A block's way over a stretch; one that was not stepped stays where it is.
@@ -97,7 +98,17 @@ bool IslandPlanner::will_meet(int i, int j, double duration) const {
     m.rotation = duration * s.w[k];
     return m;
   };
-  return come_within(A, foreseen(i), B, foreseen(j), level);
+  return come_within(A, foreseen(i), B, foreseen(j), level) <= 1;
+}
+
+bool IslandPlanner::rebounds(int i, int j) const {
+  const auto material = [&](int b) { return model_.blocks[static_cast<std::size_t>(b)].material; };
+  return env_.laws(material(i), material(j)).restitution.value_or(0) > 0;
+}
+
+bool IslandPlanner::both_move(const CandidatePair& pair) const {
+  return pair.a.kind == Partner::Kind::block &&
+         model_.blocks[static_cast<std::size_t>(pair.a.index)].ndof() > 0;
 }
 
 /// True if two blocks may come to touch within the stretch by their motion against each other, wherever that
@@ -114,9 +125,10 @@ bool IslandPlanner::may_meet(int i, int j, double duration) const {
 /// Joins what is stepped as one: what shares a structure, and of all that may meet within the stretch the
 /// clusters that are too dear to locate their events. To locate one event at each of its k
 /// contacts costs a cluster k solutions of k contacts; time stepping costs it one solution in each of the n
-/// time steps of the stretch. It goes by itself, with its events located, up to k = `dearer` n.
+/// time steps of the stretch. It goes by itself, with its events located, up to k = `dearer` n. One whose
+/// parts are all cheaper than that, and throw each other back, goes part by part (`in_turn`, per block).
 void IslandPlanner::join_clusters(double duration, const BlockPairs& pairs, const BlockPairs& met,
-                                  DisjointSets& sets) const {
+                                  DisjointSets& sets, std::vector<char>& in_turn) const {
   const int n = static_cast<int>(model_.blocks.size());
   const auto moves = [&](int i) { return model_.blocks[static_cast<std::size_t>(i)].ndof() > 0; };
   const auto both_move = [&](const std::pair<int, int>& pair) {
@@ -125,10 +137,11 @@ void IslandPlanner::join_clusters(double duration, const BlockPairs& pairs, cons
   // The time of impact is of rigid motions: what strains may come nearer than it says.
   const auto strains = [&](int i) { return model_.blocks[static_cast<std::size_t>(i)].deformable; };
   DisjointSets clusters(n), near = sets, meeting(n);
-  std::vector<double> contacts(static_cast<std::size_t>(n), 0.0);  // per block, then of each cluster's first
-  for (int i = 0; i < n; ++i)
-    contacts[static_cast<std::size_t>(i)] =
-        static_cast<double>(state_.contacts[static_cast<std::size_t>(i)].size());
+  std::vector<double> ahead(static_cast<std::size_t>(n), 0.0);  // contacts that will be, at the first of two
+  std::vector<char> thrown_back(static_cast<std::size_t>(n), 0);  // there
+  const auto contacts = [&](int i) {
+    return static_cast<double>(state_.contacts[static_cast<std::size_t>(i)].size());
+  };
   for (const auto& pair : pairs) {
     if (!both_move(pair)) continue;
     near.join(pair.first, pair.second);
@@ -137,6 +150,7 @@ void IslandPlanner::join_clusters(double duration, const BlockPairs& pairs, cons
       clusters.join(pair.first, pair.second);
   }
   for (const auto& [i, j] : met) clusters.join(i, j);
+  DisjointSets touching = clusters;
   std::vector<char> at_structure(static_cast<std::size_t>(n) + env_.structures.size(), 0);
   for (std::size_t q = 0; q < env_.structures.size(); ++q)
     at_structure[static_cast<std::size_t>(near.root(n + static_cast<int>(q)))] = 1;
@@ -150,18 +164,25 @@ void IslandPlanner::join_clusters(double duration, const BlockPairs& pairs, cons
     } else if (clusters.root(pair.first) != clusters.root(pair.second) &&
                will_meet(pair.first, pair.second, duration)) {
       clusters.join(pair.first, pair.second);
-      contacts[static_cast<std::size_t>(pair.first)] +=
+      ahead[static_cast<std::size_t>(pair.first)] +=
           4;  // of two faces: an edge has fewer, a guess too low is dear
+      thrown_back[static_cast<std::size_t>(pair.first)] = rebounds(pair.first, pair.second);
     }
   }
   struct Cluster {
     double contacts = 0, length = std::numeric_limits<double>::infinity();
+    double most = 0;        // of the contacts of its parts that touch now
+    bool rebounds = false;  // between its parts
   };
   std::vector<Cluster> cluster(static_cast<std::size_t>(n));  // at the first of its blocks
+  std::vector<double> of_part(static_cast<std::size_t>(n), 0.0);
   for (int i = 0; i < n; ++i) {
+    const auto k = static_cast<std::size_t>(i);
     Cluster& c = cluster[static_cast<std::size_t>(clusters.root(i))];
-    c.contacts += contacts[static_cast<std::size_t>(i)];
-    c.length = std::min(c.length, model_.blocks[static_cast<std::size_t>(i)].shape->radius);
+    c.contacts += contacts(i) + ahead[k];
+    c.length = std::min(c.length, model_.blocks[k].shape->radius);
+    c.most = std::max(c.most, of_part[static_cast<std::size_t>(touching.root(i))] += contacts(i));
+    c.rebounds = c.rebounds || thrown_back[k] != 0;
   }
   std::vector<int> heap(static_cast<std::size_t>(n),
                         -1);  // first block of the dear ones, by what they may meet
@@ -170,43 +191,100 @@ void IslandPlanner::join_clusters(double duration, const BlockPairs& pairs, cons
     const int root = clusters.root(i);
     sets.join(i, root);
     const Cluster& mine = cluster[static_cast<std::size_t>(root)];
-    if (mine.contacts <= StepSettings::dearer * std::ceil(duration / settings_.step.time_step(
-                                                                         mine.length, model_.gravity.norm())))
+    const double most = StepSettings::dearer *
+                        std::ceil(duration / settings_.step.time_step(mine.length, model_.gravity.norm()));
+    if (mine.contacts <= most) continue;
+    if (mine.rebounds && mine.most <= most) {
+      in_turn[static_cast<std::size_t>(i)] = 1;
       continue;
+    }
     int& first = heap[static_cast<std::size_t>(meeting.root(i))];
     if (first < 0) first = i;
     sets.join(i, first);
   }
 }
 
-BlockPairs IslandPlanner::meetings(const IslandPlan& p, std::span<const IslandReport> reports,
-                                   const dda::State& begun, double duration) const {
+DisjointSets IslandPlanner::parts(const Island& island, double duration) const {
+  const auto strains = [&](int i) { return model_.blocks[static_cast<std::size_t>(i)].deformable; };
+  DisjointSets sets(static_cast<int>(island.blocks.size()));
+  for (const CandidatePair& pair : island.pairs) {
+    if (!both_move(pair)) continue;
+    const int a = island.place(pair.a.index), b = island.place(pair.b);
+    if (sets.root(a) != sets.root(b) &&
+        (strains(pair.a.index) || strains(pair.b) || touched(pair.a.index, pair.b) ||
+         will_meet(pair.a.index, pair.b, duration)))
+      sets.join(a, b);
+  }
+  return sets;
+}
+
+IslandPlan IslandPlanner::divide(const Island& island, DisjointSets& sets) const {
+  IslandPlan p;
+  std::vector<std::size_t> part_of(island.blocks.size());
+  std::vector<std::size_t> place(island.blocks.size());  // within its part
+  std::vector<int> of_root(island.blocks.size(), -1);
+  for (std::size_t k = 0; k < island.blocks.size(); ++k) {
+    int& part = of_root[static_cast<std::size_t>(sets.root(static_cast<int>(k)))];
+    if (part < 0) {
+      part = static_cast<int>(p.islands.size());
+      p.islands.emplace_back();
+    }
+    part_of[k] = static_cast<std::size_t>(part);
+    Island& mine = p.islands[part_of[k]];
+    place[k] = mine.blocks.size();
+    mine.blocks.push_back(island.blocks[k]);
+    mine.watched.push_back(island.watched[k]);
+  }
+  for (const CandidatePair& pair : island.pairs) {
+    const auto b = static_cast<std::size_t>(island.place(pair.b));
+    if (both_move(pair)) {
+      const auto a = static_cast<std::size_t>(island.place(pair.a.index));
+      if (part_of[a] != part_of[b]) {
+        for (const std::size_t k : {a, b}) p.islands[part_of[k]].watched[place[k]] = 1;
+        p.beside.emplace_back(pair.a.index, pair.b);
+        continue;
+      }
+    }
+    p.islands[part_of[b]].pairs.push_back(pair);
+  }
+  return p;
+}
+
+Meetings IslandPlanner::meetings(const IslandPlan& p, std::span<const IslandReport> reports,
+                                 const dda::State& begun, const Stretch& stretch) const {
   constexpr int pairs_at_once = 64;
-  std::vector<std::span<const Leg>> ways(model_.blocks.size());
+  std::unordered_map<int, std::span<const Leg>> ways;
   for (std::size_t i = 0; i < reports.size(); ++i)
     for (std::size_t k = 0; k < reports[i].ways.size(); ++k)
-      ways[static_cast<std::size_t>(p.islands[i].blocks[k])] = reports[i].ways[k];
-  std::vector<char> came(p.beside.size(), 0);
-  const double from = state_.time, to = state_.time + duration;
+      ways[p.islands[i].blocks[k]] = reports[i].ways[k];
+  const auto way_of = [&](int block) {
+    const auto of = ways.find(block);
+    return Way(of != ways.end() ? of->second : std::span<const Leg>{}, dda::pose(begun, block));
+  };
+  constexpr double never = std::numeric_limits<double>::infinity();
+  std::vector<double> came(p.beside.size(), never);  // no sooner [s]
   const auto look = [&](int first, int last) {
     for (auto k = static_cast<std::size_t>(first); k < static_cast<std::size_t>(last); ++k) {
       const auto [i, j] = p.beside[k];
       const Polyhedron &A = *model_.blocks[static_cast<std::size_t>(i)].shape,
                        &B = *model_.blocks[static_cast<std::size_t>(j)].shape;
       const double level = 1e-2 * (touching(i) + touching(j));  // both were farther apart at the start
-      Way a(ways[static_cast<std::size_t>(i)], dda::pose(begun, i)),
-          b(ways[static_cast<std::size_t>(j)], dda::pose(begun, j));
-      for (double t = from; came[k] == 0 && t < to;) {
-        const double end = std::min(a.next(t, to), b.next(t, to));
-        came[k] = come_within(A, a.between(t, end), B, b.between(t, end), level);
+      Way a = way_of(i), b = way_of(j);
+      for (double t = stretch.start; came[k] == never && t < stretch.end;) {
+        const double end = std::min(a.next(t, stretch.end), b.next(t, stretch.end));
+        if (const double s = come_within(A, a.between(t, end), B, b.between(t, end), level); s <= 1)
+          came[k] = t + s * (end - t);
         t = end;
       }
     }
   };
   contact::in_ranges(static_cast<int>(p.beside.size()), pairs_at_once, look);
-  BlockPairs met;
-  for (std::size_t k = 0; k < came.size(); ++k)
-    if (came[k] != 0) met.push_back(p.beside[k]);
+  Meetings met{{}, never};
+  for (std::size_t k = 0; k < came.size(); ++k) {
+    if (came[k] == never) continue;
+    met.pairs.push_back(p.beside[k]);
+    met.first = std::min(met.first, came[k]);
+  }
   return met;
 }
 

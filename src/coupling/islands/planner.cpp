@@ -147,15 +147,16 @@ IslandPlan IslandPlanner::plan(double duration, std::span<const Farther> farther
       if (!env_.structures[q].fixed_surface) sets.join(i, n + static_cast<int>(q));
     }
   }
-  join_clusters(duration, pairs, met, sets);
-  group(pairs, fixed, sets, p);
+  std::vector<char> in_turn(static_cast<std::size_t>(n), 0);
+  join_clusters(duration, pairs, met, sets, in_turn);
+  group(pairs, fixed, sets, in_turn, p);
   return p;
 }
 
 /// One island per set of blocks and structures (numbered after the blocks), in the order of their first
 /// blocks; islands asleep as a whole are skipped.
 void IslandPlanner::group(const BlockPairs& pairs, std::span<const CandidatePair> fixed, DisjointSets& sets,
-                          IslandPlan& p) const {
+                          std::span<const char> in_turn, IslandPlan& p) const {
   const int n = static_cast<int>(model_.blocks.size());
   const auto moves = [&](int i) { return model_.blocks[static_cast<std::size_t>(i)].ndof() > 0; };
   std::vector<int> island_of(static_cast<std::size_t>(n) + env_.structures.size(), -1);
@@ -188,7 +189,9 @@ void IslandPlanner::group(const BlockPairs& pairs, std::span<const CandidatePair
       id = static_cast<int>(p.islands.size());
       p.islands.emplace_back();
     }
-    p.islands[static_cast<std::size_t>(id)].blocks.push_back(i);
+    Island& island = p.islands[static_cast<std::size_t>(id)];
+    island.blocks.push_back(i);
+    island.in_turn = island.in_turn || in_turn[static_cast<std::size_t>(i)] != 0;
   }
   const auto use = [&](Island& island, int structure) {
     p.structure_used[static_cast<std::size_t>(structure)] = 1;
@@ -223,7 +226,7 @@ void IslandPlanner::group(const BlockPairs& pairs, std::span<const CandidatePair
     const int b = moves(j) ? j : i, a = b == j ? i : j;
     if (moves(a) && sets.root(a) != sets.root(b)) {
       const bool of_a = watch(a), of_b = watch(b);
-      if (of_a || of_b) p.beside.emplace_back(a, b);
+      (of_a || of_b ? p.beside : p.asleep).emplace_back(a, b);
     } else if (Island* island = island_at(b)) {
       island->pairs.push_back({{Partner::Kind::block, a}, b});
     }

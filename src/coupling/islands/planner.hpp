@@ -20,7 +20,13 @@ struct IslandPlan {
   std::vector<SurfacePair> surfaces;    // structures that may meet
   BlockPairs
       beside;  // blocks of different islands that come near each other, but do not meet as they move now
+  BlockPairs asleep;  // the same of blocks that both sleep
   long skipped = 0;
+};
+
+struct Meetings {
+  BlockPairs pairs;
+  double first = 0;  // no meeting is earlier [s]
 };
 
 /// What may come farther than its speeds say, and how far [m]: a block or the skin of a structure.
@@ -36,20 +42,27 @@ class IslandPlanner {
                 const SystemSettings& settings);
   /// For a stretch of that duration from the present state; `met`: what the tries so far have shown to meet.
   IslandPlan plan(double duration, std::span<const Farther> farther = {}, const BlockPairs& met = {}) const;
-  /// Blocks of different islands that met on the ways that they took from `begun`.
-  BlockPairs meetings(const IslandPlan& p, std::span<const IslandReport> reports, const dda::State& begun,
-                      double duration) const;
+  /// Joins the blocks of an island (by their places in it) that touch, or will meet as they move from the
+  /// present state within that time.
+  DisjointSets parts(const Island& island, double duration) const;
+  /// An island for each of the sets of its blocks.
+  IslandPlan divide(const Island& island, DisjointSets& sets) const;
+  /// Blocks of different islands that met on the ways that they took; what was not stepped is where it is.
+  Meetings meetings(const IslandPlan& p, std::span<const IslandReport> reports, const dda::State& begun,
+                    const Stretch& stretch) const;
 
  private:
   void pair_structures(double duration, std::span<const Farther> farther, IslandPlan& p) const;
-  void join_clusters(double duration, const BlockPairs& pairs, const BlockPairs& met,
-                     DisjointSets& sets) const;
+  void join_clusters(double duration, const BlockPairs& pairs, const BlockPairs& met, DisjointSets& sets,
+                     std::vector<char>& in_turn) const;
   double touching(int block) const;
   bool touched(int i, int j) const;
+  bool both_move(const CandidatePair& pair) const;
+  bool rebounds(int i, int j) const;
   bool will_meet(int i, int j, double duration) const;
   bool may_meet(int i, int j, double duration) const;
   void group(const BlockPairs& pairs, std::span<const CandidatePair> fixed, DisjointSets& sets,
-             IslandPlan& p) const;
+             std::span<const char> in_turn, IslandPlan& p) const;
 
   const dda::Model& model_;
   const SystemState& state_;

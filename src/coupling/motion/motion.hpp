@@ -19,6 +19,7 @@
 /// that of both ends also where the step does not resolve the vibration. Continuous at both ends, of second
 /// order between them; limits: decided by the states at the ends alone, not by each contact.
 #pragma once
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -67,6 +68,9 @@ Ledger evaluate(const WorkSegment& segment, double t, double energy);
 
 /// What an island did over an interval of time, as far as rows fall into it.
 struct IslandMotion {
+  /// The interval: open at its start, and without an end where the island goes to the end of the stretch [s].
+  double t0 = -std::numeric_limits<double>::infinity(), t1 = std::numeric_limits<double>::infinity();
+  Ledger done;                          // works over all of it; `contact` unused
   std::vector<int> blocks;              // of the island
   std::vector<MotionSegment> segments;  // in the order of time for each block
   std::vector<WorkSegment> works;       // in the order of time

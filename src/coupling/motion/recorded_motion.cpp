@@ -1,6 +1,7 @@
 #include "coupling/motion/recorded_motion.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace talus::coupling {
 namespace {
@@ -28,13 +29,14 @@ double whole(const dda::BlockEnergy& e) {
 void RecordedMotion::keep(std::span<IslandReport> reports, const dda::Model& model,
                           const SystemState& state) {
   std::vector<char> moved(model.blocks.size(), 0);
-  for (IslandReport& r : reports) {
-    if (r.motion.works.empty()) continue;
-    for (const int b : r.motion.blocks) moved[static_cast<std::size_t>(b)] = 1;
-    std::stable_sort(r.motion.segments.begin(), r.motion.segments.end(),
-                     [](const MotionSegment& a, const MotionSegment& b) { return a.block < b.block; });
-    motion_.push_back(std::move(r.motion));
-  }
+  for (IslandReport& r : reports)
+    for (IslandMotion& motion : r.motions) {
+      if (motion.works.empty() && !std::isfinite(motion.t1)) continue;
+      for (const int b : motion.blocks) moved[static_cast<std::size_t>(b)] = 1;
+      std::stable_sort(motion.segments.begin(), motion.segments.end(),
+                       [](const MotionSegment& a, const MotionSegment& b) { return a.block < b.block; });
+      motion_.push_back(std::move(motion));
+    }
   works_before_ = state.ledger;
   works_before_.contact = 0;
   for (std::size_t b = 0; b < moved.size(); ++b)
@@ -49,6 +51,11 @@ Moment RecordedMotion::at(double t, const dda::Model& model, const SystemState& 
   if (t >= state.time || motion_.empty()) return now;
   now.works = works_before_;
   for (const IslandMotion& island : motion_) {
+    if (t <= island.t0) continue;  // nothing done yet
+    if (t > island.t1) {           // its blocks have gone on since
+      now.works += island.done;
+      continue;
+    }
     double energy = 0;
     for (const int b : island.blocks) {
       const auto of_block =

@@ -150,9 +150,12 @@ void onset_row(const IslandContext& in, const Step& step, Touch& t, contact::Pro
   Vec3 ahead = beyond(*path.b);
   if (path.a != nullptr) ahead -= beyond(*path.a);
   c.bias[0] = std::max(0.0, c.bias[0] - path.n_end.dot(ahead) / h);
-  if (t.law->restitution && t.at.gap <= in.scale.touch_gap() &&
-      t.approach < -contact::tolerances().slips * in.scale.speed)
-    c.bias[0] = t.law->restitution_at(t.approach) * t.approach;
+  // What closes within the step as it moves is thrown back at its start, -e u, and flies on from there.
+  if (t.at.gap + h * t.approach < 0 && rebounds(in, t)) {
+    const auto flown = [](const Body& b) { return Vec3((b.free.velocity - b.v0).head<3>()); };
+    const Vec3 falls = path.a != nullptr ? Vec3(flown(*path.b) - flown(*path.a)) : flown(*path.b);
+    c.bias[0] = t.law->restitution_at(t.approach) * t.approach - path.n_end.dot(falls);
+  }
 }
 
 /// A spring by its law about the end of the last pass, at the mean of the step or at its end.

@@ -96,7 +96,8 @@ bool ProblemSolver::solve(double h, Effort effort) {
     step_.problem.v = step_.problem.v_hat;
     return true;
   }
-  const bool small = step_.problem.contacts.size() <= many_contacts && !in_.time_stepping;
+  const bool small =
+      in_.event_driven() || (step_.problem.contacts.size() <= many_contacts && !in_.time_stepping);
   // What is left unsolved of a bond is a motion that the next step stops, by more than the bond may bear.
   const bool bonded =
       std::any_of(step_.problem.contacts.begin(),

@@ -51,11 +51,12 @@ IslandIntegrator::IslandIntegrator(const dda::Model& model, dda::State& state, E
   in_.scale.accuracy = settings.accuracy;
 }
 
-IslandReport IslandIntegrator::advance(const Island& island, double t, double duration, double first_step,
+IslandReport IslandIntegrator::advance(const Island& island, const Stretch& stretch, double first_step,
                                        const std::atomic<int>* stop, std::span<const double> rows) {
   in_.stop = stop;
-  start_ = t;
-  duration_ = duration;
+  start_ = stretch.start;
+  duration_ = stretch.duration;
+  end_ = stretch.end;
   begin(island, rows);
   step_.suggested = first_step;
   run();
@@ -63,9 +64,13 @@ IslandReport IslandIntegrator::advance(const Island& island, double t, double du
   return report_;
 }
 
+double IslandIntegrator::clock(double done) const {
+  return duration_ - done > contact::tolerances().time_round_off * duration_ ? start_ + done : end_;
+}
+
 void IslandIntegrator::run() {
   Progress p = begin_steps();
-  while (duration_ - p.done > contact::tolerances().time_round_off * duration_) {
+  while (clock(p.done) < end_) {
     Trial trial = next_trial(p);
     resolve_onsets(trial);
     p.grazes += p.impacts_when_cut == impacts_.count();
@@ -123,7 +128,7 @@ IslandIntegrator::Progress IslandIntegrator::begin_steps() {
 
 Trial IslandIntegrator::next_trial(const Progress& p) {
   Trial trial;
-  trial.start = start_ + p.done;
+  trial.start = clock(p.done);
   trial.remaining = duration_ - p.done;
   if (in_.event_driven() && hard_alone(step_.touches) &&
       (in_.over_constrained() || too_much_happens(in_, step_, solver_.work(), duration_)))
@@ -175,9 +180,10 @@ bool IslandIntegrator::finish(const Trial& trial, double done, double taken) {
   guard_.keep();
   correct_structures(trial.start, taken);
   const bool released = released_;  // at its start
-  record_.begin_step(trial.start, start_ + (done + taken));
-  commit_step(in_, step_, report_, shed_, start_ + done + taken, taken);
-  impacts_on_structures_.report(in_.env, start_ + done + taken, start_, duration_,
+  const double end = clock(done + taken);
+  record_.begin_step(trial.start, end);
+  commit_step(in_, step_, report_, shed_, end, taken);
+  impacts_on_structures_.report(in_.env, end, start_, duration_,
                                 in_.settings.fixed_step > 0 ? in_.settings.fixed_step : duration_,
                                 report_.rows);
   released_ = false;
@@ -207,7 +213,7 @@ bool IslandIntegrator::finish(const Trial& trial, double done, double taken) {
     ++report_.counters.flights;
     report_.at_rest = false;
   }
-  record_.measure_way(trial.start, start_ + done + taken, made);
+  record_.measure_way(trial.start, end, made);
   record_.end_step();
   return true;
 }
@@ -221,7 +227,7 @@ void IslandIntegrator::release(double h) {
 }
 
 void IslandIntegrator::start_time_stepping() {
-  in_.time_stepping = true;
+  in_.time_stepping = report_.time_stepped = true;
   const auto closed = static_cast<double>(
       std::ranges::count_if(step_.touches, [&](const Touch& t) { return t.at.gap <= in_.scale.near_gap(); }));
   step_.suggested = solver_.work() > 0 ? duration_ * factorisations * closed / solver_.work() : 0;

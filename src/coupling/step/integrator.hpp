@@ -33,9 +33,9 @@ class IslandIntegrator {
                    ContactHistory& history, ContactHistory& surface_history, const StepSettings& settings);
   IslandIntegrator(const IslandIntegrator&) = delete;
   IslandIntegrator& operator=(const IslandIntegrator&) = delete;
-  /// Advances from t to t + duration; `first_step` is a hint (0: none). Ends early, soon after `stop` becomes
+  /// Advances over a stretch; `first_step` is a hint (0: none). Ends early, soon after `stop` becomes
   /// non-zero. `rows`: ascending times that the report's motion is wanted at; no step depends on them.
-  IslandReport advance(const Island& island, double t, double duration, double first_step,
+  IslandReport advance(const Island& island, const Stretch& stretch, double first_step,
                        const std::atomic<int>* stop = nullptr, std::span<const double> rows = {});
 
  private:
@@ -51,6 +51,8 @@ class IslandIntegrator {
   };
   bool with_structure() const { return !in_.island->structures.empty(); }
   void begin(const Island& island, std::span<const double> rows);
+  /// Time at which so much of the macro step is done; its end, to the bit, where all is [s].
+  double clock(double done) const;
   void run();
   Progress begin_steps();
   /// A step by its length, not yet tried.
@@ -89,8 +91,8 @@ class IslandIntegrator {
   DriftGuard guard_;
   DriftCorrection correction_;
   MotionRecord record_;
-  double start_ = 0, duration_ = 0;  // of the macro step [s]
-  bool released_ = false;            // the energy of the springs that vanished loaded was given back
+  double start_ = 0, duration_ = 0, end_ = 0;  // of the macro step [s]
+  bool released_ = false;  // the energy of the springs that vanished loaded was given back
   bool sheds_ = false,
        shed_ = false;  // a skin lost faces at the end of this step, of the one before it in this macro step
 };

@@ -18,6 +18,19 @@ struct Island {
   std::vector<int> structures;        // indices into Environment::structures, deformable ones only
   std::vector<SurfacePair> surfaces;  // structures that may touch each other
   std::vector<char> watched;          // per block: it may come near blocks of other islands
+  bool in_turn = false;               // parts of it go by themselves between their meetings
+  int place(int block) const {
+    return static_cast<int>(std::ranges::lower_bound(blocks, block) - blocks.begin());
+  }
+};
+
+/// A macro step, or a part of one. `end` is start + duration, to the bit that what goes on from there starts
+/// with.
+struct Stretch {
+  double start = 0, duration = 0, end = 0;  // [s]
+  static Stretch from(double start, double duration) { return {start, duration, start + duration}; }
+  Stretch first_half() const { return from(start, 0.5 * duration); }
+  Stretch second_half() const { return {first_half().end, duration - 0.5 * duration, end}; }
 };
 
 /// A part of a block's way over a macro step.
@@ -48,14 +61,15 @@ struct IslandReport {
   AuditSums audit;
   std::vector<MotionPeaks> peaks;      // of each block
   double kinetic_peak = 0;             // of all blocks together, at the starts and ends of steps [J]
-  IslandMotion motion;                 // over the steps that rows fall into
+  std::vector<IslandMotion> motions;   // over the steps that rows fall into; several: of its parts
   std::vector<std::vector<Leg>> ways;  // of each watched block, leg by leg; of others empty
-  std::vector<double> went;  // of each block, farthest that a point of it may have come from where it began,
-                             // at the ends of steps [m]
-  double next_step = 0;      // suggested h for the next macro step [s]
-  bool at_rest = false;      // a static certificate: v = 0 solves the last step exactly
-  std::string failure;       // empty: done
-  bool shorter = false;      // of a failure: a shorter macro step may do, from its start
+  std::vector<double> went;   // of each block, farthest that a point of it may have come from where it began,
+                              // at the ends of steps [m]
+  double next_step = 0;       // suggested h for the next macro step [s]
+  bool at_rest = false;       // a static certificate: v = 0 solves the last step exactly
+  bool time_stepped = false;  // its events were not all located
+  std::string failure;        // empty: done
+  bool shorter = false;       // of a failure: a shorter macro step may do, from its start
   bool stopped = false;  // from outside, before the end: the island is not at the end of the macro step, nor
                          // at any of its steps
 };

@@ -30,13 +30,15 @@ void MotionRecord::begin(std::span<const double> rows) {
   report_.peaks.assign(in_.island->blocks.size(), MotionPeaks{});
   report_.went.assign(in_.island->blocks.size(), 0.0);
   report_.ways.resize(in_.island->blocks.size());
+  report_.motions.assign(1, IslandMotion{});
+  report_.motions.front().blocks = in_.island->blocks;
 }
 
 void MotionRecord::begin_step(double t0, double t1) {
   add_peaks(step_.saved);
   recorded_ = falls_into(rows_, t0, t1);
   if (!recorded_) return;
-  WorkSegment& work = report_.motion.works.emplace_back();
+  WorkSegment& work = report_.motions.front().works.emplace_back();
   work.t0 = t0, work.t1 = t1;
   work.before = report_.ledger;
   work.before.contact = spring_energy_of_island(in_);
@@ -64,7 +66,7 @@ void MotionRecord::end_step() {
   for (const Body& body : step_.bodies) ends.push_back(dda::block_state(in_.state, body.block));
   add_peaks(ends);
   if (!recorded_) return;
-  WorkSegment& work = report_.motion.works.back();
+  WorkSegment& work = report_.motions.front().works.back();
   work.after = report_.ledger;
   work.after.contact = spring_energy_of_island(in_);
   for (std::size_t i = 0; i < step_.bodies.size(); ++i) {
@@ -72,8 +74,9 @@ void MotionRecord::end_step() {
     const dda::BlockEnergy e =
         dda::energy(in_.model.blocks[static_cast<std::size_t>(b)], in_.model.gravity, ends[i]);
     work.energy_after += e.translational + e.rotational + e.straining + e.strain_energy + e.potential;
-    report_.motion.segments.push_back(motion_segment(in_.model, b, work.t0, work.t1, starts_[i], ends[i],
-                                                     step_.bodies[i].from_start, step_.bodies[i].drag));
+    report_.motions.front().segments.push_back(motion_segment(in_.model, b, work.t0, work.t1, starts_[i],
+                                                              ends[i], step_.bodies[i].from_start,
+                                                              step_.bodies[i].drag));
   }
 }
 

@@ -96,11 +96,7 @@ double structure_step(const IslandContext& in, Step& step, double duration, doub
 }
 
 bool too_much_happens(const IslandContext& in, const Step& step, double work, double duration) {
-  if (in.settings.fixed_step > 0) return false;
-  const auto closed =
-      std::ranges::count_if(step.touches, [&](const Touch& t) { return t.at.gap <= in.scale.near_gap(); });
-  return closed > static_cast<std::ptrdiff_t>(many_contacts) ||
-         costs_too_much(in, step, work, duration, false);
+  return in.settings.fixed_step <= 0 && costs_too_much(in, step, work, duration, false);
 }
 
 bool costs_too_much(const IslandContext& in, const Step& step, double work, double duration,

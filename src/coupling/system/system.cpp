@@ -19,6 +19,7 @@
 #include "core/ranks.hpp"
 #include "coupling/ground/ground_laws.hpp"
 #include "coupling/step/integrator.hpp"
+#include "coupling/system/island_run.hpp"
 
 namespace talus::coupling {
 namespace {
@@ -217,23 +218,58 @@ double CoupledSystem::hint_of(const Island& island) const {
   return hint;
 }
 
+/// A blow that runs on from block to block: what was divided and has met another one is joined with what lies
+/// near, as many neighbours on as `hops`, so that twice as far is reached with each try.
+void CoupledSystem::reach_on(const MacroStep& m, const BlockPairs& pairs, int hops, BlockPairs& met) const {
+  std::vector<char> located(model_.blocks.size(), 1), reached(model_.blocks.size(), 0);
+  std::vector<char> runs_on(model_.blocks.size(), 0);
+  for (std::size_t i = 0; i < m.reports.size(); ++i)
+    for (const int b : m.plan.islands[i].blocks) {
+      located[static_cast<std::size_t>(b)] =
+          !m.reports[i].time_stepped && m.plan.islands[i].structures.empty();
+      runs_on[static_cast<std::size_t>(b)] = m.plan.islands[i].in_turn ? 1 : 0;
+    }
+  std::map<int, std::vector<int>> near;
+  const auto found = [](const std::vector<char>& of, int b) { return of[static_cast<std::size_t>(b)] != 0; };
+  for (const BlockPairs* of : {&m.plan.beside, &m.plan.asleep})
+    for (const auto& [a, b] : *of)
+      if (found(located, a) && found(located, b)) near[a].push_back(b), near[b].push_back(a);
+  std::vector<int> front;
+  for (const auto& [a, b] : pairs)
+    if (found(runs_on, a) || found(runs_on, b))
+      for (const int block : {a, b})
+        if (std::exchange(reached[static_cast<std::size_t>(block)], 1) == 0) front.push_back(block);
+  for (int hop = 0; hop < hops && !front.empty(); ++hop) {
+    std::vector<int> next;
+    for (const int a : front)
+      if (const auto of = near.find(a); of != near.end())
+        for (const int b : of->second)
+          if (std::exchange(reached[static_cast<std::size_t>(b)], 1) == 0) {
+            met.emplace_back(a, b);
+            next.push_back(b);
+          }
+    front = std::move(next);
+  }
+}
+
 /// Steps all islands; those that met on their way once more, as one.
 void CoupledSystem::step_islands(MacroStep& m, double duration, const std::atomic<int>* stop,
                                  std::span<const double> rows) {
   std::vector<std::size_t> due(m.plan.islands.size());  // islands that are still to be stepped
   std::iota(due.begin(), due.end(), std::size_t{0});
   m.reports.resize(due.size());
+  const Stretch all = Stretch::from(state_.time, duration);
   tbb::enumerable_thread_specific<std::unique_ptr<IslandIntegrator>> integrators;
   const auto run = [&](std::size_t i) {
     auto& integrator = integrators.local();
     if (!integrator)
       integrator = std::make_unique<IslandIntegrator>(model_, state_.blocks, env_, state_.contacts,
                                                       state_.surface_contacts, settings_.step);
-    const Island& island = m.plan.islands[i];
-    m.reports[i] = integrator->advance(island, state_.time, duration, hint_of(island), stop, rows);
+    m.reports[i] = advance_island(m.plan.islands[i], all, {*integrator, stop, rows});
   };
   const auto ended = [](const IslandReport& r) { return r.stopped || !r.failure.empty(); };
   BlockPairs met;
+  int hops = 0;
   for (;;) {
     if (settings_.threads > 1 && due.size() > 1) {
       tbb::parallel_for(std::size_t{0}, due.size(), [&](std::size_t k) { run(due[k]); });
@@ -241,10 +277,12 @@ void CoupledSystem::step_islands(MacroStep& m, double duration, const std::atomi
       for (const std::size_t i : due) run(i);
     }
     if (m.plan.beside.empty() || std::ranges::any_of(m.reports, ended)) return;
-    const BlockPairs more = planner_.meetings(m.plan, m.reports, m.begun, duration);
+    const BlockPairs more = planner_.meetings(m.plan, m.reports, m.begun, all).pairs;
     if (more.empty()) return;
     met.insert(met.end(), more.begin(), more.end());
-    due = join_met(met, duration, m.before, m.begun, m.plan, m.reports);
+    reach_on(m, more, hops, met);
+    hops = std::max(1, 2 * hops);
+    due = join_met(met, duration, m);
     for (const std::size_t i : due)
       for (const int q : m.plan.islands[i].structures) start_structure(m, static_cast<std::size_t>(q));
   }
@@ -382,10 +420,7 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
     if (escaped || stopped) failure = {};
     return false;
   }
-  if (!rows.empty()) {
-    for (std::size_t i = 0; i < m.reports.size(); ++i) m.reports[i].motion.blocks = m.plan.islands[i].blocks;
-    recorded_.keep(m.reports, model_, state_);
-  }
+  if (!rows.empty()) recorded_.keep(m.reports, model_, state_);
   if (watch_) before_ = std::move(m.before);
   take_reports(m);
   step_other_structures(m, duration);
@@ -437,34 +472,46 @@ bool CoupledSystem::meets_others(double duration, const IslandPlan& p, SystemSta
 
 /// Plans the stretch anew with what met as one island. Islands that stay as they were keep their reports; the
 /// blocks of the others, which are due again, go back to where they began.
-std::vector<std::size_t> CoupledSystem::join_met(const BlockPairs& met, double duration, SystemState& before,
-                                                 const dda::State& begun, IslandPlan& p,
-                                                 std::vector<IslandReport>& reports) {
+std::vector<std::size_t> CoupledSystem::join_met(const BlockPairs& met, double duration, MacroStep& m) {
   std::map<std::pair<std::vector<int>, std::vector<int>>, std::size_t> stepped;
-  for (std::size_t i = 0; i < reports.size(); ++i)
-    stepped[{p.islands[i].blocks, p.islands[i].structures}] = i;
-  std::swap(state_, before);
+  std::vector<char> located(model_.blocks.size(),
+                            1);  // per block: all events of its island were, if it was in one
+  for (std::size_t i = 0; i < m.reports.size(); ++i) {
+    const Island& island = m.plan.islands[i];
+    stepped[{island.blocks, island.structures}] = i;
+    for (const int b : island.blocks)
+      located[static_cast<std::size_t>(b)] = !m.reports[i].time_stepped && island.structures.empty();
+  }
+  std::swap(state_, m.before);
   IslandPlan joined = planner_.plan(duration, wider_, met);
-  std::swap(state_, before);
+  std::swap(state_, m.before);
   std::vector<IslandReport> kept(joined.islands.size());
   std::vector<std::size_t> due;
   for (std::size_t i = 0; i < kept.size(); ++i) {
-    const Island& island = joined.islands[i];
+    Island& island = joined.islands[i];
     if (const auto same = stepped.find({island.blocks, island.structures}); same != stepped.end()) {
-      kept[i] = std::move(reports[same->second]);
+      kept[i] = std::move(m.reports[same->second]);
+      island.in_turn = m.plan.islands[same->second].in_turn;
       continue;
     }
     due.push_back(i);
+    const auto goes_by_itself = [&](int b) { return located[static_cast<std::size_t>(b)] != 0; };
+    const auto at_structure = [](const CandidatePair& pair) {
+      return pair.a.kind == Partner::Kind::structure;
+    };
+    island.in_turn = std::ranges::all_of(island.blocks, goes_by_itself) &&
+                     std::ranges::none_of(island.pairs, at_structure);
     for (const int b : island.blocks) {
       const auto k = static_cast<std::size_t>(b);
-      dda::set_block_state(state_.blocks, b, dda::block_state(begun, b));
-      if (!begun.slid.empty()) state_.blocks.slid[k] = begun.slid[k];
-      state_.contacts[k] = before.contacts[k];
+      dda::set_block_state(state_.blocks, b, dda::block_state(m.begun, b));
+      if (!m.begun.slid.empty()) state_.blocks.slid[k] = m.begun.slid[k];
+      state_.contacts[k] = m.before.contacts[k];
+      state_.step[k] = m.before.step[k];
       state_.asleep[k] = 0;
     }
   }
-  p = std::move(joined);
-  reports = std::move(kept);
+  m.plan = std::move(joined);
+  m.reports = std::move(kept);
   return due;
 }
 

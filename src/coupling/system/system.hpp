@@ -21,6 +21,8 @@
 
 namespace talus::coupling {
 
+class IslandIntegrator;
+
 /// Is told of every stretch that was made, with the state before it; the present state is the system's.
 using Watch = std::function<void(const SystemState& before)>;
 
@@ -75,9 +77,6 @@ class CoupledSystem {
   void glue(const KnownPairs& known = {});
 
  private:
-  std::vector<std::size_t> join_met(const BlockPairs& met, double stretch, SystemState& before,
-                                    const dda::State& begun, IslandPlan& p,
-                                    std::vector<IslandReport>& reports);
   bool meets_others(double stretch, const IslandPlan& p, SystemState& before);
   bool go_on(double end, const std::atomic<int>* stop, std::span<const double> rows);
   double stretch_end(double end) const;
@@ -89,6 +88,14 @@ class CoupledSystem {
   bool stretch(double duration, const std::atomic<int>* stop, std::span<const double> rows, Failure& failure);
   void widen();
   struct MacroStep;
+  std::vector<std::size_t> join_met(const BlockPairs& met, double stretch, MacroStep& m);
+  void reach_on(const MacroStep& m, const BlockPairs& pairs, int hops, BlockPairs& met) const;
+  struct IslandRun;
+  struct Began;
+  IslandReport advance_island(const Island& island, const Stretch& stretch, const IslandRun& run);
+  IslandReport advance_in_turn(const Island& island, const Stretch& stretch, const IslandRun& run);
+  Began began_of(int block) const;
+  void put_back(const Island& island, const std::vector<Began>& began);
   void start_structure(MacroStep& m, std::size_t q);
   double hint_of(const Island& island) const;
   void step_islands(MacroStep& m, double duration, const std::atomic<int>* stop,
