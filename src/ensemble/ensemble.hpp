@@ -98,4 +98,7 @@ struct Run {
 /// are then, 0 if it was stopped.
 long run_members(Ensemble& ensemble, const Run& run);
 
+/// How many members the directory's journals hold, of those that the ensemble asks for.
+long kept_members(const Ensemble& ensemble, const std::filesystem::path& directory);
+
 }  // namespace talus::ensemble
