@@ -53,6 +53,7 @@ double thread_seconds() {
 
 struct Quiet : sim::Sink {
   bool quiet() const override { return true; }
+  double watched_interval() const override { return map_interval; }
 };
 
 std::vector<Vec3> centroids(sim::Simulation& simulation) {
@@ -332,6 +333,7 @@ std::optional<Member> Ensemble::run(long index, const std::atomic<int>* stop) {
       std::count_if(blocks.begin(), blocks.end(), [](const dda::Model::Block& b) { return b.ndof() > 0; }));
   const bool left = !world.paper && moving > 0 && departed(*world.system).size() == moving;
   const bool rest = result.status == "at rest" || (!world.paper && !left && at_rest(*world.system));
+  m.moving = !rest && !left;
   if (result.status == "failed") {
     m.status = Status::failed;
   } else if (over) {
