@@ -283,9 +283,10 @@ class Calibration {
   }
 
   /// Parameters are set as by --set; the user gave them by --vary.
-  static std::vector<Problem> by_their_option(std::vector<Problem> problems) {
+  std::vector<Problem> by_their_option(std::vector<Problem> problems) const {
     for (Problem& p : problems)
-      if (p.file == "--set") p.file = "--vary";
+      for (const Parameter& parameter : request_.parameters)
+        if (p.file == "--set " + parameter.key) p.file = "--vary " + parameter.key;
     return problems;
   }
 

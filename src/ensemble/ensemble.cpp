@@ -34,11 +34,14 @@ scene::Template& with_ensemble(scene::Template& scene) {
                                      "see talus explain ensemble"});
 }
 
-/// Overrides of a member name their keys as --set does: their mistakes are the ensemble's.
-InputError as_of_ensemble(const InputError& error, const std::string& file) {
+/// Overrides of a member name their keys as --set does: their mistakes are the ensemble's, but those of
+/// `given` are of the command line.
+InputError as_of_ensemble(const InputError& error, const std::string& file, const scene::Overrides& given) {
   std::vector<Problem> problems = error.problems();
   for (Problem& p : problems) {
-    if (!p.file.starts_with("--set")) continue;
+    const bool by_hand =
+        std::ranges::any_of(given, [&](const auto& set) { return p.file == "--set " + set.first; });
+    if (!p.file.starts_with("--set") || by_hand) continue;
     p.file = file;
     p.key = "ensemble.vary: " + p.key;
   }
@@ -77,13 +80,14 @@ Ensemble::Ensemble(const std::string& file, const scene::Overrides& overrides)
     : template_(std::make_unique<scene::Template>(file, overrides)),
       settings_(*with_ensemble(*template_).ensemble()),
       design_(settings_, *template_),
-      file_(file) {
+      file_(file),
+      given_(overrides) {
   const auto read = [&] {
     scene::Overrides values = design_.provisional();
     values.insert(values.end(), forced_.begin(), forced_.end());
     try {
       return template_->scene(values);
-    } catch (const InputError& error) { throw as_of_ensemble(error, file_); }
+    } catch (const InputError& error) { throw as_of_ensemble(error, file_, given_); }
   };
   if (const std::vector<Problem> forbidden = design_.forbidden(std::min(looked_at, design_.members()), file_);
       !forbidden.empty())
@@ -250,7 +254,7 @@ void Ensemble::try_members() {
         if (was_rigid_ || !p.key.ends_with(".refine")) warnings_.push_back(std::move(p));
       return;
     } catch (const InputError& error) {
-      if (!first) first = as_of_ensemble(error, file_);
+      if (!first) first = as_of_ensemble(error, file_, given_);
     }
   }
   throw *first;

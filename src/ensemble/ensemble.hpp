@@ -73,6 +73,7 @@ class Ensemble {
   std::vector<std::vector<talus::Member>> structure_members_;
   std::vector<Problem> warnings_;
   std::string identity_, crs_, file_, title_;
+  scene::Overrides given_;  // on the command line
   Vec3 origin_ = Vec3::Zero();
   std::vector<std::pair<std::string, std::string>> files_;
   std::vector<Plane> planes_;

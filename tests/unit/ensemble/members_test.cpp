@@ -530,6 +530,21 @@ report = false
 
 const std::string source = R"({"type":"Polygon","coordinates":[[[-10,4],[10,4],[10,10],[-10,10],[-10,4]]]})";
 
+// What is wrong with a value of the command line is said of it, not of what members draw.
+TEST(Members, MistakesOfTheCommandLineAreItsOwn) {
+  const Place place;
+  const std::string scene = place.put("scene.toml", slide).string();
+  const auto refusal = [&](const std::string& key, const std::string& value) -> std::string {
+    try {
+      const Ensemble ensemble(scene, {{key, value}});
+    } catch (const InputError& error) { return error.what(); }
+    return {};
+  };
+  EXPECT_TRUE(refusal("simulation.accuracy", "0.9").starts_with("--set simulation.accuracy: error"))
+      << refusal("simulation.accuracy", "0.9");
+  EXPECT_NE(refusal("ensemble.vary.0.uniform", "[-0.1, 0.5]").find("ensemble.vary"), std::string::npos);
+}
+
 TEST(Members, ReleaseDrawsOnePlaceOfTheAreaForEach) {
   const Place place;
   place.put("source.geojson", source);
