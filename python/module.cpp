@@ -102,7 +102,7 @@ py::dict run(const std::string& text, bool is_text, const scene::Overrides& over
   {
     const py::gil_scoped_release release;
     scene::Scene scene = read(text, is_text, overrides);
-    io::check_directory(directory);
+    io::check_directory(directory, io::Results::run);
     std::vector<fs::path> inputs;
     for (const auto& [path, hash] : scene.files) inputs.emplace_back(path);
     io::spare_inputs(directory, inputs);

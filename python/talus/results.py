@@ -120,7 +120,8 @@ class Blocks(Group):
             return super().__getitem__(name)
         if name in self._results.block_names:
             return Block(self._results, self._results.block_names.index(name))
-        raise KeyError(name)
+        names = self._results.block_names
+        raise KeyError(f"no block {name}; there are {', '.join(names[:5]) or 'none'}{', ...' if len(names) > 5 else ''}")
 
     def __iter__(self):
         return iter(self._results.block_names)
@@ -133,6 +134,17 @@ class Blocks(Group):
 
     def __dir__(self):
         return list(object.__dir__(self)) + list(self._group)
+
+
+def _instead(directory, opener, file):
+    """What to do with a directory that lacks its results."""
+    if (directory / file).is_file():
+        return f"it holds {file}: {opener} reads it"
+    if (directory / "journal").is_dir():
+        return f"the ensemble is not finished: `talus ensemble SCENE -o {directory} --resume`"
+    if (directory / "journal.bin").is_file():
+        return f"the run was killed: `talus report {directory}` builds it"
+    return "name the output directory of Talus"
 
 
 class _Opened:
@@ -155,7 +167,7 @@ class Results(_Opened):
         self.directory = pathlib.Path(directory)
         file = self.directory / "results.h5" if self.directory.is_dir() else self.directory
         if not file.is_file():
-            raise FileNotFoundError(f"{directory}: no results.h5; `talus report {directory}` builds it after a kill")
+            raise FileNotFoundError(f"{directory}: no results.h5; {_instead(self.directory, 'talus.open_ensemble', 'ensemble.h5')}")
         self.directory = file.parent
         self.file = h5py.File(file, "r", locking=False) if h5py.version.hdf5_version_tuple >= (1, 12, 1) else h5py.File(file, "r")
         self._root = Group(self.file)
@@ -278,7 +290,7 @@ class EnsembleResults(_Opened):
         self.directory = pathlib.Path(directory)
         file = self.directory / "ensemble.h5" if self.directory.is_dir() else self.directory
         if not file.is_file():
-            raise FileNotFoundError(f"{directory}: no ensemble.h5")
+            raise FileNotFoundError(f"{directory}: no ensemble.h5; {_instead(self.directory, 'talus.open', 'results.h5')}")
         self.directory = file.parent
         self.file = h5py.File(file, "r")
         self._root = Group(self.file)
@@ -297,6 +309,8 @@ class EnsembleResults(_Opened):
         return self._root["hits"] if "hits" in self._root else {}
 
     def line(self, name):
+        if name not in self.lines:
+            raise KeyError(f"no line {name}; there are {', '.join(self.lines) or 'none'}")
         return Crossings(self.lines[name])
 
     def __repr__(self):

@@ -36,7 +36,7 @@ scene::Overrides Options::overrides() const {
   return pairs;
 }
 
-scene::Overrides Options::scene_overrides() const {
+scene::Overrides Options::scene_overrides(const std::string& example) const {
   scene::Overrides pairs;
   for (const std::string& text : set) {
     const auto equals = text.find('=');
@@ -45,7 +45,7 @@ scene::Overrides Options::scene_overrides() const {
       problem.file = "--set";
       problem.key = text;
       problem.rule = "must be KEY=VALUE";
-      problem.remedy = "write for example --set simulation.step=\"1e-4 s\"";
+      problem.remedy = "write for example --set " + example;
       throw InputError(problem);
     }
     pairs.emplace_back(text.substr(0, equals), text.substr(equals + 1));

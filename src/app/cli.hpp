@@ -37,7 +37,7 @@ struct Options {
   /// --set and --threads, in order. Throws InputError for a text without "=".
   scene::Overrides overrides() const;
   /// --set alone.
-  scene::Overrides scene_overrides() const;
+  scene::Overrides scene_overrides(const std::string& example = "simulation.step=\"1e-4 s\"") const;
 };
 
 std::unique_ptr<CLI::App> make_cli(Options& options);

@@ -36,6 +36,12 @@ void raster_to_mesh(const std::string& in, const std::string& out) {
   geometry::write_mesh(out, mesh);
 }
 
+void convert_grid(const std::string& in, const std::string& out) {
+  std::vector<Problem> warnings;
+  geometry::convert_raster(in, out, warnings);
+  for (const Problem& warning : warnings) tell("{}\n", warning.str());
+}
+
 /// "/maps/kinetic@2.5": the map of a quantity with cells of 2.5 m.
 geometry::Raster map_of(const std::string& file, const std::string& part) {
   const std::size_t from = part.rfind('/') + 1, mark = part.find('@', from);
@@ -128,7 +134,7 @@ int command_convert(const Options& options) {
   else if (is_hdf5(file) && out.ends_with(".geojson") && (part.empty() || part == "/history/blocks"))
     io::write_file(out, io::tracks_geojson(file));
   else if (is_raster(in) && is_raster(out))
-    geometry::write_raster(out, geometry::read_raster(in));
+    convert_grid(in, out);
   else if (is_raster(in) && geometry::is_mesh_file(out))
     raster_to_mesh(in, out);
   else

@@ -30,11 +30,7 @@ int command_cut(const Options& options) {
     throw InputError(problem);
   }
   const fs::path directory = options.output;
-  io::check_directory(directory);
-  io::spare_ensemble(directory);
-  if (fs::exists(directory / "results.h5") || fs::exists(directory / "journal.bin"))
-    throw io::bad_file(directory, "-o", "holds the results of a run, which would be lost",
-                       "name another directory");
+  io::check_directory(directory, io::Results::other);
   for (const Problem& warning : scene.warnings) tell("{}\n", warning.str());
   const scene::RockMass& mass = *scene.rock_mass;
   BuildProgress progress;
@@ -65,7 +61,7 @@ int command_cut(const Options& options) {
                      const Vec3& point, const Vec3& normal) { return in_ground(point + reach * normal); };
   const std::vector<geometry::KeyBlock> key_blocks = geometry::key_blocks(cut, keys);
 
-  const io::DirectoryLock lock = io::claim_directory(directory);
+  const io::DirectoryLock lock = io::claim_directory(directory, io::Results::other);
   const auto file = [&](const char* name) { return (directory / name).string(); };
   geometry::write_mesh(file("blocks.obj"), geometry::block_system(cut, mass.block_prefix));
   geometry::write_blocks_vtu(file("blocks.vtu"), cut, key_blocks);

@@ -75,7 +75,7 @@ int command_ensemble(const Options& options) {
   Ranks* const all = ranks();
   work_alone();  // members know nothing of other ranks
   const fs::path directory = options.output;
-  io::check_directory(directory);
+  io::check_directory(directory, io::Results::ensemble);
   ensemble::Ensemble ensemble(options.input, options.scene_overrides());
   const std::vector<fs::path> inputs = ensemble.inputs();
   io::spare_inputs(directory, inputs);
@@ -89,7 +89,7 @@ int command_ensemble(const Options& options) {
                            "leave --resume out to start one");
       lock.emplace(directory);
     } else {
-      lock.emplace(io::claim_directory(directory));
+      lock.emplace(io::claim_directory(directory, io::Results::ensemble));
       io::write_file(directory / "scene.toml", ensemble.whole_scene());
     }
   }
@@ -108,7 +108,12 @@ int command_ensemble(const Options& options) {
   const long members = ensemble::run_members(ensemble, run);
   progress.clear();
   if (const int signal = stop_signal().load(); signal != 0) {
-    fmt::print("Interrupted; what is finished is kept: talus ensemble ... --resume goes on.\n");
+    // Other ranks may still be at theirs.
+    const std::string kept =
+        run.ranks > 1 ? std::string("what is finished is kept")
+                      : fmt::format("{} of {} members are finished and kept",
+                                    ensemble::kept_members(ensemble, directory), ensemble.design().members());
+    fmt::print("Interrupted; {}: talus ensemble ... --resume goes on.\n", kept);
     return 128 + signal;
   }
   if (!writes_files()) return done;

@@ -1,6 +1,9 @@
+#include <cmath>
+
 #include <fmt/format.h>
 
 #include "app/commands.hpp"
+#include "app/tell.hpp"
 #include "core/units.hpp"
 #include "formulas/formulas.hpp"
 
@@ -27,8 +30,21 @@ int command_formulas(const Options& options) {
                velocity = argument("--velocity", options.velocity, dimension::velocity);
   const double diameter =
       options.diameter.empty() ? 0 : argument("--diameter", options.diameter, dimension::length);
+  constexpr double lightest = 500, heaviest = 10000;  // of what blocks are made of [kg/m^3]
+  const double density = diameter > 0 ? 6 * mass / (M_PI * std::pow(diameter, 3)) : lightest;
+  if (density < lightest || density > heaviest)
+    tell("{}\n", Problem{.severity = Problem::Severity::warning,
+                         .file = {},
+                         .line = 0,
+                         .column = 0,
+                         .key = "--diameter",
+                         .value = options.diameter,
+                         .rule = fmt::format(
+                             "a sphere of it with this mass has {:.3g} kg/m^3, as no rock has", density),
+                         .remedy = "check the units of both; without --diameter it is that of 2600 kg/m^3"}
+                     .str());
   formulas::Inputs inputs(mass, velocity, diameter);
-  for (const auto& [name, value] : options.overrides()) inputs.set(name, value);
+  for (const auto& [name, value] : options.scene_overrides("f_ck=\"40 MPa\"")) inputs.set(name, value);
   fmt::print("{}", formulas::table(inputs, formulas::evaluate(inputs)));
   return done;
 }

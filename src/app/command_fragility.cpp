@@ -14,6 +14,7 @@
 #include "ensemble/compare.hpp"
 #include "ensemble/fragility/fragility.hpp"
 #include "ensemble/report.hpp"
+#include "ensemble/results.hpp"
 #include "io/files.hpp"
 
 namespace talus::app {
@@ -53,14 +54,7 @@ int interrupted() {
 
 int command_fragility(const Options& options) {
   const fs::path directory = options.input;
-  if (!fs::is_directory(directory))
-    throw io::bad_file(directory, "DIR", fs::exists(directory) ? "is a file" : "does not exist",
-                       "name the output directory of talus ensemble");
-  if (!fs::exists(directory / "summary.json") || !fs::exists(directory / "ensemble.h5"))
-    throw io::bad_file(directory, "DIR", "holds no finished ensemble",
-                       fs::exists(directory / "journal")
-                           ? "finish it by talus ensemble SCENE -o " + directory.string() + " --resume"
-                           : "name the output directory of talus ensemble");
+  ensemble::require_finished(directory);
   const io::DirectoryLock lock(directory);
   EnsembleProgress progress("run");
   ensemble::FragilityRequest request;
@@ -114,8 +108,7 @@ int command_calibrate(const Options& options) {
   request.progress = [&](int done, int asked) { progress.show(done, asked, 0); };
   request.stop = &stop_signal();
   ensemble::check(request);
-  io::spare_ensemble(options.output);
-  const io::DirectoryLock lock = io::claim_directory(options.output);
+  const io::DirectoryLock lock = io::claim_directory(options.output, io::Results::other);
   on_stop(OnStop::ask);
   const std::vector<std::string> lines = ensemble::calibrate(request);
   progress.clear();

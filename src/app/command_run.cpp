@@ -174,8 +174,7 @@ std::vector<ensemble::PlanLine> lines_of(sim::Simulation& simulation) {
 int run_scene(scene::Scene scene, const Options& options, bool carry_blocks) {
   on_stop(OnStop::end_unwritten);
   const fs::path directory = output_directory(options);
-  io::check_directory(directory);
-  io::spare_ensemble(directory);
+  io::check_directory(directory, io::Results::run);
   std::vector<fs::path> inputs;
   for (const auto& [path, hash] : scene.files) inputs.emplace_back(path);
   io::spare_inputs(directory, inputs);

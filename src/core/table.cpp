@@ -1,5 +1,7 @@
 #include "core/table.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cctype>
 
@@ -25,6 +27,36 @@ bool groups_digits(std::string_view text) {
   const auto digits = std::min(after.find_first_not_of("0123456789"), after.size());
   const auto first = text.find_first_of("0123456789");
   return digits == 3 && first < comma && text[first] != '0' && comma - first <= 3;
+}
+
+/// True if a unit is not known because it is one of another system, and not because the text is no unit at
+/// all.
+bool of_another_system(const std::string& error) { return error.find("\": ") != std::string::npos; }
+
+/// A heading cut in two where a unit may begin.
+struct Cut {
+  std::string name, unit;
+  bool said = false;  // by "/" or "in": what follows is a unit if it is known as one
+};
+
+std::vector<Cut> cuts_before_unit(const std::string& text) {
+  const auto trimmed = [](std::string part) {
+    const auto first = part.find_first_not_of(" \t"), last = part.find_last_not_of(" \t");
+    if (first == std::string::npos) return std::string();
+    part = part.substr(first, last - first + 1);
+    return part.size() > 2 && part.front() == '(' && part.back() == ')' ? part.substr(1, part.size() - 2)
+                                                                        : part;
+  };
+  std::vector<Cut> cuts;
+  const auto cut = [&](std::size_t at, std::size_t length, bool said) {
+    if (at == std::string::npos || at == 0) return;
+    Cut c{trimmed(text.substr(0, at)), trimmed(text.substr(at + length)), said};
+    if (!c.name.empty() && !c.unit.empty()) cuts.push_back(std::move(c));
+  };
+  cut(text.rfind(" in "), 4, true);
+  cut(text.find('/'), 1, true);
+  cut(text.find_last_of("_ "), 1, false);
+  return cuts;
 }
 
 }  // namespace
@@ -92,11 +124,49 @@ NameAndUnit name_and_unit(const std::string& text) {
           text.substr(open + 1, text.size() - open - 2), text[open] == '['};
 }
 
-std::string column_name(const TableCell& cell) {
-  std::string name = cell.text;
+std::string column_name(const std::string& text) {
+  std::string name = text;
   std::transform(name.begin(), name.end(), name.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return name;
+}
+
+std::optional<Quantity> unit_by_text(const std::string& text, std::string& error) {
+  return parse_quantity("1 " + text, error);
+}
+
+bool may_be_name(const std::string& unit) {
+  return unit.size() == 1 && std::isalpha(static_cast<unsigned char>(unit[0])) != 0;
+}
+
+std::optional<Heading> read_heading(const std::string& text,
+                                    const std::function<ColumnHolds(const std::string&)>& holds,
+                                    std::string& problem) {
+  std::string error;
+  const auto refuse = [&] { problem = fmt::format("column {}: {}", text, error); };
+  if (const NameAndUnit parts = name_and_unit(text); !parts.unit.empty()) {
+    if (unit_by_text(parts.unit, error))
+      return Heading{parts.name.substr(0, parts.name.find_last_not_of(" /") + 1), parts.unit};
+    // In round brackets there may be any remark; a unit of another system is none.
+    if (!holds(parts.name).read || (!parts.square && !of_another_system(error)))
+      return Heading{parts.name, {}};
+    refuse();
+    return {};
+  }
+  for (const Cut& cut : cuts_before_unit(text)) {
+    const ColumnHolds of = holds(cut.name);
+    if (!of.read) continue;
+    const std::optional<Quantity> unit = unit_by_text(cut.unit, error);
+    if (!unit && of_another_system(error)) {
+      refuse();
+      return {};
+    }
+    if (!unit) continue;
+    const bool fits = of.dimension && *of.dimension == unit->dimension;
+    // Behind a blank or "_" also stands what a name goes on with: F_t, h_min.
+    if (fits || cut.said || !(may_be_name(cut.unit) || cut.unit == "min")) return Heading{cut.name, cut.unit};
+  }
+  return Heading{text, {}};
 }
 
 }  // namespace talus

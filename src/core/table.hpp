@@ -6,9 +6,13 @@
 /// readers refuse. In all other tables commas separate the columns: a decimal comma there shows as one number
 /// too many in its line, which readers refuse as well.
 #pragma once
+#include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "core/units.hpp"
 
 namespace talus {
 
@@ -38,6 +42,29 @@ struct NameAndUnit {
 NameAndUnit name_and_unit(const std::string& text);
 
 /// Names of columns for comparison: in lower case.
-std::string column_name(const TableCell& cell);
+std::string column_name(const std::string& text);
+
+/// Whether a column is read, and what it holds.
+struct ColumnHolds {
+  bool read = false;
+  std::optional<Dimension> dimension;  ///< nothing: not known
+};
+
+/// The dimension and size of a unit by its text.
+std::optional<Quantity> unit_by_text(const std::string& text, std::string& error);
+
+/// True for a unit of one letter, which may as well be the name of a column: "t", "s", "m".
+bool may_be_name(const std::string& unit);
+
+/// A column's name and unit by its heading: "s [mm]", "F (kN)", "V / m3", "V in dm3", "mass_kg", "mass kg".
+/// `holds` says by the name whether the column is read, and what it holds: without brackets a unit of one
+/// letter counts as one where it is of that kind. Nothing, and `problem`, if the unit of a column that is
+/// read is not known.
+struct Heading {
+  std::string name, unit;  ///< unit: empty if the heading names none
+};
+std::optional<Heading> read_heading(const std::string& text,
+                                    const std::function<ColumnHolds(const std::string&)>& holds,
+                                    std::string& problem);
 
 }  // namespace talus

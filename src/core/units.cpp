@@ -262,6 +262,8 @@ std::optional<Quantity> parse_quantity(std::string_view text, std::string& error
   return result;
 }
 
+bool counts_turns(std::string_view text) { return text.find("Hz") != std::string_view::npos; }
+
 namespace {
 struct Named {
   Dimension dimension;

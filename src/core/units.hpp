@@ -53,6 +53,9 @@ struct Quantity {
 /// a full stop, such as `unknown unit "metre"`).
 std::optional<Quantity> parse_quantity(std::string_view text, std::string& error);
 
+/// True where a unit is in Hz: as an angular velocity it counts turns, and 1/s radians.
+bool counts_turns(std::string_view text);
+
 /// "m/s^2", "Pa", "1": the SI unit a dimension is written with.
 std::string unit_name(Dimension dimension);
 

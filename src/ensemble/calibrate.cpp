@@ -45,6 +45,13 @@ Dimension dimension_of(const std::string& quantity) {
   return quantity == "energy" ? energy : quantity == "speed" ? dimension::velocity : dimension::length;
 }
 
+/// What a column of the measured rows is, by its name.
+ColumnHolds column_of(const std::string& heading) {
+  const std::string name = column_name(heading);
+  const bool read = name == "x" || name == "y" || std::ranges::find(quantities, name) != quantities.end();
+  return {read, read ? std::optional(dimension_of(name)) : std::nullopt};
+}
+
 /// Places where blocks came to rest, or what passed at a line.
 struct Measured {
   std::string line;                     // empty: end points
@@ -69,10 +76,17 @@ Measured read_measured(const fs::path& file) {
     const std::vector<TableCell> cells = table_cells(line, separator);
     if (header.empty()) {
       for (const TableCell& cell : cells) {
-        const NameAndUnit parts = name_and_unit(column_name(cell));
-        header.push_back(parts.name);
-        units.push_back(parts.unit.empty() ? parts.unit : name_and_unit(cell.text).unit);
+        std::string problem;
+        const auto heading = read_heading(cell.text, column_of, problem);
+        if (!heading)
+          throw io::bad_file(file, fmt::format("line {}", number), problem,
+                             "give it in SI, or in a known unit");
+        header.push_back(column_name(heading->name));
+        units.push_back(heading->unit);
       }
+      for (const std::string& name : header)
+        if ((column_of(name).read || name == "line") && std::count(header.begin(), header.end(), name) > 1)
+          throw io::bad_file(file, name, "is the name of two columns of the file", "remove one of them");
       const auto column = [&](const char* name) {
         return static_cast<std::size_t>(std::find(header.begin(), header.end(), name) - header.begin());
       };
@@ -112,12 +126,17 @@ Measured read_measured(const fs::path& file) {
               : std::nullopt;
       if (!q)
         throw io::bad_file(file, fmt::format("line {}", number),
-                           fmt::format("\"{}\" is no number", k < cells.size() ? cells[k].text : ""),
+                           fmt::format("\"{}\" is no number{}", k < cells.size() ? cells[k].text : "",
+                                       error.empty() ? "" : ": " + error),
                            "correct the line");
       const Dimension wanted = dimension_of(header[k]);
       if (!q->dimension.none() && q->dimension != wanted)
         throw io::bad_file(file, fmt::format("line {}", number),
                            fmt::format("\"{}\" is no {}", cells[k].text, describe(wanted)),
+                           "correct the line");
+      if (q->value < 0 && (header[k] == "energy" || header[k] == "speed"))
+        throw io::bad_file(file, fmt::format("line {}", number),
+                           fmt::format("{} of {}: none is below 0", header[k], cells[k].text),
                            "correct the line");
       row[static_cast<Eigen::Index>(c)] = q->value;
     }
@@ -149,8 +168,8 @@ struct Candidate {
   std::vector<double> values;
   double fitted = std::numeric_limits<double>::quiet_NaN(),
          held_out = fitted;  // energy distances, roots of lengths [m^(1/2)] or of quotients [1]
-  long members = 0, finished = 0;
-  VecX mean;  // of what is compared, in its own units
+  long members = 0, finished = 0, moving = 0;  // moving: finished ones that had not come to rest
+  VecX mean;                                   // of what is compared, in its own units
   std::string fault;
 };
 
@@ -264,9 +283,10 @@ class Calibration {
   }
 
   /// Parameters are set as by --set; the user gave them by --vary.
-  static std::vector<Problem> by_their_option(std::vector<Problem> problems) {
+  std::vector<Problem> by_their_option(std::vector<Problem> problems) const {
     for (Problem& p : problems)
-      if (p.file == "--set") p.file = "--vary";
+      for (const Parameter& parameter : request_.parameters)
+        if (p.file == "--set " + parameter.key) p.file = "--vary " + parameter.key;
     return problems;
   }
 
@@ -307,6 +327,7 @@ class Calibration {
       ++c.members;
       if (!m || !finished(m->status)) continue;
       ++c.finished;
+      c.moving += m->moving ? 1 : 0;
       if (measured_.line.empty())
         for (const Vec3& e : m->end) ends.emplace_back(e.head<2>());
       else
@@ -336,6 +357,7 @@ class Calibration {
                {"held_out_distance", number(c.held_out)},
                {"members", c.members},
                {"finished", c.finished},
+               {"moving", c.moving},
                {measured_.line.empty() ? "mean_end" : "mean_passage",
                 std::vector<double>(c.mean.begin(), c.mean.end())}};
       if (!c.fault.empty()) one["fault"] = c.fault;
@@ -358,6 +380,11 @@ class Calibration {
                       request_.parameters[d].unit.empty() ? "" : " " + request_.parameters[d].unit));
     lines.push_back(fmt::format("distance {:.4g}{} to the rows that were fitted, {:.4g}{} to those held out",
                                 found->fitted, unit, found->held_out, unit));
+    if (measured_.line.empty() && found->moving > 0)
+      lines.push_back(fmt::format(
+          "{} of {} members of it still moved when their time was over: where they were is no end point; "
+          "a longer simulation.duration would show where they stop",
+          found->moving, found->members));
     return lines;
   }
 

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "ensemble/results.hpp"
 #include "ensemble/statistics.hpp"
 #include "io/files.hpp"
 #include "io/json_file.hpp"
@@ -81,6 +82,7 @@ std::vector<std::pair<std::string, Figure>> figures_of(const fs::path& directory
   const auto add = [&](const std::string& name, const Json& e, bool bounded = true) {
     if (auto f = figure_of(e)) f->bounded = bounded, all.emplace_back(name, *f);
   };
+  if (!fs::exists(directory / "summary.json")) require_finished(directory);
   const Json summary =
       io::read_json(directory / "summary.json", "name the output directory of talus ensemble");
   if (!summary.contains("lines"))

@@ -127,7 +127,7 @@ Design::Design(const scene::Ensemble& ensemble, const scene::Template& scene) : 
                                                         : 1,
                   .text = false,
                   .unit = vary.unit.empty() ? "1" : vary.unit,
-                  .description = {}};
+                  .description = "drawn for each member"};
     if (vary.kind == Kind::rotation)
       column.unit = "1", column.description = "quaternion w, x, y, z, body to world";
     if (vary.kind == Kind::release)
@@ -141,7 +141,7 @@ Design::Design(const scene::Ensemble& ensemble, const scene::Template& scene) : 
       column.text = !numbers;
       column.unit = !numbers ? "" : unit.none() ? "1" : unit_name(unit);
     } else if (single) {
-      v.distribution.emplace(vary);
+      v.distribution.emplace(vary, scene.file());
     }
     v.column = static_cast<int>(columns_.size());
     columns_.push_back(std::move(column));

@@ -18,7 +18,8 @@ double normal_below(double z) { return 0.5 * std::erfc(-z / std::sqrt(2.0)); }
 
 }  // namespace
 
-Distribution::Distribution(const scene::Vary& vary) : kind_(vary.kind), min_(vary.min), max_(vary.max) {
+Distribution::Distribution(const scene::Vary& vary, const std::string& file)
+    : kind_(vary.kind), min_(vary.min), max_(vary.max) {
   const auto& p = vary.parameters;
   a_ = p[0], b_ = p[1], c_ = p[2];
   if (kind_ == Kind::lognormal) {
@@ -39,7 +40,7 @@ Distribution::Distribution(const scene::Vary& vary) : kind_(vary.kind), min_(var
   }
   if (!empty) return;
   throw InputError(Problem{.severity = Problem::Severity::error,
-                           .file = {},
+                           .file = file,
                            .line = 0,
                            .column = 0,
                            .key = "ensemble.vary",

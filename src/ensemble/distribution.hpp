@@ -9,6 +9,7 @@
 /// Cut off at [min, max]: Q(F(min) + u (F(max) - F(min))).
 #pragma once
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "scene/scene.hpp"
@@ -19,7 +20,8 @@ class Distribution {
  public:
   /// Of lognormal, normal, uniform, power_law and table. Throws InputError if nothing is left between min and
   /// max.
-  explicit Distribution(const scene::Vary& vary);
+  /// Throws InputError, at `file`, if min and max leave nothing.
+  explicit Distribution(const scene::Vary& vary, const std::string& file = {});
   double quantile(double u) const;
   /// Probability of a value <= x, before any cut.
   double below(double x) const;

@@ -34,11 +34,14 @@ scene::Template& with_ensemble(scene::Template& scene) {
                                      "see talus explain ensemble"});
 }
 
-/// Overrides of a member name their keys as --set does: their mistakes are the ensemble's.
-InputError as_of_ensemble(const InputError& error, const std::string& file) {
+/// Overrides of a member name their keys as --set does: their mistakes are the ensemble's, but those of
+/// `given` are of the command line.
+InputError as_of_ensemble(const InputError& error, const std::string& file, const scene::Overrides& given) {
   std::vector<Problem> problems = error.problems();
   for (Problem& p : problems) {
-    if (!p.file.starts_with("--set")) continue;
+    const bool by_hand =
+        std::ranges::any_of(given, [&](const auto& set) { return p.file == "--set " + set.first; });
+    if (!p.file.starts_with("--set") || by_hand) continue;
     p.file = file;
     p.key = "ensemble.vary: " + p.key;
   }
@@ -53,6 +56,7 @@ double thread_seconds() {
 
 struct Quiet : sim::Sink {
   bool quiet() const override { return true; }
+  double watched_interval() const override { return map_interval; }
 };
 
 std::vector<Vec3> centroids(sim::Simulation& simulation) {
@@ -76,13 +80,14 @@ Ensemble::Ensemble(const std::string& file, const scene::Overrides& overrides)
     : template_(std::make_unique<scene::Template>(file, overrides)),
       settings_(*with_ensemble(*template_).ensemble()),
       design_(settings_, *template_),
-      file_(file) {
+      file_(file),
+      given_(overrides) {
   const auto read = [&] {
     scene::Overrides values = design_.provisional();
     values.insert(values.end(), forced_.begin(), forced_.end());
     try {
       return template_->scene(values);
-    } catch (const InputError& error) { throw as_of_ensemble(error, file_); }
+    } catch (const InputError& error) { throw as_of_ensemble(error, file_, given_); }
   };
   if (const std::vector<Problem> forbidden = design_.forbidden(std::min(looked_at, design_.members()), file_);
       !forbidden.empty())
@@ -249,7 +254,7 @@ void Ensemble::try_members() {
         if (was_rigid_ || !p.key.ends_with(".refine")) warnings_.push_back(std::move(p));
       return;
     } catch (const InputError& error) {
-      if (!first) first = as_of_ensemble(error, file_);
+      if (!first) first = as_of_ensemble(error, file_, given_);
     }
   }
   throw *first;
@@ -332,6 +337,7 @@ std::optional<Member> Ensemble::run(long index, const std::atomic<int>* stop) {
       std::count_if(blocks.begin(), blocks.end(), [](const dda::Model::Block& b) { return b.ndof() > 0; }));
   const bool left = !world.paper && moving > 0 && departed(*world.system).size() == moving;
   const bool rest = result.status == "at rest" || (!world.paper && !left && at_rest(*world.system));
+  m.moving = !rest && !left;
   if (result.status == "failed") {
     m.status = Status::failed;
   } else if (over) {

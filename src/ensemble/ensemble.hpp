@@ -73,6 +73,7 @@ class Ensemble {
   std::vector<std::vector<talus::Member>> structure_members_;
   std::vector<Problem> warnings_;
   std::string identity_, crs_, file_, title_;
+  scene::Overrides given_;  // on the command line
   Vec3 origin_ = Vec3::Zero();
   std::vector<std::pair<std::string, std::string>> files_;
   std::vector<Plane> planes_;
@@ -97,5 +98,8 @@ struct Run {
 /// Runs the members that the directory's journals do not hold yet. Returns the number of members that there
 /// are then, 0 if it was stopped.
 long run_members(Ensemble& ensemble, const Run& run);
+
+/// How many members the directory's journals hold, of those that the ensemble asks for.
+long kept_members(const Ensemble& ensemble, const std::filesystem::path& directory);
 
 }  // namespace talus::ensemble

@@ -48,6 +48,7 @@ struct Member {
   double energy_residual = 0, numerical_gain = 0;  // over the largest kinetic energy
   double reach_angle = 0;           // of the block that came farthest by it, NaN without a way [rad]
   std::vector<Vec3> start, end;     // centroids [m]
+  bool moving = false;              // when its time was over; journals do not keep it
   std::vector<Crossing> crossings;  // in order of time
   std::vector<Hit> hits;
   std::vector<Passage> passages;  // in order of j, i

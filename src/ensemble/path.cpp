@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include "core/multiples.hpp"
 #include "dda/kinematics.hpp"
 #include "geometry/terrain.hpp"
 #include "sim/world.hpp"
@@ -48,8 +49,8 @@ std::optional<double> blow_time(const Moment& a, const Moment& b, const Vec3& g)
   const double h = b.time - a.time;
   // Their distance is linear in time: both fall alike.
   const Vec3 at_start = a.c - b.c + h * b.v - 0.5 * h * h * g, rate = a.v - b.v + h * g;
-  constexpr double gentle = 0.01;  // of the speed: what acts all along, drag for one, is no blow
-  if (rate.norm() < gentle * a.v.norm()) return {};
+  constexpr double gentle = 0.01, weights = 3;  // of the speed, of what a steady force gives: drag, friction
+  if (rate.norm() < std::max(gentle * a.v.norm(), weights * h * g.norm())) return {};
   const double time = -at_start.dot(rate) / rate.squaredNorm();
   return time > 0 && time < h ? std::optional(time) : std::nullopt;
 }
@@ -155,19 +156,23 @@ class Path::Watcher {
 
   void see(double from, const dda::State& before, double to, const coupling::SystemState* start) {
     const dda::State& now = system_.state().blocks;
+    std::vector<std::pair<double, dda::State>> between_ends;  // of all blocks, if one meets something
     for (int b = 0; b < before.size(); ++b) {
       if (!moves(b)) continue;
       const Moment p = moment(model(), before, b, from), q = moment(model(), now, b, to);
       if (p.c == q.c && p.v == q.v) continue;
       cross_lines(b, p, q, start);
       if (!(cell_ > 0)) continue;
-      if (const std::optional<double> blow =
-              start && !touches(*start, b) ? blow_time(p, q, model().gravity) : std::nullopt) {
-        mark_way(p, flown(b, p, *blow));
-        mark_way(flown(b, q, *blow - (q.time - p.time)), q);
-      } else {
-        mark_way(p, q);
+      Moment last = p;
+      if (start && !in_flight(p, q, model().gravity)) {
+        if (between_ends.empty()) between_ends = read_off(from, to);
+        for (const auto& [time, state] : between_ends) {
+          const Moment next = moment(model(), state, b, time);
+          mark_part(b, last, next);
+          last = next;
+        }
       }
+      mark_part(b, last, q);
     }
     see_hits(from, before, to, start);
     if (after_) after_();
@@ -358,9 +363,13 @@ class Path::Watcher {
     at->second.second = std::max(at->second.second, static_cast<float>(height));
   }
 
-  static bool touches(const coupling::SystemState& state, int b) {
-    return std::ranges::any_of(state.contacts[static_cast<std::size_t>(b)],
-                               [](const coupling::ContactMemory& m) { return !m.force.isZero(0); });
+  /// What the macro step at hand was read off at, between its ends.
+  std::vector<std::pair<double, dda::State>> read_off(double from, double to) const {
+    std::vector<std::pair<double, dda::State>> states;
+    const Multiples times(map_interval);
+    for (long k = times.after(from); times.at(k) < to; ++k)
+      states.emplace_back(times.at(k), system_.at(times.at(k)).blocks);
+    return states;
   }
 
   /// The moment a time later, or earlier, in free fall.
@@ -372,6 +381,16 @@ class Path::Watcher {
     at.translational +=
         0.5 * model().blocks[static_cast<std::size_t>(b)].mass * (at.v.squaredNorm() - from.v.squaredNorm());
     return at;
+  }
+
+  /// A part with one blow at most: a flight before it, and one behind.
+  void mark_part(int b, const Moment& p, const Moment& q) {
+    if (const std::optional<double> blow = blow_time(p, q, model().gravity)) {
+      mark_way(p, flown(b, p, *blow));
+      mark_way(flown(b, q, *blow - (q.time - p.time)), q);
+    } else {
+      mark_way(p, q);
+    }
   }
 
   /// Of points of the way no farther apart than half a cell, and on both sides of every border between cells.

@@ -242,6 +242,15 @@ class Page {
     return text;
   }
 
+  /// Of a line or a structure, with its interval; a line of which nothing is known has one all the same.
+  static std::string probability_card(const std::string& what, const Json& of, bool always) {
+    const std::string name = what + io::xml_text(of.value("name", ""));
+    const Json& p = of["probability"];
+    if (!p["value"].is_number()) return always ? card(name, "–") : "";
+    return card(name + "<br><small>" + number(p["low"], 100) + " to " + number(p["high"], 100) + " %</small>",
+                number(p["value"], 100) + " %");
+  }
+
   std::string head() const {
     const Json& m = summary_["members"];
     std::string text = "<h1>" + title() + "</h1><div class=\"cards\">" + damage_cards();
@@ -256,18 +265,9 @@ class Page {
         means += "<br><small>energy gain above 1 %, or still moving at the end</small>";
       text += card(means, fmt::format("{}", count));
     }
-    for (const Json& l : summary_["lines"])
-      text += card("cross " + io::xml_text(l.value("name", "")),
-                   l["probability"]["value"].is_number()
-                       ? fmt::format("{:.3g} %", 100 * l["probability"]["value"].get<double>())
-                       : "–");
-    for (const Json& s : summary_.value("structures", Json::array())) {
-      const Json& p = s["probability"];
-      if (!p["value"].is_number()) continue;
-      text += card("hit " + io::xml_text(s.value("name", "")) + "<br><small>" + number(p["low"], 100) +
-                       " to " + number(p["high"], 100) + " %</small>",
-                   number(p["value"], 100) + " %");
-    }
+    for (const Json& l : summary_["lines"]) text += probability_card("cross ", l, true);
+    for (const Json& s : summary_.value("structures", Json::array()))
+      text += probability_card("hit ", s, false);
     text += "</div>";
     for (const std::string& means :
          {m.value("left_means", ""), summary_.value("precision", Json::object()).value("means", "")})

@@ -163,8 +163,8 @@ class Writer {
       }
     write_table("/lines/" + ensemble_.lines()[static_cast<std::size_t>(line)].name + "/", t,
                 {{"time", "s", "of the crossing"},
-                 {"kinetic_translational", "J", ""},
-                 {"kinetic_rotational", "J", ""},
+                 {"kinetic_translational", "J", "energy of translation"},
+                 {"kinetic_rotational", "J", "energy of rotation"},
                  {"height", "m", "of the centroid above the ground"}},
                 {{"position", "m", "of the centroid, scene coordinates"},
                  {"velocity", "m/s", "of the centroid"},
@@ -190,7 +190,7 @@ class Writer {
           struck.push_back(parts[static_cast<std::size_t>(k)].name);
       }
     const std::string at = "/hits/" + ensemble_.structures()[static_cast<std::size_t>(structure)] + "/";
-    write_table(at, t, {{"time", "s", "of the first contact"}, {"mass", "kg", ""}},
+    write_table(at, t, {{"time", "s", "of the first contact"}, {"mass", "kg", "of the block"}},
                 {{"point", "m", "of the contact, scene coordinates"},
                  {"velocity", "m/s", "of the centroid just before"},
                  {"spin", "rad/s", "just before, world axes"}});
@@ -416,6 +416,17 @@ std::string left_text(const Summary& s) {
       "{} of {} members: a block left the terrain, so that reach and deposits are cut off at its limits; a "
       "larger terrain would show where these blocks stop",
       s.left, s.done + s.suspect);
+}
+
+void require_finished(const fs::path& directory) {
+  const std::string name = "name the output directory of talus ensemble";
+  if (!fs::is_directory(directory))
+    throw io::bad_file(directory, "DIR", fs::exists(directory) ? "is a file" : "does not exist", name);
+  if (!fs::exists(directory / "summary.json") || !fs::exists(directory / "ensemble.h5"))
+    throw io::bad_file(directory, "DIR", "holds no finished ensemble",
+                       fs::is_directory(directory / "journal")
+                           ? "finish it by talus ensemble SCENE -o " + directory.string() + " --resume"
+                           : name);
 }
 
 Summary write_results(Ensemble& ensemble, const fs::path& directory, long count) {

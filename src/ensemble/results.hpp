@@ -43,6 +43,9 @@ struct Summary {
 /// That blocks left the terrain, in a sentence; empty if none did.
 std::string left_text(const Summary& summary);
 
+/// Throws InputError if the directory holds no finished ensemble.
+void require_finished(const std::filesystem::path& directory);
+
 /// Of the first `members` members in the directory's journals.
 Summary write_results(Ensemble& ensemble, const std::filesystem::path& directory, long members);
 

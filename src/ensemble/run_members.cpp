@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <exception>
 #include <mutex>
+#include <set>
 #include <thread>
 
 #include "ensemble/brief.hpp"
@@ -68,7 +69,10 @@ long run_members(Ensemble& ensemble, const Run& run) {
       if (!briefs.contains(i) && place++ % run.ranks == run.rank) mine.push_back(i);
     progress.done = static_cast<long>(
         std::count_if(briefs.begin(), briefs.end(), [&](const auto& b) { return b.first < to; }));
-    progress.asked = asked;
+    progress.failed = static_cast<long>(std::count_if(
+        briefs.begin(), briefs.end(), [&](const auto& b) { return b.second.status == Status::failed; }));
+    // Of several processes each runs its share; what the others do meanwhile is not known here.
+    progress.asked = run.ranks > 1 ? progress.done + static_cast<long>(mine.size()) : asked;
     run_on_threads(ensemble, mine, run, [&](const Member& m) {
       store.add(m);
       briefs[m.index] = brief_of(m, ensemble.lines().size());
@@ -89,6 +93,14 @@ long run_members(Ensemble& ensemble, const Run& run) {
     }
   }
   return asked;
+}
+
+long kept_members(const Ensemble& ensemble, const std::filesystem::path& directory) {
+  std::set<std::int64_t> kept;
+  each_member(directory, ensemble.identity(), [&](Member&& m) {
+    if (m.index < ensemble.design().members()) kept.insert(m.index);
+  });
+  return static_cast<long>(kept.size());
 }
 
 }  // namespace talus::ensemble

@@ -82,7 +82,17 @@ Mesh read_stl_text(const std::string& text, const std::string& name) {
   return mesh;
 }
 
-Mesh read_obj(const std::string& text, const std::string& name) {
+/// A backslash at the end of a line of an OBJ file goes on with the next.
+std::string with_joined_lines(std::string text) {
+  for (auto at = text.find('\\'); at != std::string::npos; at = text.find('\\', at + 1))
+    for (const std::string_view end : {"\n", "\r\n"})
+      if (text.compare(at + 1, end.size(), end) == 0) text.replace(at, 1 + end.size(), 1 + end.size(), ' ');
+  return text;
+}
+
+Mesh read_obj(const std::string& given, const std::string& name) {
+  const std::string joined = given.find('\\') == std::string::npos ? std::string() : with_joined_lines(given),
+                    &text = joined.empty() ? given : joined;
   TextCursor in(text, name);
   Builder b;
   b.name = name;

@@ -1,4 +1,6 @@
+#include <charconv>
 #include <map>
+#include <optional>
 
 #include "geometry/mesh_builder.hpp"
 
@@ -17,8 +19,12 @@ class Arrays {
       const auto close = text_.find('>', at);
       if (close == std::string::npos) break;
       const std::string_view tag(text_.data() + at, close - at);
-      if (!array.empty() && tag.find("Name=\"" + array + "\"") == std::string_view::npos) continue;
-      if (tag.find("format=\"ascii\"") == std::string_view::npos)
+      const auto gives = [&](const std::string& key, const std::string& value) {
+        return tag.find(key + "=\"" + value + "\"") != std::string_view::npos ||
+               tag.find(key + "='" + value + "'") != std::string_view::npos;
+      };
+      if (!array.empty() && !gives("Name", array)) continue;
+      if (!gives("format", "ascii"))
         throw InputError(Problem{.file = name_,
                                  .key = "vtu " + within,
                                  .value = array,
@@ -42,6 +48,21 @@ class Arrays {
   std::string name_;
 };
 
+/// The whole number that the first tag of a kind gives under a name; nothing if it gives none.
+std::optional<long> attribute(const std::string& text, const std::string& tag, const std::string& name) {
+  const auto begin = text.find("<" + tag);
+  if (begin == std::string::npos) return {};
+  const std::string_view whole(text.data() + begin, std::min(text.find('>', begin), text.size()) - begin);
+  const auto at = whole.find(name + "=");
+  if (at == std::string_view::npos) return {};
+  const auto first = whole.find_first_of("0123456789", at);
+  long value = 0;
+  if (first == std::string_view::npos ||
+      std::from_chars(whole.data() + first, whole.data() + whole.size(), value).ec != std::errc{})
+    return {};
+  return value;
+}
+
 }  // namespace
 
 Mesh read_vtu(const std::string& text, const std::string& name) {
@@ -54,6 +75,8 @@ Mesh read_vtu(const std::string& text, const std::string& name) {
                 .remedy = "give an UnstructuredGrid of triangles or polygons, as `talus cut` writes it"});
   };
   if (text.find("type=\"UnstructuredGrid\"") == std::string::npos) throw fail("is no UnstructuredGrid");
+  if (const auto first = text.find("<Piece"); text.find("<Piece", first + 1) != std::string::npos)
+    throw fail("holds several pieces (<Piece>), and one is read");
   Builder b;
   b.name = name;
   const auto x = arrays.numbers<double>("", "Points");
@@ -64,6 +87,15 @@ Mesh read_vtu(const std::string& text, const std::string& name) {
   const auto block = arrays.numbers<long>("block", "CellData");
   if (types.size() != offsets.size() || (!block.empty() && block.size() != offsets.size()))
     throw fail("its arrays differ in length");
+  const auto count = [&](const char* what, const char* key, std::size_t found) {
+    if (const auto said = attribute(text, "Piece", key); said && *said != static_cast<long>(found))
+      throw fail(fmt::format("its header counts {} {} ({}), and it holds {}", *said, what, key, found));
+  };
+  if (x.size() % 3 != 0) throw fail(fmt::format("its points are {} numbers, not three each", x.size()));
+  count("points", "NumberOfPoints", b.points.size());
+  count("cells", "NumberOfCells", offsets.size());
+  if (const long last = offsets.empty() ? 0 : offsets.back(); last < static_cast<long>(corners.size()))
+    throw fail(fmt::format("its cells use {} corners of the {} in connectivity", last, corners.size()));
   std::vector<int> loop;
   long begin = 0;
   for (std::size_t c = 0; c < offsets.size(); ++c) {

@@ -59,6 +59,30 @@ const Functions& module(const std::string& for_file) {
   return m;
 }
 
+/// Throws InputError if rows and columns are exchanged in the header of a grid: as many values, other places.
+void refuse_exchanged(const char* heights, double columns, double rows, const std::string& path) {
+  std::istringstream in(heights);
+  double lines = 0;
+  for (std::string line; std::getline(in, line);) {
+    double values = 0;
+    bool blank = true;
+    for (const char c : line) {
+      const bool space = std::isspace(static_cast<unsigned char>(c)) != 0;
+      values += blank && !space ? 1 : 0;
+      blank = space;
+    }
+    if (values == 0) continue;
+    if (values != rows) return;
+    ++lines;
+  }
+  if (lines != columns || columns == rows) return;
+  throw InputError(Problem{.file = path,
+                           .key = "raster",
+                           .value = fmt::format("ncols {:.0f}, nrows {:.0f}", columns, rows),
+                           .rule = fmt::format("the grid has {:.0f} lines of {:.0f} values", lines, rows),
+                           .remedy = "exchange ncols and nrows in its header, if its lines are right"});
+}
+
 /// A key of the header of an ESRI ASCII grid and its value.
 struct HeaderEntry {
   std::string key, value;
@@ -155,6 +179,7 @@ std::optional<std::string> checked_ascii_grid(const std::string& path, bool& is_
                 .rule = fmt::format("has {:.0f} columns and {:.0f} rows by its header: {:.0f} values",
                                     columns, rows, columns * rows),
                 .remedy = "export the grid again: it is cut short, or its header is that of another grid"});
+  refuse_exchanged(heights, columns, rows, path);
   const auto dx = value_of("cellsize") ? value_of("cellsize") : value_of("dx"),
              dy = value_of("cellsize") ? value_of("cellsize") : value_of("dy");
   const auto corner_x = value_of("xllcorner"), corner_y = value_of("yllcorner"),
@@ -179,7 +204,8 @@ std::optional<std::string> checked_ascii_grid(const std::string& path, bool& is_
                                                              : "yllcorner and yllcenter",
                              .rule = "the header gives both",
                              .remedy = "keep the one that is right"});
-  if (as_it_is && corner_x.has_value() == corner_y.has_value()) return {};
+  const bool hole_first = is_letter(*heights);  // "nan", which the library takes for a key of the header
+  if (as_it_is && !hole_first && corner_x.has_value() == corner_y.has_value()) return {};
   std::string out =
       fmt::format("ncols {:.0f}\nnrows {:.0f}\nxllcorner {:.17g}\nyllcorner {:.17g}\n", columns, rows,
                   corner_x ? *corner_x : *centre_x - 0.5 * *dx, corner_y ? *corner_y : *centre_y - 0.5 * *dy);
@@ -187,6 +213,7 @@ std::optional<std::string> checked_ascii_grid(const std::string& path, bool& is_
       *dx == *dy ? fmt::format("cellsize {:.17g}\n", *dx) : fmt::format("dx {:.17g}\ndy {:.17g}\n", *dx, *dy);
   for (const HeaderEntry& e : header)
     if (e.key == "nodata_value") out += "NODATA_value " + e.value + "\n";
+  if (hole_first) out += "-1.#QNAN", heights += std::strlen("nan");
   return out.append(heights, static_cast<const char*>(text.data() + text.size()));
 }
 

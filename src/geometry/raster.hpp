@@ -20,6 +20,11 @@ Raster read_raster(const std::string& path);
 /// Warns of what is hardly heights: bytes, several bands or images, a band called slope.
 Raster read_heights(const std::string& path, std::vector<Problem>& warnings);
 
+/// Another grid of the same values. A grid that is written names no unit: heights in another one than metres
+/// are converted, and depths turned, as for terrain, with a warning; a unit of another kind is lost, with a
+/// warning.
+void convert_raster(const std::string& in, const std::string& out, std::vector<Problem>& warnings);
+
 inline constexpr double highest_ground = 8849;  ///< Mount Everest [m]
 
 /// A value at one end of all that lies farther from the others than these span.

@@ -266,4 +266,17 @@ Raster read_heights(const std::string& path, std::vector<Problem>& warnings) {
   return r;
 }
 
+void convert_raster(const std::string& in, const std::string& out, std::vector<Problem>& warnings) {
+  Raster r = read_raster(in);
+  if (r.band_unit.empty() || metres_of(r.band_unit) > 0) {
+    convert_heights(r, in, warnings);
+    turn_depths(r, in, warnings);
+  } else {
+    warnings.push_back(raster_warning(in, r.band_unit,
+                                      "is the unit of its values, which " + out + " does not name",
+                                      "keep the unit in mind"));
+  }
+  write_raster(out, r);
+}
+
 }  // namespace talus::geometry

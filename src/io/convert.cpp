@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <iterator>
 
 #include "core/csv.hpp"
@@ -19,6 +21,7 @@ struct Columns {
   std::vector<std::string> names;
   std::vector<double> values;  // row-major
   std::size_t rows = 0;
+  std::vector<std::string> texts;  // in place of values: words, and numbers of more digits than a double has
 };
 
 /// Names of the last axis by its length: vectors, quaternions, strains.
@@ -55,6 +58,21 @@ std::vector<std::string> items(const Hdf5File& file, const std::string& group, c
   std::vector<std::string> numbers;
   for (std::size_t i = 0; i < n; ++i) numbers.push_back(std::to_string(i));
   return numbers;
+}
+
+/// Words, and whole numbers of any size, one a row.
+void add_texts(const Hdf5File& file, const std::string& path, const std::string& name, std::size_t rows,
+               std::vector<Columns>& all) {
+  Columns c;
+  c.rows = rows;
+  c.names = {name};
+  if (file.is_text(path)) {
+    for (const std::string& text : file.read_texts(path)) c.texts.push_back(csv_field(text));
+  } else {
+    for (const std::int64_t value : file.read<std::int64_t>(path).values)
+      c.texts.push_back(std::to_string(value));
+  }
+  if (c.texts.size() == rows) all.push_back(std::move(c));
 }
 
 void add(const Hdf5File& file, const std::string& path, std::size_t rows, std::vector<Columns>& all) {
@@ -100,10 +118,12 @@ std::string csv_text(const std::string& results, const std::string& path) {
   const Hdf5File file = Hdf5File::open(results);
   if (!file.exists(path)) {
     std::string known;
-    for (const std::string& g : {std::string("/history"), std::string("/history/structures")})
+    for (const char* g : {"/history", "/history/structures", "/lines", "/hits"})
       if (file.is_group(g))
-        for (const std::string& name : file.list(g)) known += " " + g + "/" + name;
-    throw bad_file(results, path, "there is no such history", "use /ledger or one of" + known);
+        for (const std::string& name : file.list(g)) known += fmt::format(" {}/{}", g, name);
+    for (const char* g : {"/ledger", "/members"})
+      if (file.is_group(g)) known += fmt::format(" {}", g);
+    throw bad_file(results, path, "there is no such history", "name one of" + known);
   }
   std::vector<Columns> all;
   const bool history = path.starts_with("/history/blocks") || path.starts_with("/history/structures") ||
@@ -120,23 +140,38 @@ std::string csv_text(const std::string& results, const std::string& path) {
       below += fmt::format("{}{}/{}", below.empty() ? "" : " ", path, name);
     throw bad_file(results, path, "holds several histories", "name one of " + below);
   }
-  if (file.is_group(path)) {
-    std::vector<std::string> names = file.list(path);
+  const auto length = [&](const std::string& at) { return file.dims(at).empty() ? 0 : file.dims(at)[0]; };
+  // Of histories numbers alone: names and masses are lists beside them. All else is a table with words in it.
+  const auto add_one = [&](const std::string& at, const std::string& name) {
+    const bool words = file.is_text(at) || (file.is_integer(at) && file.dims(at).size() == 1);
+    if (history && (file.is_text(at) || (path == "/history/blocks" && file.dims(at).size() == 1))) return;
+    if (!words) return add(file, at, rows, all);
+    const std::string unit = file.text_attribute(at, "unit");
+    add_texts(file, at, unit.empty() || unit == "1" ? name : name + " [" + unit + "]", rows, all);
+  };
+  const std::function<void(const std::string&)> add_group = [&](const std::string& group) {
+    std::vector<std::string> names = file.list(group);
     std::stable_partition(names.begin(), names.end(), [](const std::string& n) { return n == "time"; });
     for (const std::string& name : names) {
-      const std::string child = path + "/" + name;
-      if (file.is_group(child) || file.is_text(child)) continue;
-      if (rows == 0) rows = file.dims(child).empty() ? 0 : file.dims(child)[0];
-      add(file, child, rows, all);
+      const std::string child = group + "/" + name;
+      if (file.is_group(child)) {
+        if (!history) add_group(child);
+        continue;
+      }
+      if (rows == 0) rows = length(child);
+      add_one(child, name);
     }
-  } else if (!file.is_text(path)) {
-    if (!history) rows = file.dims(path).empty() ? 0 : file.dims(path)[0];
-    add(file, path, rows, all);
+  };
+  if (file.is_group(path)) {
+    add_group(path);
+  } else {
+    if (!history) rows = length(path);
+    add_one(path, last_part(path));
   }
   if (path == "/history/blocks" && rows > 0) add_heights(file, rows, all);
   if (all.empty())
     throw bad_file(results, path, "holds no numbers by row",
-                   "name a group or dataset of /history or /ledger");
+                   "name a group or dataset with as many values as rows");
 
   fmt::memory_buffer text;
   const char* separator = "";
@@ -151,9 +186,11 @@ std::string csv_text(const std::string& results, const std::string& path) {
     for (const Columns& c : all) {
       const std::size_t w = c.names.size();
       for (std::size_t k = 0; k < w; ++k) {
-        const double v = c.values[r * w + k];
+        const double v = c.texts.empty() ? c.values[r * w + k] : 0;
         // Before birth there is no value: an empty field is what spreadsheets understand.
-        if (std::isnan(v))
+        if (!c.texts.empty())
+          fmt::format_to(std::back_inserter(text), "{}{}", separator, c.texts[r]);
+        else if (std::isnan(v))
           fmt::format_to(std::back_inserter(text), "{}", separator);
         else
           fmt::format_to(std::back_inserter(text), "{}{}", separator, v);

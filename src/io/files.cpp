@@ -5,9 +5,11 @@
 #include <sys/file.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <initializer_list>
 #include <iterator>
 #include <utility>
 
@@ -97,12 +99,6 @@ void spare_inputs(const fs::path& directory, std::span<const fs::path> inputs) {
   }
 }
 
-void spare_ensemble(const fs::path& directory) {
-  if (fs::exists(directory / "ensemble.h5") || fs::is_directory(directory / "journal"))
-    throw refusal(directory, "holds the results of an ensemble, which would be lost",
-                  "name another directory with -o, or remove this one");
-}
-
 std::string system_error(std::string_view operation, const fs::path& path) {
   return fmt::format("cannot {} {}: {}", operation, path.string(), std::strerror(errno));
 }
@@ -148,8 +144,22 @@ void check_directory(const fs::path& directory) {
                   "name an empty or new directory with -o");
 }
 
-DirectoryLock claim_directory(const fs::path& directory) {
+void check_directory(const fs::path& directory, Results kind) {
   check_directory(directory);
+  const auto holds = [&](std::initializer_list<const char*> names) {
+    return std::ranges::any_of(names, [&](const char* name) { return fs::exists(directory / name); });
+  };
+  const bool ensemble = kind != Results::ensemble && holds({"ensemble.h5", "journal"}),
+             run = kind != Results::run && holds({"results.h5", "journal.bin", "checkpoint.h5"});
+  if (ensemble || run)
+    throw refusal(
+        directory,
+        fmt::format("holds the results of {}, which would be lost", ensemble ? "an ensemble" : "a run"),
+        "name another directory with -o, or remove this one");
+}
+
+DirectoryLock claim_directory(const fs::path& directory, Results kind) {
+  check_directory(directory, kind);
   std::error_code error;
   fs::create_directories(directory, error);
   if (error)

@@ -42,20 +42,23 @@ class DirectoryLock {
 /// Throws InputError if another process writes to `directory`.
 void require_idle(const std::filesystem::path& directory);
 
+/// What a directory is to hold. Results of a run and of an ensemble were long in the making: neither gives
+/// way to results of another kind.
+enum class Results { run, ensemble, other };
+
 /// Throws InputError if `directory` exists and is neither empty nor ours, cannot be written, or is written to
 /// by another process. Changes nothing.
 void check_directory(const std::filesystem::path& directory);
+/// The same for what claims the directory: throws also if it holds a run, or an ensemble, finished or not,
+/// and is to hold results of another kind.
+void check_directory(const std::filesystem::path& directory, Results kind);
 
 /// Throws InputError if one of `inputs` is a file that a run replaces in its directory.
 void spare_inputs(const std::filesystem::path& directory, std::span<const std::filesystem::path> inputs);
 
-/// Throws InputError if `directory` holds an ensemble, finished or not: results of another kind, which were
-/// long in the making, are not replaced.
-void spare_ensemble(const std::filesystem::path& directory);
-
-/// Checks, creates, locks, marks; removes what an earlier run of ours left there (known names only, never
-/// anything else).
-[[nodiscard]] DirectoryLock claim_directory(const std::filesystem::path& directory);
+/// Checks, creates, locks, marks; removes what earlier results of the kind left there (known names only,
+/// never anything else).
+[[nodiscard]] DirectoryLock claim_directory(const std::filesystem::path& directory, Results kind);
 
 /// Whole or absent: temporary file, fsync, rename, fsync of the directory. Files that can be made again need
 /// not be durable.

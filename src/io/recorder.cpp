@@ -111,7 +111,7 @@ void Recorder::Impl::grow() {
 Recorder::Recorder(RecorderOptions options, const sim::RunHeader& header) : impl_(std::make_unique<Impl>()) {
   // Read before the directory is cleared: it may be the copy that lies there.
   const std::string scene = options.scene_file.empty() ? std::string() : read_file(options.scene_file);
-  impl_->lock = claim_directory(options.directory);
+  impl_->lock = claim_directory(options.directory, Results::run);
   impl_->options = std::move(options);
   impl_->header = header;
   const fs::path& dir = impl_->options.directory;

@@ -117,9 +117,7 @@ std::vector<Key> ensemble_keys() {
        .type = Type::amounts,
        .doc = "[exponent a, min, max]: probability density proportional to x^-|a|. A cumulative frequency "
               "N(>= x) proportional to x^-b has a = b + 1."},
-      {.path = "ensemble.vary.list",
-       .type = Type::values,
-       .doc = "Values, each as likely as the others. A first row may name their unit, V [m^3]."},
+      {.path = "ensemble.vary.list", .type = Type::values, .doc = "Values, each as likely as the others."},
       {.path = "ensemble.vary.table",
        .type = Type::path,
        .doc = "CSV file of one column: measured values, each as likely as the others. A first row may name "

@@ -16,8 +16,13 @@ constexpr const char* remedy =
     "numbers in SI with decimal points, separated by commas; or with decimal commas, separated by "
     "semicolons";
 
-std::optional<Quantity> unit_of(const std::string& text, std::string& error) {
-  return parse_quantity("1 " + text, error);
+/// True for a cell that is meant as a number, whether it can be read as one or not.
+bool begins_a_number(const std::string& text) {
+  constexpr std::string_view typographic_minus = "\u2212";
+  std::size_t at = text.starts_with(typographic_minus) ? typographic_minus.size() : 0;
+  while (at < text.size() && at < 4 && std::string_view("+-.,<>~").find(text[at]) != std::string_view::npos)
+    ++at;
+  return at < text.size() && text[at] >= '0' && text[at] <= '9';
 }
 
 class TableReader {
@@ -51,8 +56,7 @@ class TableReader {
       if (!value || !value->dimension.none()) break;
       row.push_back(value->value);
     }
-    const bool begins_a_number = cells[0].text.find_first_of("0123456789") <= 1;  // after a sign or a point
-    if (row.empty() && table_.rows.empty() && !begins_a_number) return take_names(cells);
+    if (row.empty() && table_.rows.empty() && !begins_a_number(cells[0].text)) return take_names(cells);
     if (row.size() < cells.size())
       return refuse(
           fmt::format("line {} of the file: \"{}\" is not a number", line_, cells[row.size()].text));
@@ -74,23 +78,27 @@ class TableReader {
     if (!table_.header.empty() || !units_.empty()) return take_units(cells);
     std::string error;
     const bool units_alone = std::all_of(cells.begin(), cells.end(), [&](const TableCell& cell) {
-      return unit_of(unit_in(cell), error).has_value();
+      return unit_by_text(unit_in(cell), error).has_value();
     });
-    if (units_alone && fit(cells)) return take_units(cells);
+    if (units_alone && (fit(cells) || holds_a_bare_unit(cells))) return take_units(cells);
+    if (units_alone && cells.size() == 1 && is_no_name(cells[0]))
+      return refuse(
+          fmt::format("line {} of the file, \"{}\", is a unit, and not of the column, which is {}; if it is "
+                      "the column's name, write the unit behind it: {} [{}]",
+                      line_, cells[0].text, describe(*holds_(0, "").dimension), unit_in(cells[0]),
+                      unit_name(*holds_(0, "").dimension)));
     if (units_alone && cells.size() > 1)
       return refuse(
           fmt::format("line {} of the file holds units of other quantities than the columns, which "
                       "are {}",
                       line_, columns_text(cells.size())));
     for (const TableCell& cell : cells) {
-      const NameAndUnit parts = name_and_unit(cell.text);
-      const bool known = parts.unit.empty() || unit_of(parts.unit, error);
-      // In round brackets there may be any remark; a unit of another system is none.
-      if (!known && holds_(units_.size(), parts.name).read &&
-          (parts.square || error.find("\": ") != std::string::npos))
-        return refuse(fmt::format("line {} of the file: column {}: {}", line_, cell.text, error));
-      table_.header.push_back(parts.name);
-      units_.push_back(known ? parts.unit : "");
+      std::string problem;
+      const auto heading = read_heading(
+          cell.text, [&](const std::string& name) { return holds_(units_.size(), name); }, problem);
+      if (!heading) return refuse(fmt::format("line {} of the file: {}", line_, problem));
+      table_.header.push_back(heading->name);
+      units_.push_back(heading->unit);
     }
     return true;
   }
@@ -104,7 +112,7 @@ class TableReader {
     for (const TableCell& cell : cells) {
       std::string error;
       const std::string unit = unit_in(cell);
-      const bool known = unit_of(unit, error).has_value();
+      const bool known = unit_by_text(unit, error).has_value();
       if (!known && holds_(units_.size(), column(units_.size())).read)
         return refuse(fmt::format("line {} of the file, below the names of the columns: {}", line_, error));
       units_.push_back(known ? unit : "");
@@ -122,9 +130,28 @@ class TableReader {
   bool fit(const std::vector<TableCell>& cells) const {
     for (std::size_t k = 0; k < cells.size(); ++k) {
       std::string error;
-      if (holds_(k, "").dimension != unit_of(unit_in(cells[k]), error)->dimension) return false;
+      if (holds_(k, "").dimension != unit_by_text(unit_in(cells[k]), error)->dimension) return false;
     }
     return true;
+  }
+
+  /// True for a unit of another kind than that of its column, and no name with the column's: "kg" over
+  /// volumes, but not "m / kg" over masses.
+  bool is_no_name(const TableCell& cell) const {
+    const auto holds = [this](const std::string& name) { return holds_(0, name); };
+    const std::optional<Dimension> of = holds("").dimension;
+    std::string problem, error;
+    const auto heading = read_heading(cell.text, holds, problem);
+    const auto unit = heading && !heading->name.empty() && !heading->unit.empty()
+                          ? unit_by_text(heading->unit, error)
+                          : std::nullopt;
+    return of && !(unit && unit->dimension == *of);
+  }
+
+  /// One cell that is a unit and hardly a name, of a column that may hold several kinds of quantities.
+  bool holds_a_bare_unit(const std::vector<TableCell>& cells) const {
+    const ColumnHolds of = holds_(0, "");
+    return cells.size() == 1 && of.read && !of.dimension && !may_be_name(cells[0].text);
   }
 
   std::string column(std::size_t k) const {
@@ -142,13 +169,14 @@ class TableReader {
     for (std::size_t k = 0; k < units_.size(); ++k) {
       std::string error;
       const Quantity unit =
-          units_[k].empty() ? Quantity{1, {}} : unit_of(units_[k], error).value_or(Quantity{1, {}});
+          units_[k].empty() ? Quantity{1, {}} : unit_by_text(units_[k], error).value_or(Quantity{1, {}});
       factors_.push_back(unit.value);
       table_.units.push_back(unit.dimension);
       const std::string name = column(k);
       const auto holds = holds_(k, name).dimension;
       if (unit.dimension.none() || !holds || *holds == unit.dimension ||
-          (*holds == dimension::angular_velocity && unit.dimension == dimension::rate))
+          (*holds == dimension::angular_velocity && unit.dimension == dimension::rate &&
+           !counts_turns(units_[k])))
         continue;
       return refuse(
           fmt::format("the file gives {} in {}: {} is {}", name, units_[k], name, describe(*holds)));

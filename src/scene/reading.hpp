@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/table.hpp"
 #include "scene/scene.hpp"
 #include "scene/view.hpp"
 
@@ -79,11 +80,7 @@ struct NumberTable {
   std::vector<int> lines;           // of the file, one for each row
   std::vector<Dimension> units;     // of the columns that name one; none for the others
 };
-/// Whether a column is read, and what it holds, by its place and its name.
-struct ColumnHolds {
-  bool read = false;
-  std::optional<Dimension> dimension;  // nothing: not known
-};
+/// What a column holds, by its place and its name.
 using ColumnUse = std::function<ColumnHolds(std::size_t, const std::string&)>;
 /// Reads a table of `columns` numbers a row (0: as many as it has names). Rows of text before the first
 /// number name the columns, "s [mm]" or "F (kN)", or their units alone, or the units below the names; numbers

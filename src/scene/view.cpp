@@ -26,6 +26,10 @@ std::optional<double> quantity_of(const Node& node, Dimension dimension, std::st
     return {};
   }
   Dimension given = quantity->dimension;
+  if (dimension == dimension::angular_velocity && counts_turns(node.text)) {
+    why = fmt::format("must be {}: Hz are turns a second, of 2 pi rad each", describe(dimension));
+    return {};
+  }
   if (dimension == dimension::angular_velocity && given.rad == 0)
     given.rad = 1;  // "2 1/s": the radian is often left out
   if (given == dimension) return quantity->value;

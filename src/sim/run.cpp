@@ -191,12 +191,16 @@ RunResult Simulation::run(Sink& sink, const std::atomic<int>* stop) {
   const int checkpoint_steps = s.output.checkpoint_steps > 0 ? s.output.checkpoint_steps : 200;
   long since_checkpoint = 0;
   std::vector<double> rows;  // that the next macro step may reach
+  const bool told = !sink.quiet();
   try {
     while (duration - w.time() > 1e-12 * duration) {
       const double end = w.rows_end_steps() ? std::min(histories.next(), fields.next()) : duration;
       rows.clear();
-      for (const Instants* due : {&histories, &fields})
-        due->list(w.time() + 1.01 * w.longest_advance(), rows);  // more than it can reach, by rounding
+      const double reach = w.time() + 1.01 * w.longest_advance();  // more than it can reach, by rounding
+      if (told || w.rows_end_steps())
+        for (const Instants* due : {&histories, &fields}) due->list(reach, rows);
+      if (const double watched = sink.watched_interval(); watched > 0)
+        Instants(w.time(), duration, watched).list(reach, rows);
       std::sort(rows.begin(), rows.end());
       rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
       const bool arrived = agreed(stop) == 0 && w.advance(end, rows, stop);
@@ -214,6 +218,7 @@ RunResult Simulation::run(Sink& sink, const std::atomic<int>* stop) {
         rows.insert(std::upper_bound(rows.begin(), rows.end(), w.time()), w.time());
       for (const double t : rows) {
         if (t > w.time()) break;
+        if (!told && !w.rows_end_steps()) continue;
         const Moment moment = w.at(t);
         const bool at_end = last && t == w.time();
         if (histories.next() <= t || at_end) tell.history(moment);

@@ -32,6 +32,8 @@ class Sink {
   virtual ~Sink() = default;
   /// True if neither rows nor fields are wanted: they are not made.
   virtual bool quiet() const { return false; }
+  /// Multiples of it are read off as well, for whoever watches the system; 0: none [s].
+  virtual double watched_interval() const { return 0; }
   virtual void history(const HistoryRow&) {}
   virtual void contacts(std::span<const ContactRow>) {}
   /// Of several ranks all ask for the fields, and one writes them.

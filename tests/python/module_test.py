@@ -7,9 +7,11 @@ import json
 import os
 import pathlib
 import re
+import signal
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 
 import numpy as np
@@ -224,6 +226,47 @@ class Running(unittest.TestCase):
             np.testing.assert_array_equal(np.sort(road.largest("kinetic")), np.sort(road.kinetic))
             told = [line for line in e.summary["lines"] if line["name"] == "road"][0] if isinstance(e.summary["lines"], list) else e.summary["lines"]["road"]
             self.assertEqual(told["crossings"], 8)
+            with self.assertRaisesRegex(KeyError, "no line rode; there are road"):
+                e.line("rode")
+        with self.assertRaisesRegex(FileNotFoundError, "talus.open_ensemble"):
+            talus.open(self.root / "e")
+        with self.assertRaisesRegex(talus.SceneError, "holds the results of an ensemble"):
+            talus.run(SLIDE, self.root / "e")
+        self.assertTrue((self.root / "e" / "ensemble.h5").exists())
+
+    def test_ensemble_does_not_replace_a_run(self):
+        talus.run(SLIDE, self.root / "run")
+        (self.root / "e.toml").write_text(SLIDE + '\n[ensemble]\nmembers = 2\n')
+        for more in [], ["--resume"]:
+            told = subprocess.run([program, "ensemble", self.root / "e.toml", "-o", self.root / "run", *more], capture_output=True, text=True)
+            self.assertEqual(told.returncode, 2)
+            self.assertIn("holds the results of a run", told.stderr)
+        self.assertEqual(talus.open(self.root / "run").status, "done")
+
+    def test_interrupted_ensemble_says_how_many_members_are_kept(self):
+        asked = 20000
+        (self.root / "e.toml").write_text(SLIDE + f'\n[ensemble]\nmembers = {asked}\n')
+        command = [program, "ensemble", self.root / "e.toml", "-o", self.root / "e", "--threads", "1"]
+        kept = []
+        for more in [], ["--resume"]:
+            run = subprocess.Popen([*command, *more], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+            journal, size = self.root / "e" / "journal" / "0.bin", 0
+            begun = journal.stat().st_size if journal.exists() else 0
+            while run.poll() is None and size <= begun + 2000:
+                size = journal.stat().st_size if journal.exists() else 0
+                time.sleep(0.01)
+            run.send_signal(signal.SIGINT)
+            told = run.communicate(timeout=60)[0]
+            self.assertEqual(run.returncode, 130)
+            kept.append(int(re.search(rf"(\d+) of {asked} members are finished and kept", told)[1]))
+        self.assertTrue(0 < kept[0] < kept[1] < asked, kept)
+
+    def test_what_is_not_there_is_named_with_what_is(self):
+        with talus.run(SLIDE, self.root / "slide") as r:
+            with self.assertRaisesRegex(KeyError, "no block B7; there are B1"):
+                r.blocks["B7"]
+        with self.assertRaisesRegex(FileNotFoundError, "talus.open reads it"):
+            talus.open_ensemble(self.root / "slide")
 
     def test_guide_runs(self):
         """The ten lines of docs/guide/python.md, on a shorter run."""

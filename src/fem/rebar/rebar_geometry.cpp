@@ -63,7 +63,7 @@ class BarReader {
     std::string strangers, lacking;
     int place = 0;
     for (const TableCell& c : cells) {
-      const std::string title = column_name(c);
+      const std::string title = column_name(c.text);
       if (!allowed.count(title)) {
         strangers += (strangers.empty() ? "" : ", ") + c.text;
         if (place == 0) place = c.column;

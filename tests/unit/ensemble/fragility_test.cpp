@@ -467,7 +467,11 @@ TEST(Calibrate, FindsTheFrictionFromPassagesAndFromEndPoints) {
     request.measured = place.put(name, text);
     request.directory = place.path() / (std::string(name) + "-out");
     fs::create_directories(request.directory);
-    EXPECT_FALSE(calibrate(request).empty());
+    const std::vector<std::string> lines = calibrate(request);
+    ASSERT_FALSE(lines.empty());
+    // The box slides on when its time is over: a place, and no end point.
+    EXPECT_EQ(lines.back().find("still moved") != std::string::npos, std::string(name) == "ends.csv")
+        << lines.back();
     const Json c = json_of(request.directory / "calibration.json");
     EXPECT_NEAR(c["best"]["values"]["interface.rock/ground.friction"].get<double>(), mu, 2 * spacing) << name;
     EXPECT_EQ(c["measured"]["held_out"], 2);
@@ -489,6 +493,12 @@ TEST(Calibrate, FindsTheFrictionFromPassagesAndFromEndPoints) {
     } catch (const InputError& e) { return e.what(); }
     return {};
   };
+  for (const auto& [text, rule] :
+       {std::pair{"x [ft],y\n1,2\n3,4\n5,6\n7,8\n", "1 ft = 0.3048 m"},
+        std::pair{"x_kg,y\n1,2\n3,4\n5,6\n7,8\n", "is no a length in m"},
+        std::pair{"x,y,X\n1,2,3\n3,4,5\n5,6,7\n7,8,9\n", "is the name of two columns"},
+        std::pair{"line,energy\nroad,-1\nroad,2\nroad,3\nroad,4\n", "none is below 0"}})
+    EXPECT_NE(refusal(text).find(rule), std::string::npos) << text << refusal(text);
   // The same rows as spreadsheets of other countries write them; and commas that would be cut.
   const auto best = [&](const std::string& text) {
     request.candidates = 4;

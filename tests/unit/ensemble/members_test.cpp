@@ -9,6 +9,7 @@
 #include <iterator>
 #include <map>
 #include <set>
+#include <sstream>
 #include <tuple>
 
 #include <fmt/format.h>
@@ -18,6 +19,7 @@
 #include "ensemble/results.hpp"
 #include "ensemble/store.hpp"
 #include "helpers/place.hpp"
+#include "io/convert.hpp"
 #include "io/hdf5_file.hpp"
 #include "sim/world.hpp"
 
@@ -254,6 +256,25 @@ TEST(Members, ListsOfNumbersAreOfOneUnit) {
 }
 
 // Of one crossing an interval of resamples is that value alone: no precision.
+// A table of members has their words, and seeds to the last digit.
+TEST(Members, TablesOfMembersAreWhole) {
+  const Place place;
+  Ensemble ensemble(place.put("scene.toml", tilted()).string(), {});
+  const fs::path out = place.path() / "out";
+  run(ensemble, out, 1);
+  write_results(ensemble, out, 24);
+  const std::string file = (out / "ensemble.h5").string();
+  std::istringstream csv(io::csv_text(file, "/members"));
+  std::string head, row;
+  std::getline(csv, head), std::getline(csv, row);
+  EXPECT_EQ(
+      "," + head + ",",
+      ",cpu [s],0.end_position.x [m],0.end_position.y [m],0.end_position.z [m],energy_residual,index,"
+      "numerical_gain,reach_angle [rad],runout.0 [m],seed,status,steps,interface.rock|ground.friction,");
+  const std::int64_t seed = io::Hdf5File::open(file).read<std::int64_t>("/members/seed").values[0];
+  EXPECT_NE(("," + row + ",").find(fmt::format(",{},done,", seed)), std::string::npos) << row;
+}
+
 TEST(Members, FewCrossingsAreNoPrecision) {
   const auto members = [](double most) {
     const Place place;
@@ -509,6 +530,21 @@ report = false
 
 const std::string source = R"({"type":"Polygon","coordinates":[[[-10,4],[10,4],[10,10],[-10,10],[-10,4]]]})";
 
+// What is wrong with a value of the command line is said of it, not of what members draw.
+TEST(Members, MistakesOfTheCommandLineAreItsOwn) {
+  const Place place;
+  const std::string scene = place.put("scene.toml", slide).string();
+  const auto refusal = [&](const std::string& key, const std::string& value) -> std::string {
+    try {
+      const Ensemble ensemble(scene, {{key, value}});
+    } catch (const InputError& error) { return error.what(); }
+    return {};
+  };
+  EXPECT_TRUE(refusal("simulation.accuracy", "0.9").starts_with("--set simulation.accuracy: error"))
+      << refusal("simulation.accuracy", "0.9");
+  EXPECT_NE(refusal("ensemble.vary.0.uniform", "[-0.1, 0.5]").find("ensemble.vary"), std::string::npos);
+}
+
 TEST(Members, ReleaseDrawsOnePlaceOfTheAreaForEach) {
   const Place place;
   place.put("source.geojson", source);
@@ -661,6 +697,73 @@ TEST(Members, MapsKnowTheEnergyJustBeforeABlow) {
     ASSERT_TRUE(m && m->passages.size() == 1);
     EXPECT_NEAR(m->passages[0].energy / (2600 * 9.81 * (height - 0.5)), 1, 5e-3) << height;
   }
+}
+
+// A cube between two walls, without gravity: it strikes them at 6.25 and at 31.25 ms, within one macro step,
+// each blow halves its speed across, and a cell has the energy with which the cube comes into it.
+TEST(Members, MapsKnowTheWaysBetweenTheBlowsOfOneMacroStep) {
+  const Place place;
+  const std::string scene = R"(schema = 1
+[simulation]
+duration = "80 ms"
+gravity = [0, 0, 0]
+[[plane]]
+point = [0, 0, -5]
+normal = [0, 0, 1]
+material = "ground"
+[[plane]]
+point = [0.5, 0, 0]
+normal = [-1, 0, 0]
+material = "ground"
+[[plane]]
+point = [-0.5, 0, 0]
+normal = [1, 0, 0]
+material = "ground"
+[[material]]
+name = "rock"
+density = 2600
+[[interface]]
+between = ["rock", "ground"]
+friction = 0
+restitution = 0.5
+normal_stiffness = "hard"
+[[block]]
+name = "B"
+material = "rock"
+shape = "box"
+size = [0.5, 0.5, 0.5]
+position = [0, 0, 0]
+velocity = [40, 10, 0]
+[ensemble]
+members = 1
+map_cell = "0.05 m"
+[output]
+report = false
+)";
+  Ensemble ensemble(place.put("scene.toml", scene).string(), {});
+  const std::optional<Member> m = ensemble.run(0, nullptr);
+  ASSERT_TRUE(m);
+  const double mass = 2600 * 0.125, blows[] = {6.25e-3, 31.25e-3};
+  std::map<std::pair<int, int>, double>
+      expected;  // the greatest energy in a cell, and a moment of the path in it
+  for (int k = 0; k <= 80000; ++k) {
+    const double t = 1e-6 * k, y = 10 * t;
+    const double x = t < blows[0]   ? 40 * t
+                     : t < blows[1] ? 0.25 - 20 * (t - blows[0])
+                                    : -0.25 + 10 * (t - blows[1]);
+    const double across = t < blows[0] ? 40 : t < blows[1] ? 20 : 10;
+    double& most = expected[{static_cast<int>(std::floor(x / 0.05)), static_cast<int>(std::floor(y / 0.05))}];
+    most = std::max(most, 0.5 * mass * (across * across + 100));
+  }
+  int met = 0;
+  for (const Passage& p : m->passages) {
+    const auto cell = expected.find({p.i, p.j});
+    if (cell == expected.end()) continue;  // touched at a corner
+    EXPECT_NEAR(p.energy / cell->second, 1, 1e-6) << p.i << " " << p.j;
+    ++met;
+  }
+  EXPECT_GE(met, 25);
+  EXPECT_GE(met + 2, static_cast<int>(m->passages.size()));
 }
 
 }  // namespace

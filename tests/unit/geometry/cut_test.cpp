@@ -2,10 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <unistd.h>
+
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <map>
 #include <numbers>
+#include <sstream>
 
 #include "geometry/block_output.hpp"
 #include "geometry/mass_properties.hpp"
@@ -474,6 +478,40 @@ TEST(Cut, BlockSystemsGoOutAndIn) {
     }
     std::filesystem::remove(file);
   }
+}
+
+// A file that was cut short, or made by a program that writes in pieces, is no smaller system.
+TEST(Cut, AFileThatContradictsItsHeaderIsRefused) {
+  const std::string file =
+      (std::filesystem::temp_directory_path() / ("talus_cut_" + std::to_string(::getpid()) + "_header.vtu"))
+          .string();
+  CutSpec s = box_spec({4, 3, 2});
+  s.joint_sets = {joint_set("a", 267, 87, 1.1)};
+  write_blocks_vtu(file, cut(s));
+  std::stringstream whole;
+  whole << std::ifstream(file).rdbuf();
+  const auto refusal = [&](const std::string& from, const std::string& to) -> std::string {
+    std::string text = whole.str();
+    const auto at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    std::ofstream(file) << text.replace(at, from.size(), to);
+    try {
+      read_block_system(file);
+    } catch (const InputError& e) { return e.what(); }
+    return {};
+  };
+  EXPECT_EQ(refusal("<UnstructuredGrid>", "<UnstructuredGrid>"), "");
+  EXPECT_NE(refusal("NumberOfCells=\"", "NumberOfCells=\"1").find("its header counts 1"), std::string::npos);
+  EXPECT_NE(refusal("NumberOfPoints=\"", "NumberOfPoints=\"1").find("points (NumberOfPoints)"),
+            std::string::npos);
+  EXPECT_NE(refusal("</UnstructuredGrid>", "<Piece/></UnstructuredGrid>").find("several pieces"),
+            std::string::npos);
+  EXPECT_NE(refusal("</DataArray>", " 7</DataArray>").find("not three each"), std::string::npos);
+  EXPECT_NE(refusal("<DataArray type=\"Int64\" Name=\"connectivity\" format=\"ascii\">",
+                    "<DataArray type=\"Int64\" Name='connectivity' format='ascii'>0 ")
+                .size(),
+            0u);
+  std::filesystem::remove(file);
 }
 
 TEST(Cut, RandomJointSets) {

@@ -82,6 +82,13 @@ TEST(Mesh, ObjGroupsPolygonsAndNegativeIndices) {
   EXPECT_NEAR(area, 3, 1e-14);
 }
 
+TEST(Mesh, LinesOfObjFilesGoOnBehindABackslash) {
+  const std::string head = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+  const Mesh whole = read_mesh_text(head + "f 1 2 3 4\n", "a.obj");
+  for (const char* end : {"\\\n", "\\\r\n"})
+    EXPECT_EQ(read_mesh_text(head + "f 1 2 " + end + "3 4\n", "a.obj").triangles, whole.triangles);
+}
+
 TEST(Mesh, BinaryPlyOfBothByteOrders) {
   for (const bool big : {false, true}) {
     std::string text =

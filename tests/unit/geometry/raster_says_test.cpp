@@ -213,6 +213,8 @@ TEST(RasterSays, DialectsOfTextGridsAreOne) {
     EXPECT_EQ(vertices(wide), expected) << little;
     EXPECT_EQ(vertices(wide.substr(2)), expected) << little;  // without a mark
   }
+  // A corner without data, as numerical libraries write it.
+  EXPECT_EQ(vertices(head + "nan 2 3\n4 5 6\n7 8 9\n"), vertices(head + "-9999 2 3\n4 5 6\n7 8 9\n"));
   std::string mac = head + rows;
   std::replace(mac.begin(), mac.end(), '\n', '\r');
   EXPECT_EQ(vertices(mac), expected);
@@ -228,6 +230,8 @@ TEST(RasterSays, AnIncompleteHeaderIsNamed) {
   };
   EXPECT_EQ(value("ncols 2\nnrows 2\nxllcorner 0\ncellsize 1\n1 2\n3 4\n"), "yllcorner or yllcenter");
   EXPECT_EQ(value("ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\n1 2\n3 4\n"), "cellsize");
+  const std::string place = "xllcorner 0\nyllcorner 0\ncellsize 1\n";
+  EXPECT_EQ(value("ncols 2\nnrows 3\n" + place + "1 2 3\n4 5 6\n"), "ncols 2, nrows 3");
   EXPECT_EQ(value("ncols 2\nnrows 2\nxllcorner 0\nxllcenter 0.5\nyllcorner 0\ncellsize 1\n1 2\n3 4\n"),
             "xllcorner and xllcenter");
 }
@@ -327,6 +331,31 @@ TEST(RasterSays, DepthsBecomeHeights) {
   const Terrain terrain = terrain_of(t);
   EXPECT_TRUE(warned(terrain, "grow downwards"));
   EXPECT_NEAR(north_west(terrain), -501, 1e-9);
+}
+
+// A grid that is written says nothing of units: what it holds is in metres, as other readers take it.
+TEST(RasterSays, GridsAreConvertedWithTheirUnits) {
+  TinyTiff t = tiff(heights);
+  t.crs = 25832;
+  const File in("in.tif"), asc("out.asc"), tif("out.tif");
+  const auto converted = [&](const std::string& out) {
+    std::vector<Problem> warnings;
+    t.write(in.path);
+    convert_raster(in.path, out, warnings);
+    EXPECT_EQ(warnings.empty(), t.vertical_unit == 0 && t.vertical == 0 && t.metadata.empty());
+    return read_raster(out).values[0];
+  };
+  for (const std::string& out : {asc.path, tif.path}) {
+    t.vertical_unit = t.vertical = 0, t.metadata.clear();
+    EXPECT_NEAR(converted(out), 501, 1e-9);
+    t.vertical_unit = 9002;
+    EXPECT_NEAR(converted(out), 501 * 0.3048, 1e-9);
+    t.vertical_unit = 0, t.vertical = 5715;
+    EXPECT_NEAR(converted(out), -501, 1e-9);
+    t.vertical = 0, t.metadata = "<GDALMetadata>" + item("unittype", "mSv") + "</GDALMetadata>";
+    EXPECT_NEAR(converted(out), 501, 1e-9);
+  }
+  std::filesystem::remove(asc.path.substr(0, asc.path.size() - 3) + "prj");
 }
 
 TEST(RasterSays, AUnitInPlanCountsWithoutTheRestOfTheSystem) {

@@ -299,6 +299,7 @@ const Broken list[] = {
     {"scheme = \"two-way\"", "scheme = \"twoway\"", "coupling.scheme", "did you mean \"two-way\"?"},
     {"audit = \"strict\"", "audit = \"none\"", "coupling.audit", "must be one of strict, report"},
     {"interval = \"0.05 s\"", "interval = \"0.05 Hz\"", "output.interval", "this one is in 1/s"},
+    {"velocity = [0.0, 0.0, -1.0]", "spin = [\"2 Hz\", 0, 0]", "block.B1.spin", "turns a second"},
     {"[output]",
      "[impact]\nmaterial = \"rock\"\nshape = \"sphere\"\ndiameter = 1\npoint = [0,0,0]\nvelocity = "
      "0\n[output]",

@@ -159,11 +159,40 @@ table = "table.csv"
   EXPECT_EQ(first("V\nl\n2000\n3000\n"), 2);
   EXPECT_EQ(first("l\n2000\n3000\n"), 2);
   EXPECT_EQ(first("V (measured)\n2\n3\n"), 2);
+  for (const char* litres : {"V / l\n2000\n3000\n", "V in dm3\n2000\n3000\n", "V_dm3\n2000\n3000\n",
+                             "volume l\n2000\n3000\n", "dm3\n2000\n3000\n"})
+    EXPECT_EQ(first(litres), 2) << litres;
+  EXPECT_EQ(first("s / l\n2000\n3000\n"), 2);  // a name that is a unit as well
+  for (const char* name : {"V_t\n2\n3\n", "V_max\n2\n3\n", "V of block B\n2\n3\n", "V/x\n2\n3\n"})
+    EXPECT_EQ(first(name), 2) << name;
   for (const char* text :
        {"V [ft^3]\n35\n70\n", "V [yd3]\n35\n70\n", "V [bogus]\n35\n70\n", "V\nft^3\n35\n70\n",
-        "V [kN]\n35\n70\n", "V\n2-3\n5-8\n", "V\n2021-01-01\n", "V\n1 105\n"}) {
+        "V [kN]\n35\n70\n", "kg\n35\n70\n", "[kg]\n35\n70\n", "t\n35\n70\n", "mass_kg\n35\n70\n",
+        "m / t\n35\n70\n", "m in kg\n35\n70\n", "V_ft\n35\n70\n", "\u22122\n3\n", "<2\n3\n", "V\n2-3\n5-8\n",
+        "V\n2021-01-01\n", "V\n1 105\n"}) {
     place.put("table.csv", text);
     EXPECT_FALSE(refusal(place, scene).empty()) << text;
+  }
+}
+
+// A friction is a coefficient or an angle: a unit says which.
+TEST(Dialects, UnitsOfTheColumnOfAFriction) {
+  const Place place;
+  const std::string scene = changed(full, "[output]", R"([ensemble]
+members = 8
+[[ensemble.vary]]
+key = "interface.rock/slope.friction"
+table = "table.csv"
+[output])");
+  for (const char* head : {"deg", "[deg]", "\u00b0", "phi_deg", "phi in deg", "phi / deg", "phi [deg]"}) {
+    place.put("table.csv", std::string(head) + "\n30\n45\n");
+    const Vary v = read_scene_text(scene, place.scene()).ensemble->vary[0];
+    EXPECT_EQ(v.unit, "rad") << head;
+    EXPECT_NEAR(v.table.at(1), M_PI / 4, 1e-15) << head;
+  }
+  for (const char* head : {"mu", "mu_s", "m", "mu (static)"}) {
+    place.put("table.csv", std::string(head) + "\n0.5\n0.6\n");
+    EXPECT_EQ(read_scene_text(scene, place.scene()).ensemble->vary[0].unit, "") << head;
   }
 }
 
@@ -179,6 +208,7 @@ TEST(Dialects, UnitsThatTheHeadOfATableNames) {
   expect_read("x [m];y [m];z [m];vx [km/h];vy [km/h];vz [km/h];mass [t]\n-6;0,1;2,2;72;0;-7,2;0,5\n");
   expect_read("x,y,z,vx (m/s),vy (m/s),vz (m/s),mass (measured)\n-6,0.1,2.2,20,0,-2,500\n");
   expect_read("x;y;z;vx;vy;vz;mass\ncm;cm;cm;m/s;m/s;m/s;t\n-600;10;220;20;0;-2;0.5\n");
+  expect_read("x / m;y / m;z / m;vx / (km/h);vy / (km/h);vz / (km/h);mass_t\n-6;0,1;2,2;72;0;-7,2;0,5\n");
   expect_read("x;y;z;vx;vy;vz;mass\n[m];[m];[m];[m/s];[m/s];[m/s];[kg]\n-6;0.1;2.2;20;0;-2;500\n");
   place.put("rows.csv", "x [ft],y,z,vx,vy,vz,mass\n-6,0.1,2.2,20,0,-2,500\n");
   EXPECT_NE(refusal(place, impact).find("1 ft = 0.3048 m"), std::string::npos) << refusal(place, impact);
