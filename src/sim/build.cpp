@@ -100,9 +100,12 @@ std::unique_ptr<World> Builder::build() {
   if (s.rock_mass && s.rock_mass->from_terrain)
     world_->report(
         "progress: rock mass: looking for overlaps of its blocks, with each other and their hollow");
-  // What starts from an earlier run is looked at as that run left it (start_from).
-  for (Problem& overlap :
-       s.simulation.initial_state.empty() ? initial_overlaps(*world_) : std::vector<Problem>{}) {
+  std::vector<Problem> overlaps;
+  if (s.simulation.initial_state.empty()) {  // else it is looked at as that run left it (start_from)
+    overlaps = structure_overlaps(*world_);
+    std::ranges::move(initial_overlaps(*world_), std::back_inserter(overlaps));
+  }
+  for (Problem& overlap : overlaps) {
     const bool told = std::any_of(problems_.begin(), problems_.end(), [&](const Problem& p) {
       return p.key == overlap.key;
     });  // its centroid lies in the ground

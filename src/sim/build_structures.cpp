@@ -259,14 +259,6 @@ void Builder::pair_grounds() {
   if (std::none_of(env_.structures.begin(), env_.structures.end(), stepped)) return;
   env_.grounds = coupling::grounds_of(env_, model_, state_.blocks);
   const auto& known = world_->scene.law_pairs;
-  const auto name_of = [&](const coupling::Ground& g) {
-    switch (g.partner.kind) {
-      case coupling::Partner::Kind::plane: return fmt::format("plane {}", g.partner.index + 1);
-      case coupling::Partner::Kind::terrain: return std::string("the terrain");
-      default: break;
-    }
-    return "the fixed block " + model_.blocks[static_cast<std::size_t>(g.partner.index)].name;
-  };
   for (std::size_t q = 0; q < env_.structures.size(); ++q) {
     coupling::StructurePart& part = env_.structures[q];
     if (!stepped(part)) continue;
@@ -293,12 +285,12 @@ void Builder::pair_grounds() {
       if (spec.supports.empty())
         problem(fmt::format("structure.{}.support", spec.name), "[]",
                 fmt::format("nothing holds it, and no [[interface]] says how \"{}\" meets \"{}\" of {}", of,
-                            other, name_of(ground)),
+                            other, coupling::name_of(model_, ground)),
                 fmt::format("add [[interface]] with between = [\"{}\", \"{}\"]", of, other));
       else
         world_->notes.push_back(
             fmt::format("Structure {} and {}: no [[interface]] of their materials, it goes through there.",
-                        spec.name, name_of(ground)));
+                        spec.name, coupling::name_of(model_, ground)));
     }
   }
 }

@@ -116,6 +116,8 @@ class World {
 /// than its surface has moved from where the scene has it touches it (method talus). `known`: pairs that
 /// stand to each other as a run has left them.
 std::vector<Problem> initial_overlaps(World&, const coupling::KnownPairs& known = {});
+/// Structures that as built overlap each other, or, held by nothing, the ground: one problem for each pair.
+std::vector<Problem> structure_overlaps(const World&);
 /// How far up a block at this pose has to be moved until it overlaps no plane, terrain or fixed block that
 /// would bear it [m].
 double raise_above_ground(const World&, int block, const Pose& pose);

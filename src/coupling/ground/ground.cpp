@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include <fmt/format.h>
+
 #include "contact/geometry/surface_near.hpp"
 #include "contact/structures/node_surface.hpp"
 #include "contact/tolerances.hpp"
@@ -69,6 +71,21 @@ int ground_material(const Environment& env, const Ground& ground, int face) {
   if (!ground.faces) return plane_of(env, ground).material;
   const TriangleSurface& s = ground.faces->surface();
   return face >= 0 && !s.material.empty() ? s.material[static_cast<std::size_t>(face)] : s.default_material;
+}
+
+std::string name_of(const dda::Model& model, const Ground& ground) {
+  switch (ground.partner.kind) {
+    case Partner::Kind::plane: return fmt::format("plane {}", ground.partner.index + 1);
+    case Partner::Kind::terrain: return "the terrain";
+    default: break;
+  }
+  return "the fixed block " + model.blocks[static_cast<std::size_t>(ground.partner.index)].name;
+}
+
+double depth_in(const Environment& env, const Ground& ground, const Vec3& x, double most) {
+  contact::ContactPoint at;
+  if (ground.partner.kind == Partner::Kind::block && !contact::encloses(*ground.faces, x)) return 0;
+  return nearest(env, ground, x, Vec3::Zero(), most, at) ? std::max(0.0, -at.gap) : 0.0;
 }
 
 bool reaches(const Environment& env, const Ground& ground, const Box3& box) {

@@ -7,6 +7,7 @@
 /// What is built into the ground, g < 0 at the place as built, is founded there and does not meet it:
 /// supports hold it. Nor do nodes that are held altogether.
 #pragma once
+#include <string>
 #include <vector>
 
 #include "coupling/environment.hpp"
@@ -22,6 +23,12 @@ const Ground& ground_of(const Environment& env, const Partner& partner);
 
 /// Index into the scene's materials, of a triangle where it has several.
 int ground_material(const Environment& env, const Ground& ground, int face);
+
+/// As messages name it: "plane 1", "the terrain", "the fixed block B".
+std::string name_of(const dda::Model& model, const Ground& ground);
+
+/// How deep x lies in it, 0 outside [m]; in a mesh not below its faces by more than `most`.
+double depth_in(const Environment& env, const Ground& ground, const Vec3& x, double most);
 
 /// Whether a box may reach it.
 bool reaches(const Environment& env, const Ground& ground, const Box3& box);

@@ -21,6 +21,16 @@ namespace {
 double led_in_quietly(const Touch& t) {
   return t.rate_sq > 0 ? 0.3 * t.quiet_speed / std::sqrt(t.rate_sq) : 0.0;
 }
+/// How much deeper a block lies on an elastic bed at the end of a condensed step than the spring knew, which
+/// acted by the velocity there: positions are the trapezoid's [m].
+///
+///   h (u_n + u_np) / 2 - h u_np = h (u_n - u_np) / 2,     h u_np = -x_np - g_n
+double sunk_unseen(const IslandContext& in, const Touch& t, double h) {
+  if (!in.condensed || t.mode != Mode::spring_end || !t.normal_law.bed || booked_by_craters(t)) return 0;
+  const double deep = t.indentation - 0.5 * (t.indentation + t.at.gap + h * t.approach);
+  return std::max(0.0, deep) - std::max(0.0, t.indentation);
+}
+
 void remember_row(const IslandContext& in, const Step& step, const Touch& t, double h,
                   std::vector<ContactMemory>& list) {
   const contact::ProblemContact& c = step.problem.contacts[static_cast<std::size_t>(t.row)];
@@ -48,7 +58,10 @@ void remember_row(const IslandContext& in, const Step& step, const Touch& t, dou
     const double led_out =
         std::clamp(t.offset, -in.scale.offset_correction(h),
                    own || t.energetic ? 0.0 : std::min(in.scale.offset_correction(h), led_in_quietly(t)));
-    memory.indentation = std::max(0.0, t.indentation + (t.indentation > 0 ? led_out : 0.0));
+    // What a bed did not know of lies unloaded: it holds what it took, wherever the next step begins.
+    const double unseen = sunk_unseen(in, t, h);
+    memory.crushed = std::max(0.0, memory.crushed + unseen);
+    memory.indentation = std::max(0.0, t.indentation + unseen + (t.indentation > 0 ? led_out : 0.0));
     memory.end_energy = memory.normal_energy;
     if (!own && memory.indentation > 0) {
       contact::NormalLaw law = t.normal_law;

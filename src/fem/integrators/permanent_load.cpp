@@ -12,43 +12,72 @@ namespace talus::fem {
 
 namespace {
 
-constexpr double balanced_enough = 1e-8;  // forces left over those that act, where it comes no nearer
+constexpr double balanced_enough = 1e-9;  // forces left over those that act, where it comes no nearer
 
 struct StaticBalance {
   bool found = false;
   int passes = 0;
 };
 
-/// Newton's method with the stiffness K of the undamaged structure,
+/// Newton's method with the stiffness K of the undamaged structure as built, mixed with what the passes
+/// before have shown of the tangent [anderson1965]:
 ///
-///   u += omega K^-1 (f - f_int(u)),     omega by Aitken's rule on the corrections [irons1969]
+///   d = K^-1 r,   r = f - f_int(u),     u += d - sum_j g_j (Delta u_j + Delta d_j)
 ///
-/// K is no softer than the tangent, so that the iteration converges where the balance is stable. `left(r)`:
-/// writes f - f_int(u) [N] and returns its norm over that of f; `solve(r, d)`: d = K^-1 r; `move(d)`: u += d
-/// [m]. Vectors of `n` free degrees of freedom.
-template <class Left, class Solve, class Move>
-StaticBalance find_balance(int n, Left&& left, Solve&& solve, Move&& move) {
+/// with g so that |r - sum_j g_j Delta r_j| is least in the energy norm r . K^-1 r. Alone d comes no nearer
+/// where cells turn (stretching is stiffer than bending by more than the square of the turn), and slowly
+/// where pads lift off or slide.
+///
+/// `left(r)`: writes r [N] and returns its norm over that of f; `solve(r, d)`; `move(w)`: u += w [m];
+/// `product(a, b)`: of vectors of `n` free degrees of freedom, over all ranks. What finds no balance is left
+/// where it came nearest.
+template <class Left, class Solve, class Move, class Product>
+StaticBalance find_balance(int n, Left&& left, Solve&& solve, Move&& move, Product&& product) {
   constexpr double exact = 1e-12;                  // forces left over those that act
   constexpr int most_passes = 400, patience = 30;  // the latter: passes that do not halve what is left
-  VecX force(n), way(n), last(n);
-  double omega = 1, least = std::numeric_limits<double>::infinity();
-  int fruitless = 0;
-  for (int pass = 0; pass < most_passes; ++pass) {
+  constexpr int remembered = 8;                    // passes
+  struct Pass {
+    VecX force, way, moved;  // what it changed of r and d, and how far it went
+  };
+  std::vector<Pass> before;
+  VecX force(n), way = VecX::Zero(n), last_force, last_way, moved;
+  double least = std::numeric_limits<double>::infinity(), nearest = least;
+  VecX beyond = VecX::Zero(n);  // the way since what was left was least
+  int fruitless = 0, pass = 0;
+  for (; pass < most_passes; ++pass) {
     const double residual = left(force);
     fruitless = residual < 0.5 * least ? 0 : fruitless + 1;
     if (fruitless == 0) least = residual;
-    if (residual <= exact || (fruitless > patience && residual <= balanced_enough)) return {true, pass};
-    if (fruitless > patience && least > balanced_enough) return {false, pass};
+    if (residual <= nearest) nearest = residual, beyond.setZero();
+    if (residual <= exact || (fruitless > 0 && residual <= balanced_enough)) return {true, pass};
+    if (fruitless > patience) break;
     solve(force, way);
     if (pass > 0) {
-      const VecX change = way - last;
-      if (const double size = change.squaredNorm(); size > 0)
-        omega = std::clamp(-omega * last.dot(change) / size, 0.5, 20.0);
+      Pass change{force - last_force, way - last_way, moved};
+      if (const double size = std::sqrt(product(change.force, change.way)); size > 0) {
+        for (VecX* v : {&change.force, &change.way, &change.moved}) *v /= size;
+        if (before.size() == remembered) before.erase(before.begin());
+        before.push_back(std::move(change));
+      }
     }
-    last = way;
-    move(omega * way);
+    last_force = force, last_way = way;
+    const auto count = static_cast<int>(before.size());
+    MatX gram(count, count);
+    VecX against(count);
+    for (int i = 0; i < count; ++i) {
+      for (int j = 0; j <= i; ++j) gram(i, j) = gram(j, i) = product(before[i].force, before[j].way);
+      against[i] = product(before[i].force, way);
+    }
+    moved = way;
+    if (count > 0) {
+      const VecX share = gram.completeOrthogonalDecomposition().solve(against);
+      for (int j = 0; j < count; ++j) moved -= share[j] * (before[j].moved + before[j].way);
+    }
+    move(moved);
+    beyond += moved;
   }
-  return {false, most_passes};
+  move(-beyond);
+  return {false, pass};
 }
 
 }  // namespace
@@ -66,15 +95,15 @@ void PermanentLoad::move_by(const VecX& way) {
       if (const int d = body_.dofs.number[i][c]; d >= 0) fields_.u[4 * i + c] += way[d];
 }
 
-/// Sums of squares over the free degrees of freedom of all ranks.
-double PermanentLoad::square_of(const VecX& values) const {
-  double square = 0;
+/// a . b over the free degrees of freedom of all ranks.
+double PermanentLoad::product_of(const VecX& a, const VecX& b) const {
+  double product = 0;
   for (std::size_t i = 0; i < body_.mesh.nodes.size(); ++i)
     if (body_.own_node(static_cast<int>(i)))
       for (const int d : body_.dofs.number[i])
-        if (d >= 0) square += values[d] * values[d];
-  body_.sum({&square, 1});
-  return square;
+        if (d >= 0) product += a[d] * b[d];
+  body_.sum({&product, 1});
+  return product;
 }
 
 void PermanentLoad::apply() {
@@ -94,7 +123,7 @@ void PermanentLoad::apply() {
     body_.discretisation.condense(fields_.f_int);
     const VecX of_bars = at_free(fields_.f_int);
     left -= of_bars;
-    pressed = square_of(of_bars);
+    pressed = product_of(of_bars, of_bars);
   }
   const bool balanced = find_elastic(left, pressed);
   if (body_.damage) {
@@ -104,50 +133,65 @@ void PermanentLoad::apply() {
   }
 }
 
-/// Small strain: one solution. Total Lagrangian: the same factor, until the forces balance; false: they do
-/// not. `left`: forces out of balance. `pressed` [N^2].
-bool PermanentLoad::find_elastic(VecX left, double pressed) {
+/// Of elastic cells: of small strain by one solution. False: the forces do not balance. `left`: forces out of
+/// balance at no displacement. `pressed` [N^2].
+///
+/// Bars and bearings are evaluated from their states as built each time: what a pass overshoots makes nothing
+/// yield or slide. The feet of bearings follow once there is balance, which is found anew from there.
+bool PermanentLoad::find_elastic(const VecX& left, double pressed) {
   const bool factored = !body_.divided() && body_.dofs.size <= largest_factored_system,
-             once = !body_.finite && !body_.bars;
-  VecX way = VecX::Zero(body_.dofs.size);
-  double residual = 0, scale = 0, last = 0;  // squared
-  int iterations = 0;
-  constexpr int most_passes = 40;
-  for (int pass = 0; pass < most_passes; ++pass) {
-    if (!factored) {
-      body_.progress(pass == 0 ? "permanent load"
-                               : fmt::format("permanent load, pass {} of at most {}, {:.1e} of it left",
-                                             pass + 1, most_passes, std::sqrt(residual / scale)));
-      iterations += body_.elastic->multigrid().solve(
-          left.data(), way.data(),
-          once ? 1e-12 : 1e-4);  // no closer than a pass that is not linear comes to its balance
-    } else {
-      body_.elastic->factor().solve(left.data(), way.data());
+             once = !body_.finite && !body_.bars && !body_.bearings;
+  int solutions = 0, iterations = 0;
+  double remaining = 1;
+  const auto solve = [&](const VecX& force, VecX& way) {
+    if (factored) {
+      body_.elastic->factor().solve(force.data(), way.data());
+      return;
     }
+    body_.progress(solutions++ == 0
+                       ? "permanent load"
+                       : fmt::format("permanent load, solution {}, {:.1e} of it left", solutions, remaining));
+    iterations += body_.elastic->multigrid().solve(
+        force.data(), way.data(),
+        once ? 1e-12 : 1e-4);  // no closer than a pass that is not linear comes to its balance
+  };
+  const auto move = [&](const VecX& way) {
     move_by(way);
     if (body_.partition) body_.partition->exchange(fields_.u);
     body_.discretisation.distribute(fields_.u);
-    if (once) break;
+  };
+  const VecX load = at_free(fields_.f_ext);
+  const double scale = pressed + product_of(load, load);
+  const auto unbalanced = [&](VecX& force) {
     std::fill(fields_.f_int.begin(), fields_.f_int.end(), 0.0);
     body_.elements->add_internal_force(fields_.u.data(), fields_.f_int.data(), body_.finite, false);
     if (body_.bars) body_.bars->add_forces(fields_.u.data(), 0, body_.live, fields_.f_int.data());
-    if (body_.bearings)
-      body_.bearings->add_forces(fields_.u.data(), body_.live, fields_.f_int.data()),
-          body_.bearings->accept();
+    if (body_.bearings) body_.bearings->add_forces(fields_.u.data(), body_.live, fields_.f_int.data());
     body_.discretisation.condense(fields_.f_int);
-    last = residual;
-    const VecX load = at_free(fields_.f_ext);
-    left = load - at_free(fields_.f_int);
-    residual = square_of(left), scale = pressed + square_of(load);
-    if (residual <= 1e-24 * scale || (pass > 0 && residual <= 1e-18 * scale && residual > 0.25 * last))
-      break;  // the latter: rounding is all that is left
+    force = load - at_free(fields_.f_int);
+    return remaining = std::sqrt(product_of(force, force) / scale);
+  };
+  bool balanced = true;
+  if (once || scale == 0) {
+    VecX way = VecX::Zero(body_.dofs.size);
+    solve(left, way);
+    move(way);
+  } else {
+    double before = 0;
+    do {
+      before = remaining;
+      find_balance(body_.dofs.size, unbalanced, solve, move,
+                   [&](const VecX& a, const VecX& b) { return product_of(a, b); });
+      if (body_.bearings) body_.bearings->accept();
+      VecX force(body_.dofs.size);
+      balanced = unbalanced(force) <= balanced_enough;
+    } while (body_.bearings && !balanced && remaining < 0.5 * before);
   }
   if (iterations > 0)
     body_.report(fmt::format("structure {}: gravity preload by multigrid, {} iterations", body_.spec.name,
                              iterations));
   if (body_.bars) body_.bars->accept();
   forces_.moved();
-  const bool balanced = !(residual > 1e-12 * scale);
   fields_.still = balanced && body_.spec.initial_velocity.isZero();
   if (!balanced)
     body_.report(fmt::format(
@@ -155,7 +199,7 @@ bool PermanentLoad::find_elastic(VecX left, double pressed) {
         "yield, a deck that slides): it moves from t = 0 by itself, and what it suffers "
         "by that is in all that the run tells, before any block arrives; see by a run without blocks how "
         "much that is, and correct section, bars, prestress or supports",
-        std::sqrt(residual / scale)));
+        remaining));
   return balanced;
 }
 
@@ -197,7 +241,8 @@ bool PermanentLoad::find_cracked(bool balanced, double pressed) {
   constexpr int most_turns = 30;
   int passes = 0, turns = 0;
   for (bool found = balanced && affordable; found && turns < most_turns; ++turns) {
-    const StaticBalance cracked = find_balance(body_.dofs.size, left, solve, move);
+    const StaticBalance cracked = find_balance(body_.dofs.size, left, solve, move,
+                                               [](const VecX& a, const VecX& b) { return a.dot(b); });
     found = cracked.found && spent_cells(body_).empty();
     passes += cracked.passes;
     if (!found) break;

@@ -25,8 +25,8 @@ class PermanentLoad : protected MovingStructure {
  private:
   VecX at_free(const AlignedVector& field) const;
   void move_by(const VecX& way);
-  double square_of(const VecX& values) const;
-  bool find_elastic(VecX left, double pressed);
+  double product_of(const VecX& a, const VecX& b) const;
+  bool find_elastic(const VecX& left, double pressed);
   long cracked_cells() const;
   bool find_cracked(bool balanced, double pressed);
   void warn() const;

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "core/error.hpp"
 #include "sim/simulation.hpp"
 #include "verify/impact_text.hpp"
 
@@ -136,6 +137,25 @@ TEST(StructuresOnGround, PiecesOfABrokenPierLieOnIt) {
   ASSERT_GT(o.last().position.size(), 1u);
   for (std::size_t k = 0; k < o.last().position.size(); ++k) EXPECT_GT(o.last().position[k].z(), -0.02) << k;
   EXPECT_GT(lowest(o), -0.02);
+}
+
+/// A structure that nothing holds and that starts in the ground is refused: what is built into it is founded
+/// there, and it sank through by g t^2 / 2. One that supports hold stands in it.
+TEST(StructuresOnGround, WhatSinksInUnheldIsRefused) {
+  const auto refused = [](const std::string& ground, double z, const char* held) -> std::string {
+    SceneText s = over_ground(ground, 0.01);
+    s.raw(structure_box("cube", Vec3(1, 1, 1), Vec3(0.1, 0.05, z), {4, 4, 4}, "concrete", held));
+    try {
+      return run_scene(s.str()).ok() ? "" : "it ran and failed";
+    } catch (const InputError& e) { return e.what(); }
+  };
+  for (const std::string& ground : {ground_plane, fixed_slab}) {
+    for (const double z : {0.4, -0.45})
+      EXPECT_NE(refused(ground, z, unsupported).find("nothing holds it, and it overlaps"), std::string::npos)
+          << z;
+    EXPECT_EQ(refused(ground, 0.5, unsupported), "");
+    EXPECT_EQ(refused(ground, 0.4, ""), "");
+  }
 }
 
 }  // namespace

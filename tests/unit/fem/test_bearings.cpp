@@ -45,6 +45,39 @@ TEST(Bearings, SpansOfTheirOwnLengths) {
   }
 }
 
+/// Decks rest under their weight, whatever of a pad lifts off as their ends turn, slides or bears stiffly,
+/// and however far a slender deck sags: a stiffness as built alone came no nearer than 1e-5 to 200 times the
+/// load.
+TEST(Bearings, DecksRestUnderTheirWeight) {
+  const std::vector<std::pair<std::string, double>> girders = {
+      {"girders", 3}, {"slab_thickness", 0.25}, {"girder_width", 0.4}};
+  const auto with = [&](std::vector<std::pair<std::string, double>> more) {
+    more.insert(more.end(), girders.begin(), girders.end());
+    return more;
+  };
+  const std::vector<std::vector<std::pair<std::string, double>>> kinds = {
+      girders,
+      with({{"bearing_stiffness", 1e8}}),
+      with({{"bearing_friction", 0.02}}),
+      {{"span_length.1", 30}},
+  };
+  for (std::size_t k = 0; k < kinds.size(); ++k) {
+    StructureSpec s = spans_on_bearings();
+    s.cell_size = 0.25;
+    s.parameters = {{"spans", 2},       {"span_length", 16}, {"pier_height", 5},
+                    {"pier_width", 1},  {"pier_depth", 1},   {"cap_height", 0.8},
+                    {"cap_width", 1.6}, {"deck_width", 4},   {"deck_depth", 0.8}};
+    s.parameters.insert(s.parameters.end(), kinds[k].begin(), kinds[k].end());
+    std::string said;
+    FemStructure bridge(s, Vec3(0, 0, -9.81), [&](const std::string& line) { said += line + '\n'; });
+    EXPECT_EQ(said.find("no state at rest"), std::string::npos) << k << ": " << said;
+    EXPECT_TRUE(bridge.quiet()) << k;
+    double weight = 0;
+    for (const double v : cell_volumes(bridge.mesh())) weight += 2450 * 9.81 * v;
+    EXPECT_NEAR(bridge.loads().base_force().z(), -weight, 1e-8 * weight) << k;
+  }
+}
+
 /// What is asked of the integrator and cannot be stands in the plan: bearings have no modes, and take
 /// explicit steps as they slide.
 TEST(Bearings, ThePlanSaysWhatTheIntegratorCannotDo) {
