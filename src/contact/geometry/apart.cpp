@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "contact/geometry/surface_index.hpp"
+#include "contact/narrow/narrow_gjk.hpp"
 
 namespace talus::contact {
 namespace {
@@ -24,19 +25,17 @@ std::vector<Vec3> normals(const Polyhedron& p, const Pose& pose) {
   return n;
 }
 
-bool behind(const Polyhedron& A, const Pose& a, const Polyhedron& B, const Pose& b, double gap) {
-  for (const Vec3& n : normals(A, a))
-    if (-support(B, b, -n) - support(A, a, n) > gap) return true;
-  return false;
-}
-
 }  // namespace
 
 bool apart(const Polyhedron& A, const Pose& a, const Polyhedron& B, const Pose& b, double gap) {
-  const Vec3 line = b.c - a.c;
-  if (const double distance = line.norm(); distance > 0)
-    if (const Vec3 n = line / distance; - support(B, b, -n) - support(A, a, n) > gap) return true;
-  return behind(A, a, B, b, gap) || behind(B, b, A, a, gap);
+  const Vec3 between = b.c - a.c;
+  // Half of all pairs part along the line of centres: they need not be posed.
+  if (const double distance = between.norm(); distance > 0)
+    if (const Vec3 n = between / distance; - support(B, b, -n) - support(A, a, n) > gap) return true;
+  thread_local narrow::Hull of_a, of_b;
+  of_a.set(A, Vec3::Zero(), a.F);
+  of_b.set(B, between, b.F);
+  return narrow::gjk(of_a, of_b, between, gap).beyond;
 }
 
 bool apart(const SurfaceIndex& index, const Polyhedron& B, const Pose& b, double gap) {

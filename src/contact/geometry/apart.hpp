@@ -5,8 +5,8 @@
 
 namespace talus::contact {
 
-/// True if along the line of centres or the normal of a face all of one lies more than `gap` [m] before all
-/// of the other. False proves nothing.
+/// True if along some direction all of one lies more than `gap` [m] before all of the other: if the distance
+/// of their convex hulls is larger. False proves nothing.
 bool apart(const Polyhedron& A, const Pose& pose_a, const Polyhedron& B, const Pose& pose_b, double gap);
 
 /// True if each triangle of the surface lies beyond B's box grown by `gap` [m] or more than `gap` before the

@@ -130,6 +130,7 @@ class Builder {
     if (!p_.convex) find_ends();
     p_.inradius = half_thickness();
     choose_axes();
+    make_tree();
     return std::move(p_);
   }
 
@@ -299,7 +300,7 @@ class Builder {
   /// Faces as loops of vertices and edges; edges between groups alone.
   void make_edges() {
     const auto& region = p_.triangle_face;
-    std::vector<int> edge_of(he_.twin.size(), -1);
+    std::vector<int> edge_of(he_.twin.size(), -1);  // half-edge 3 t + k
     p_.face_offset.push_back(0);
     for (int f = 0; f < static_cast<int>(loops_.size()); ++f) {
       for (const int h : loops_[f]) {
@@ -316,6 +317,16 @@ class Builder {
       }
       p_.face_offset.push_back(static_cast<int>(p_.face_vertices.size()));
     }
+    for (std::size_t t = 0; t < T.size(); ++t)
+      p_.triangle_edges.push_back({edge_of[3 * t], edge_of[3 * t + 1], edge_of[3 * t + 2]});
+  }
+
+  void make_tree() {
+    p_.tree.build(static_cast<int>(T.size()), [&](int t) {
+      Box3 box;
+      for (const int v : T[t]) box.extend(X[v]);
+      return box;
+    });
   }
 
   void make_vertex_edges() {

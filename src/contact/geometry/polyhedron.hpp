@@ -11,6 +11,7 @@
 #include <array>
 #include <vector>
 
+#include "contact/geometry/bvh_tree.hpp"
 #include "core/types.hpp"
 
 namespace talus {
@@ -34,8 +35,13 @@ struct Polyhedron {
   // Derived by make_polyhedron for the contact search.
   std::vector<int>
       face_edges;  // parallel to face_vertices: the true edge from this vertex to the next, or -1
-  std::vector<int> vertex_edge_offset;  // V + 1, into vertex_edges
-  std::vector<int> vertex_edges;        // true edges at each vertex
+  std::vector<int> vertex_edge_offset;             // V + 1, into vertex_edges
+  std::vector<int> vertex_edges;                   // true edges at each vertex
+  std::vector<std::array<int, 3>> triangle_edges;  // T, the true edge along each side, or -1
+  /// Boxes about the triangles in body axes. Derived from them, so that it is equal where they are.
+  struct TriangleTree : contact::BoxTree {
+    bool operator==(const TriangleTree&) const { return true; }
+  } tree;
   std::vector<int> axis_faces;     // one face per distinct normal direction (opposite faces share one entry)
   std::vector<int> axis_opposite;  // the opposite parallel face of that entry, -1 if none
   std::vector<int> axis_edges;     // one edge per distinct edge direction

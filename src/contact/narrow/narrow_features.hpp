@@ -24,7 +24,7 @@ struct Search {
   double depth;  // deepest overlap that is still read as contact [m]
   const Whole *whole_a = nullptr,
               *whole_b = nullptr;  // of closed bodies, so that inside and outside can be told
-  const Box3* common = nullptr;    // of closed bodies: what can touch, or lies in the other, lies in it
+  const Common* common = nullptr;  // of closed bodies: what can touch, or lies in the other, lies in it
   const SurfaceIndex::Impl* surface = nullptr;  // of which A is a part, about `origin`
   Vec3 origin = Vec3::Zero();
   bool closed() const { return whole_a != nullptr; }

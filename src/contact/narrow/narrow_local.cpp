@@ -1,6 +1,7 @@
 #include "contact/narrow/narrow_local.hpp"
 
 #include "contact/narrow/narrow_features.hpp"
+#include "contact/narrow/narrow_gjk.hpp"
 #include "contact/tolerances.hpp"
 
 namespace talus::contact::narrow {
@@ -9,10 +10,40 @@ namespace {
 struct LocalScratch {
   Patch a, b;
   std::vector<ContactPoint> points;
-  Hull hull;
+  Hull hull_a, hull;
   std::vector<Plane> planes;
 };
 thread_local LocalScratch local_scratch;
+
+/// Where all lies of two bodies that is nearer to the other than `reach`, or in it: within the boxes of both,
+/// and between the planes that touch their convex hulls across some direction. Across that in which the hulls
+/// lie least in each other these planes leave little but what touches; it is near that of the closest points
+/// once one has been moved off the other. Moves `b`.
+Common shared(const Hull& a, Hull& b, const Vec3& from_a_to_b, double reach) {
+  const Vec3 grow = Vec3::Constant(reach);
+  const Box3 box_a = a.box(), box_b = b.box();
+  Common best{
+      Box3(box_a.min() - grow, box_a.max() + grow).intersection(Box3(box_b.min() - grow, box_b.max() + grow)),
+      Vec3::UnitX(), -infinity, infinity};
+  if (best.box.isEmpty()) return best;
+  constexpr int rounds = 2;
+  Vec3 n = from_a_to_b.squaredNorm() > 0 ? Vec3(from_a_to_b.normalized()) : Vec3::UnitX(),
+       moved = Vec3::Zero();
+  for (int round = 0;; ++round) {
+    double lowest, high;
+    a.extent(n, lowest, high);
+    const double low = b.min_height(n) - n.dot(moved), lie_in = high - low;
+    if (lie_in + 2 * reach < best.high - best.low)
+      best.n = n, best.low = low - reach, best.high = high + reach;
+    if (round == rounds || lie_in < -reach) return best;
+    const Vec3 way = (lie_in + reach) * n - moved;
+    b.move(way);
+    moved += way;
+    const Separation sep = gjk(a, b, n, infinity);
+    if (sep.overlap) return best;
+    n = sep.normal;
+  }
+}
 
 /// A vertex on a vertex is found from both sides, a crossing at a corner from two edges: the first one stays.
 void remove_doubles(const Search& s, std::vector<ContactPoint>& points) {
@@ -56,15 +87,12 @@ int concave_concave(const Polyhedron& a, const Pose& pose_a, const Polyhedron& b
   const double ra = a.radius * stretch_bound(pose_a.F), rb = b.radius * stretch_bound(pose_b.F);
   const double reach = ra + rb + margin;
   if (between.squaredNorm() > reach * reach) return 0;
-  Box3 box_a, box_b;
-  for (const auto& x : a.vertices) box_a.extend(between + pose_a.F * x);
-  for (const auto& x : b.vertices) box_b.extend(pose_b.F * x);
-  const double touch = same_point(ra, rb, pose_a);
-  const Vec3 grow = Vec3::Constant(margin + touch);
-  box_a.min() -= grow, box_a.max() += grow, box_b.min() -= grow, box_b.max() += grow;
-  const Box3 common = box_a.intersection(box_b);
-  if (common.isEmpty()) return 0;
   LocalScratch& w = local_scratch;
+  w.hull_a.set(a, between, pose_a.F);
+  w.hull.set(b, Vec3::Zero(), pose_b.F);
+  const double touch = same_point(ra, rb, pose_a);
+  const Common common = shared(w.hull_a, w.hull, -between, margin + touch);
+  if (common.box.isEmpty() || common.low > common.high) return 0;
   gather(a, between, pose_a.F, common, w.a);
   gather(b, Vec3::Zero(), pose_b.F, common, w.b);
   if (w.a.triangles.empty() || w.b.triangles.empty()) return 0;

@@ -16,111 +16,191 @@ bool boxes_meet(const Vec3& lo, const Vec3& hi, const Box3& box) {
 /// A polyhedron in its pose, of which a patch takes what may touch.
 class Posed {
  public:
-  Posed(const Polyhedron& p, const Vec3& centre, const Mat3& F) : p_(p), cofactor_(cofactor(F)) {
-    x.clear();
-    for (const auto& X : p.vertices) x.push_back(centre + F * X);
-    normal_.assign(p.face_normals.size(), Vec3::Zero());
-  }
+  Posed(const Polyhedron& p, const Vec3& centre, const Mat3& F)
+      : p_(p), centre_(centre), F_(F), spread_(F.cwiseAbs()), cofactor_(cofactor(F)) {}
 
-  /// The triangles, edges and vertices of which `in` says so, given their corners.
+  /// The triangles, edges and vertices of which `in` says so: `in.box(lo, hi)` whether anything within a box
+  /// may be, `in.corner(v, x)` takes note of a vertex, `in(corners, x)` decides.
   template <class In>
-  void take(const In& in, Patch& patch);
-
-  thread_local static std::vector<Vec3> x;  // corners
+  void take(In& in, Patch& patch);
 
  private:
-  /// Outward unit normal of a face, found when it is first asked for: most faces of a scan never are.
-  const Vec3& normal(int face) {
-    Vec3& n = normal_[static_cast<std::size_t>(face)];
-    if (n.isZero(0)) n = (cofactor_ * p_.face_normals[static_cast<std::size_t>(face)]).normalized();
-    return n;
+  struct Scratch {
+    std::vector<int> triangles, corners, edges;  // of the patch
+    std::vector<Vec3> x;                         // of corners
+    std::vector<Vec3> normal;                    // of faces,
+    std::vector<int> placed, known;              // the call in which they were found
+    int call = 0;
+  };
+  static thread_local Scratch scratch;
+
+  template <class In>
+  void find(In& in) const;
+  /// Outward unit normal of a face, found when it is first asked for.
+  const Vec3& normal(int face) const {
+    const auto f = static_cast<std::size_t>(face);
+    if (scratch.known[f] != scratch.call) {
+      scratch.known[f] = scratch.call;
+      scratch.normal[f] = (cofactor_ * p_.face_normals[f]).normalized();
+    }
+    return scratch.normal[f];
+  }
+  Vec3 place(int v) const { return centre_ + F_ * p_.vertices[v]; }
+  /// True if a convex edge ends at the vertex, be it to go on beyond.
+  bool ends_convex_edge(int v) const {
+    for (int i = p_.vertex_edge_offset[v]; i < p_.vertex_edge_offset[v + 1]; ++i)
+      if (p_.edges[p_.vertex_edges[i]].sine > 0) return true;
+    return false;
+  }
+  /// True if one does that does not go on.
+  bool is_corner(int v) const {
+    for (int i = p_.vertex_edge_offset[v]; i < p_.vertex_edge_offset[v + 1]; ++i) {
+      const auto& e = p_.edges[p_.vertex_edges[i]];
+      if (e.sine > 0 && !(e.v0 == v ? e.on_at_v0 : e.on_at_v1)) return true;
+    }
+    return false;
   }
 
   const Polyhedron& p_;
-  Mat3 cofactor_;
-  thread_local static std::vector<Vec3> normal_;
+  const Vec3& centre_;
+  const Mat3 &F_, spread_, cofactor_;
 };
 
-thread_local std::vector<Vec3> Posed::x;
-thread_local std::vector<Vec3> Posed::normal_;
+thread_local Posed::Scratch Posed::scratch;
+
+/// The triangles, and the edges and corners of these, in ascending order.
+template <class In>
+void Posed::find(In& in) const {
+  auto& [triangles, corners, edges, x, normal, placed, known, call] = scratch;
+  triangles.clear(), corners.clear(), edges.clear();
+  if (x.size() < p_.vertices.size()) x.resize(p_.vertices.size()), placed.resize(p_.vertices.size(), 0);
+  if (normal.size() < p_.face_normals.size())
+    normal.resize(p_.face_normals.size()), known.resize(p_.face_normals.size(), 0);
+  ++call;
+  p_.tree.traverse(
+      [&](const Vec3& lo, const Vec3& hi) {
+        const Vec3 middle = centre_ + F_ * (0.5 * (lo + hi)), half = spread_ * (0.5 * (hi - lo));
+        return in.box(middle - half, middle + half);
+      },
+      [&](int t) {
+        for (const int v : p_.triangles[t])
+          if (placed[v] != call) placed[v] = call, in.corner(v, x[v] = place(v));
+        if (in(p_.triangles[t], x)) triangles.push_back(t);
+        return true;
+      });
+  for (const int t : triangles) {
+    corners.insert(corners.end(), p_.triangles[t].begin(), p_.triangles[t].end());
+    for (const int e : p_.triangle_edges[t])
+      if (e >= 0 && p_.edges[e].sine > 0) edges.push_back(e);
+  }
+  for (std::vector<int>* list : {&triangles, &corners, &edges}) {
+    std::sort(list->begin(), list->end());
+    list->erase(std::unique(list->begin(), list->end()), list->end());
+  }
+}
 
 template <class In>
-void Posed::take(const In& in, Patch& patch) {
+void Posed::take(In& in, Patch& patch) {
   patch.clear();
-  for (std::size_t t = 0; t < p_.triangles.size(); ++t) {
+  find(in);
+  const std::vector<Vec3>& x = scratch.x;
+  for (const int t : scratch.triangles) {
     const auto& v = p_.triangles[t];
-    if (!in(std::span<const int>(v))) continue;
     Patch::Triangle q;
     q.id = q.face = p_.triangle_face[t];
     q.a = x[v[0]], q.b = x[v[1]], q.c = x[v[2]];
     q.n = normal(q.face);
     q.level = q.n.dot(q.a);
     for (int k = 0; k < 3; ++k) {
-      q.sharp[k] = q.rim[k] = q.tip[k] = false;
-      const int v0 = v[k], v1 = v[(k + 1) % 3];
-      for (int i = p_.vertex_edge_offset[v0]; i < p_.vertex_edge_offset[v0 + 1]; ++i) {
-        const auto& e = p_.edges[p_.vertex_edges[i]];
-        if ((e.v0 == v0 && e.v1 == v1) || (e.v0 == v1 && e.v1 == v0)) q.sharp[k] = e.sine > 0;
-        q.tip[k] |= e.sine > 0;
-      }
+      const int e = p_.triangle_edges[t][k];
+      q.sharp[k] = e >= 0 && p_.edges[e].sine > 0;
+      q.rim[k] = false;
+      q.tip[k] = ends_convex_edge(v[k]);
     }
     patch.triangles.push_back(q);
   }
-  for (int i = 0; i < static_cast<int>(p_.edges.size()); ++i) {
+  for (const int i : scratch.edges) {
     const auto& e = p_.edges[i];
-    if (e.sine <= 0 || !in(std::array{e.v0, e.v1})) continue;
+    if (!in(std::array{e.v0, e.v1}, x)) continue;
     const Vec3 &a = x[e.v0], &b = x[e.v1];
     const Vec3 d = (b - a).normalized();
     const Vec3 l = normal(e.left), r = normal(e.right);
     patch.edges.push_back(
         {i, e.v0, e.v1, e.left, e.right, a, b, l, r, l.cross(d), -r.cross(d), e.on_at_v0, e.on_at_v1});
   }
-  for (int v = 0; v < static_cast<int>(x.size()); ++v) {
-    if (!in(std::array{v}) || p_.vertex_edge_offset[v] == p_.vertex_edge_offset[v + 1]) continue;
+  for (const int v : scratch.corners) {
+    if (!is_corner(v) || !in(std::array{v}, x)) continue;
     Patch::Vertex q{
         v, x[v], static_cast<int>(patch.directions.size()), 0, static_cast<int>(patch.face_normals.size()),
         0};
-    bool corner = false;
     for (int i = p_.vertex_edge_offset[v]; i < p_.vertex_edge_offset[v + 1]; ++i) {
       const auto& e = p_.edges[p_.vertex_edges[i]];
-      corner |= e.sine > 0 && !(e.v0 == v ? e.on_at_v0 : e.on_at_v1);
-      patch.directions.push_back((x[e.v0 == v ? e.v1 : e.v0] - x[v]).normalized());
+      patch.directions.push_back((place(e.v0 == v ? e.v1 : e.v0) - x[v]).normalized());
       ++q.count;
       patch.face_normals.push_back(normal(e.left));
       patch.face_normals.push_back(normal(e.right));
       q.faces += 2;
     }
-    if (corner) patch.vertices.push_back(q);
+    patch.vertices.push_back(q);
   }
 }
 
+/// What reaches into what two bodies share.
+struct InCommon {
+  const Common& common;
+  const Vec3 spread = common.n.cwiseAbs();
+
+  bool box(const Vec3& lo, const Vec3& hi) const {
+    const double middle = common.n.dot(0.5 * (lo + hi)), half = spread.dot(0.5 * (hi - lo));
+    return middle + half >= common.low && middle - half <= common.high && boxes_meet(lo, hi, common.box);
+  }
+  void corner(int, const Vec3&) const {}
+  bool operator()(std::span<const int> corners, const std::vector<Vec3>& x) const {
+    Box3 own;
+    double low = infinity, high = -infinity;
+    for (const int v : corners) {
+      own.extend(x[v]);
+      const double h = common.n.dot(x[v]);
+      low = std::min(low, h), high = std::max(high, h);
+    }
+    return high >= common.low && low <= common.high && boxes_meet(own.min(), own.max(), common.box);
+  }
+};
+
+/// What does not lie more than `margin` before all of the planes.
+struct AtPlanes {
+  std::span<const Plane> planes;
+  double margin;
+  std::vector<char>& reaches;  // of the corners noted
+
+  bool box(const Vec3& lo, const Vec3& hi) const {
+    return std::any_of(planes.begin(), planes.end(), [&](const Plane& plane) {
+      const Vec3 lowest = (plane.n.array() > 0).select(lo, hi);
+      return plane.n.dot(lowest) - plane.level <= margin;
+    });
+  }
+  void corner(int v, const Vec3& x) {
+    if (reaches.size() <= static_cast<std::size_t>(v)) reaches.resize(static_cast<std::size_t>(v) + 1);
+    reaches[v] = std::any_of(planes.begin(), planes.end(),
+                             [&](const Plane& plane) { return plane.n.dot(x) - plane.level <= margin; });
+  }
+  bool operator()(std::span<const int> corners, const std::vector<Vec3>&) const {
+    return std::any_of(corners.begin(), corners.end(), [&](int v) { return reaches[v] != 0; });
+  }
+};
+
 }  // namespace
 
-void gather(const Polyhedron& p, const Vec3& centre, const Mat3& F, const Box3& box, Patch& patch) {
-  Posed posed(p, centre, F);
-  posed.take(
-      [&](std::span<const int> corners) {
-        Box3 own;
-        for (const int v : corners) own.extend(posed.x[v]);
-        return boxes_meet(own.min(), own.max(), box);
-      },
-      patch);
+void gather(const Polyhedron& p, const Vec3& centre, const Mat3& F, const Common& common, Patch& patch) {
+  InCommon in{common};
+  Posed(p, centre, F).take(in, patch);
 }
 
 void gather(const Polyhedron& p, const Vec3& centre, const Mat3& F, std::span<const Plane> planes,
             double margin, Patch& patch) {
-  Posed posed(p, centre, F);
   thread_local std::vector<char> reaches;
-  reaches.clear();
-  for (const Vec3& x : posed.x)
-    reaches.push_back(std::any_of(planes.begin(), planes.end(), [&](const Plane& plane) {
-      return plane.n.dot(x) - plane.level <= margin;
-    }));
-  posed.take(
-      [&](std::span<const int> corners) {
-        return std::any_of(corners.begin(), corners.end(), [&](int v) { return reaches[v] != 0; });
-      },
-      patch);
+  AtPlanes in{planes, margin, reaches};
+  Posed(p, centre, F).take(in, patch);
 }
 
 namespace {

@@ -46,14 +46,25 @@ struct Patch {
   }
 };
 
+/// A part of space that two bodies share: a box, and along one more direction n . x from low to high.
+struct Common {
+  Box3 box;
+  Vec3 n = Vec3::UnitX();
+  double low, high;
+  bool contains(const Vec3& x) const {
+    const double h = n.dot(x);
+    return h >= low && h <= high && box.contains(x);
+  }
+};
+
 /// n . x = level, n outwards.
 struct Plane {
   Vec3 n;
   double level;
 };
 
-/// Everything of a posed polyhedron that reaches into a box.
-void gather(const Polyhedron& p, const Vec3& centre, const Mat3& F, const Box3& box, Patch& patch);
+/// Everything of a posed polyhedron that reaches into it.
+void gather(const Polyhedron& p, const Vec3& centre, const Mat3& F, const Common& common, Patch& patch);
 /// Everything of a posed polyhedron that does not lie more than `margin` before all of these planes. Of a
 /// surface that they bound, nothing else can come within the margin: x at a distance d from a point of the
 /// plane's triangle has n . x - level <= d, and a triangle lies before a plane where its corners do.

@@ -1,6 +1,4 @@
 /// Vertices against faces: on a face, over it, or inside the body behind it.
-#include <numbers>
-
 #include "contact/narrow/narrow_features.hpp"
 #include "contact/tolerances.hpp"
 
@@ -349,17 +347,35 @@ bool Target::behind_sides(const Patch::Vertex& v, std::size_t start, const Patch
 }  // namespace
 
 bool Whole::holds(const Vec3& x) const {
-  // Solid angles of the faces about the point: 4 pi inside, 0 outside.
+  // Faces that a ray from the point leaves the body through, less those that it enters by. Along no direction
+  // that bodies have edges above each other in; which side of an edge it passes is asked the same way of both
+  // faces, so that it passes through one of them.
+  static const Vec3 d = Vec3(0.41421, 0.73205, 0.54113).normalized(), u = d.unitOrthogonal(), v = d.cross(u);
+  static const Vec3 per_way = d.cwiseInverse();
   const Vec3 X = F.inverse() * (x - centre);
-  double sum = 0;
-  for (const auto& t : p.triangles) {
-    const Vec3 a = p.vertices[static_cast<std::size_t>(t[0])] - X,
-               b = p.vertices[static_cast<std::size_t>(t[1])] - X,
-               c = p.vertices[static_cast<std::size_t>(t[2])] - X;
-    const double la = a.norm(), lb = b.norm(), lc = c.norm();
-    sum += 2 * std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
-  }
-  return sum > 2 * std::numbers::pi;
+  const double rounding = tolerances().same_place * p.radius;
+  int times = 0;
+  p.tree.traverse(
+      [&](const Vec3& lo, const Vec3& hi) {
+        const double in = (lo - X).cwiseProduct(per_way).maxCoeff(),
+                     out = (hi - X).cwiseProduct(per_way).minCoeff();
+        return out >= std::max(in, 0.0) - rounding;
+      },
+      [&](int t) {
+        const auto& corner = p.triangles[static_cast<std::size_t>(t)];
+        Vec3 r[3];
+        for (int k = 0; k < 3; ++k) r[k] = p.vertices[static_cast<std::size_t>(corner[k])] - X;
+        const auto left = [&](int i, int j) {
+          const bool turned = corner[i] > corner[j];
+          const Vec3 &from = r[turned ? j : i], &to = r[turned ? i : j];
+          return (u.dot(from) * v.dot(to) - v.dot(from) * u.dot(to) > 0) != turned;
+        };
+        const bool side = left(0, 1);
+        if (left(1, 2) != side || left(2, 0) != side) return true;
+        if ((r[0].dot((r[1] - r[0]).cross(r[2] - r[0])) > 0) == side) times += side ? 1 : -1;
+        return true;
+      });
+  return times > 0;
 }
 
 namespace {
@@ -392,18 +408,16 @@ bool in_body(const Search& s, bool first, const Vec3& x) {
 
 void vertex_face(const Search& s, const Patch& T, const Patch& V, bool first,
                  std::vector<ContactPoint>& out) {
+  if (T.triangles.empty()) return;
   thread_local std::vector<Ball> balls;
   enclose(T, balls);
-  constexpr std::size_t many =
-      64;  // triangles from which on vertices far before all of them are rejected together
   thread_local std::vector<Bunch> bunches;
-  if (T.triangles.size() > many) bunch(balls, bunches);
+  bunch(balls, bunches);
   const Target target{s, T, V, first, balls, out};
   for (const auto& v : V.vertices) {
     if (s.common != nullptr && !s.common->contains(v.x))
       continue;  // a corner of a triangle that only reaches in
-    if (T.triangles.size() > many && ahead(T, balls, bunches, v.x, s.touch) > s.margin + 100 * s.touch)
-      continue;
+    if (ahead(T, balls, bunches, v.x, s.touch) > s.margin + 100 * s.touch) continue;
     const std::size_t start = out.size();
     if (target.before_faces(v)) target.inside_body(v, start);
   }

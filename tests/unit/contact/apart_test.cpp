@@ -33,6 +33,21 @@ TEST(Apart, ObliqueSlabsWhoseBoxesOverlap) {
   EXPECT_FALSE(apart(slab.shape, slab.pose, cube, pose, 0));
 }
 
+/// Two cubes edge across edge: no face of either lies before the other, only the direction across both edges
+/// parts them.
+TEST(Apart, EdgesAcrossEachOther) {
+  const Polyhedron cube = test::cuboid(Vec3::Ones());
+  const double half = std::sqrt(0.5);  // of a cube's height on its edge
+  Pose low, high;
+  low.F = Eigen::AngleAxisd(M_PI / 4, Vec3::UnitX()).toRotationMatrix();
+  high.F = Eigen::AngleAxisd(M_PI / 4, Vec3::UnitY()).toRotationMatrix();
+  high.c = Vec3(0.3, -0.4, 2 * half + 0.1);
+  EXPECT_TRUE(apart(cube, low, cube, high, 0.0999));
+  EXPECT_FALSE(apart(cube, low, cube, high, 0.1001));
+  high.c.z() -= 0.2;
+  EXPECT_FALSE(apart(cube, low, cube, high, 0));
+}
+
 TEST(Apart, TrianglesBeyondAllOrBeforeAFace) {
   const Slab slab;
   TriangleSurface s;  // one triangle parallel to the slab, 2 m before its face, another below its underside

@@ -1,6 +1,10 @@
 // Contact points of blocks that are not convex.
 #include <gtest/gtest.h>
 
+#include <array>
+#include <map>
+
+#include "contact/narrow/narrow_features.hpp"
 #include "local_contacts.hpp"
 
 namespace talus::contact::testing {
@@ -220,6 +224,118 @@ TEST(ConcaveContact, LeaningKnifeCrossesAnEdgeWithNeitherOnesPointInTheOther) {
       EXPECT_NEAR((contacts[0].normal - out).norm(), 0, 1e-12);
     }
   }
+}
+
+/// A ball of 1280 faces with dents.
+Polyhedron dented_ball(std::mt19937& rng) {
+  std::vector<Vec3> x;
+  const double g = (1 + std::sqrt(5.0)) / 2;
+  for (const double s : {-1.0, 1.0})
+    for (const double t : {-g, g}) {
+      x.emplace_back(s, t, 0);
+      x.emplace_back(0, s, t);
+      x.emplace_back(t, 0, s);
+    }
+  const Polyhedron icosahedron = hull(x);
+  std::vector<std::array<int, 3>> triangles = icosahedron.triangles;
+  x = icosahedron.vertices;
+  for (Vec3& v : x) v.normalize();
+  for (int round = 0; round < 3; ++round) {
+    std::map<std::pair<int, int>, int> middle;
+    const auto between = [&](int i, int j) {
+      const auto [at, fresh] = middle.emplace(std::minmax(i, j), static_cast<int>(x.size()));
+      if (fresh) x.push_back((x[static_cast<std::size_t>(i)] + x[static_cast<std::size_t>(j)]).normalized());
+      return at->second;
+    };
+    std::vector<std::array<int, 3>> finer;
+    for (const auto& [a, b, c] : triangles) {
+      const int ab = between(a, b), bc = between(b, c), ca = between(c, a);
+      for (const auto& t : {std::array{a, ab, ca}, {b, bc, ab}, {c, ca, bc}, {ab, bc, ca}})
+        finer.push_back(t);
+    }
+    triangles = finer;
+  }
+  std::vector<double> radius(x.size(), 1.0);
+  for (int dent = 0; dent < 8; ++dent) {
+    const Vec3 at = sphere_points(1, 1, rng).front();
+    for (std::size_t v = 0; v < x.size(); ++v) radius[v] -= 0.2 * std::exp(-(1 - at.dot(x[v])) / 0.12);
+  }
+  for (std::size_t v = 0; v < x.size(); ++v) x[v] *= radius[v];
+  return make_polyhedron(x, triangles);
+}
+
+/// Inside is where the faces fill the whole sky.
+TEST(ConcaveContact, InsideOfAScanIsWhereItsFacesFillTheSky) {
+  std::mt19937 rng(12);
+  std::uniform_real_distribution<double> u(-1.1, 1.1);
+  const Polyhedron ball = dented_ball(rng);
+  const auto sky = [](const Polyhedron& p, const Vec3& x) {
+    double angle = 0;
+    for (const auto& t : p.triangles) {
+      const Vec3 a = p.vertices[static_cast<std::size_t>(t[0])] - x,
+                 b = p.vertices[static_cast<std::size_t>(t[1])] - x,
+                 c = p.vertices[static_cast<std::size_t>(t[2])] - x;
+      const double la = a.norm(), lb = b.norm(), lc = c.norm();
+      angle +=
+          2 * std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
+    }
+    return angle;
+  };
+  int in = 0;
+  for (const Polyhedron* body : {&ball, &ell}) {
+    for (int i = 0; i < 2000; ++i) {
+      const Mat3 F = random_rotation(rng);
+      const Vec3 centre(u(rng), u(rng), u(rng));
+      // Of the L half of the places are in rows with each other, and with its edges' middles.
+      Vec3 x(u(rng), u(rng), u(rng));
+      if (body == &ell && i % 2 == 0) x = (4 * x).array().round() / 4 + 0.625;
+      const double angle = sky(*body, x);
+      if (angle > 0.1 && angle < 4 * M_PI - 0.1) continue;  // on the surface
+      const bool inside = angle > 2 * M_PI;
+      EXPECT_EQ((narrow::Whole{*body, centre, F}.holds(centre + F * x)), inside) << x.transpose();
+      in += inside ? 1 : 0;
+    }
+  }
+  EXPECT_GT(in, 500);
+}
+
+/// What two scans touch with is a matter of how they lie to each other, not of the axes of the world.
+TEST(ConcaveContact, ScansTouchAlikeByAnyAxes) {
+  std::mt19937 rng(11);
+  const Polyhedron a = dented_ball(rng), b = dented_ball(rng);
+  ASSERT_FALSE(a.convex || b.convex);
+  const double margin = 0.01;
+  std::size_t points = 0;
+  for (int i = 0; i < 40; ++i) {
+    const Pose pa{Vec3::Zero(), random_rotation(rng)};
+    const Mat3 turned = random_rotation(rng);
+    const Vec3 way = sphere_points(1, 1, rng).front();
+    double apart = 0.5, in = 3;  // where they just touch, by halving
+    for (int k = 0; k < 30; ++k) {
+      const double middle = 0.5 * (apart + in);
+      std::vector<ContactPoint> c;
+      block_block(a, pa, b, {middle * way, turned}, margin, c);
+      (c.empty() ? in : apart) = middle;
+    }
+    const Pose pb{(apart - 0.9 * margin) * way, turned};
+    const auto names = [](const std::vector<ContactPoint>& c) {
+      std::map<FeatureKey, double> gaps;
+      for (const auto& p : c) gaps[p.key] = p.gap;
+      return gaps;
+    };
+    const auto here = names(between(a, pa, b, pb, margin));
+    points += here.size();
+    for (int turns = 0; turns < 4; ++turns) {
+      const Mat3 R = random_rotation(rng);
+      const auto there = names(between(a, {R * pa.c, R * pa.F}, b, {R * pb.c, R * pb.F}, margin));
+      ASSERT_EQ(here.size(), there.size());
+      for (const auto& [key, gap] : here) {
+        ASSERT_TRUE(there.contains(key));
+        EXPECT_NEAR(there.at(key), gap, 1e-12);
+      }
+    }
+  }
+  EXPECT_GT(points, 40u);
 }
 
 TEST(ConcaveContact, NotchIsFilledWithoutOverlap) {

@@ -24,7 +24,7 @@ bool side_is_internal(double top) {
   state.q = {3, Quat::Identity()};
   state.eps = state.eps_rate = {3, Vec6::Zero()};
   const ContactLaw law;
-  Touch rests, side;
+  Touch rests{}, side{};
   rests.law = side.law = &law;
   rests.a = {Partner::Kind::block, 0}, rests.b = 2;
   rests.stiffness = 1e6;
