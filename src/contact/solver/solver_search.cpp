@@ -175,7 +175,7 @@ bool Search::unstressed(const SolveSettings& settings, SolveReport& report) {
                             settings.velocity_scale);  // where rows that repeat each other may hold it
   for (Vec3& impulse : p) impulse *= 0.5;              // of the same region
   system.velocities(p, v);
-  newton(soft, 20, true);
+  newton(soft, system.contacts() <= few_contacts ? 20 : 8, true);
   p = best_p;
   swept(6);  // to round-off
   // Rows of walls on both sides of a body, whose normals differ in their last digits, leave by what it slides
@@ -218,7 +218,8 @@ int Search::give_about(const std::vector<Vec3>& about, double tolerance) {
 bool Search::run(const SolveSettings& settings, SolveReport& report) {
   begin(settings, report);
   if (settings.at_hand) return newton(strong, 8);
-  if ((unstressed_first() || best <= near * settings.velocity_scale) && (newton(soft, unstressed_first() ? 20 : 8) || polish()))
+  if ((unstressed_first() || best <= near * settings.velocity_scale) &&
+      (newton(soft, system.contacts() <= few_contacts ? 20 : 8) || polish()))
     return true;
   report.method = Method::interior_point;
   p = best_p;

@@ -138,7 +138,6 @@ contact::SolveReport DriftCorrection::solve() {
   assembly_.finish_bodies();
   std::fill(step_.problem.v_hat.begin(), step_.problem.v_hat.end(), 0.0);
   contact::SolveSettings settings;
-  settings.unstressed = false;
   settings.velocity_scale = most;
   // A correction by d turns normals by d / L: from far off the next pass is closer than this one could be.
   settings.tolerance = std::clamp(0.2 * tolerance_ / most, in_.time_stepped() ? 1e-5 : 1e-3, 0.2);

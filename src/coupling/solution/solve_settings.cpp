@@ -10,7 +10,7 @@ namespace talus::coupling {
 
 contact::SolveSettings how_closely(const StepToSolve& s) {
   contact::SolveSettings settings;
-  settings.unstressed = s.small;
+  settings.unstressed = s.small && !s.sub_step;  // sub-steps begin from what holds, and give a little
   // Impulses (h = 0) and small islands to round-off; large ones to a small part of the speed they have, so
   // that what comes to rest does.
   settings.velocity_scale = s.small || s.h == 0 ? s.speed : std::clamp(s.fastest, 1e-4 * s.speed, s.speed);
