@@ -256,6 +256,20 @@ bool presses_on_bed(const dda::Model& m, const Environment& env, const Candidate
          is_bed(env.laws(part.material, m.blocks[static_cast<std::size_t>(pair.b)].material));
 }
 
+namespace {
+
+/// x on the plane of a triangle.
+Vec3 in_plane(const TriangleSurface& surface, int triangle, const Vec3& x) {
+  const auto& t = surface.triangles[static_cast<std::size_t>(triangle)];
+  const auto corner = [&](std::size_t k) -> const Vec3& {
+    return surface.vertices[static_cast<std::size_t>(t[k])];
+  };
+  const Vec3 n = (corner(1) - corner(0)).cross(corner(2) - corner(0)).normalized();
+  return x - n.dot(x - corner(0)) * n;
+}
+
+}  // namespace
+
 void find_points(const dda::Model& m, const dda::State& s, const Environment& env, const CandidatePair& pair,
                  double margin, std::vector<FoundPoint>& out) {
   thread_local std::vector<contact::ContactPoint> points;
@@ -290,8 +304,12 @@ void find_points(const dda::Model& m, const dda::State& s, const Environment& en
   for (const contact::ContactPoint& p : points) {
     FoundPoint& found = out.emplace_back(FoundPoint{p, index != nullptr && p.face_a < 0});
     // A block that ends where a material does stands on the one under it.
-    if (found.on_edge || (index != nullptr && index->between_materials(p.face_a, p.point_a)))
+    if (found.on_edge || (index != nullptr && index->between_materials(p.face_a, p.point_a))) {
       found.at.face_a = index->triangle_at(p.point_a, p.normal, pose_b.c - p.point_a);
+      // The force on the block acts where the triangle's corners take it: the edge may lie beside its plane
+      // by what tells two places apart.
+      found.at.point_a = in_plane(index->surface(), found.at.face_a, p.point_a);
+    }
   }
 }
 
