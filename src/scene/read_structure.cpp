@@ -267,6 +267,23 @@ void read_material(Reading& in, const View& view, StructureSpec& spec) {
                  "add f_cm to the material, e.g. f_cm = \"38 MPa\", or write damage = \"none\"");
 }
 
+/// Measures of parts that the viaduct does not have.
+void warn_of_idle_measures(const View& view, const StructureSpec& spec) {
+  const auto count = [&](const char* name, double otherwise) {
+    const auto found = std::find_if(spec.parameters.begin(), spec.parameters.end(),
+                                    [&](const auto& p) { return p.first == name; });
+    return found != spec.parameters.end() ? found->second : otherwise;
+  };
+  const auto idle = [&](const char* key, const char* rule, const char* remedy) {
+    if (view.has(key)) view.problem(key, rule, remedy, Problem::Severity::warning);
+  };
+  if (count("girders", 0) == 0)
+    for (const char* key : {"slab_thickness", "girder_width"})
+      idle(key, "has no effect: a solid deck has no girders", "remove it, or give girders");
+  if (count("piers_per_bent", 1) == 1)
+    idle("pier_spacing", "has no effect: a bent has one pier", "remove it, or give piers_per_bent");
+}
+
 void read_viaduct(const View& view, StructureSpec& spec) {
   static const std::vector<std::string> names{"spans",          "span_length",       "pier_height",
                                               "deck_level",     "pier_spacing",      "piers_per_bent",
@@ -304,7 +321,11 @@ void read_viaduct(const View& view, StructureSpec& spec) {
       spec.parameters.emplace_back(fmt::format("span_length.{:.0f}", span), length);
     }
   }
-  if (const auto free = view.table("parameters"))
+  const auto free = view.table("parameters");
+  if (free && !free->node().entries.empty() && view.get("kind") && spec.kind != "viaduct")
+    view.problem("parameters", "only a viaduct has further measures",
+                 "remove them, or write kind = \"viaduct\"");
+  else if (free)
     for (const Node::Entry& entry : free->node().entries) {
       if (entry.value.bad) continue;
       std::string error;
@@ -318,6 +339,7 @@ void read_viaduct(const View& view, StructureSpec& spec) {
     if (spec.parameters[i].first == spec.parameters[i - 1].first)
       view.problem("parameters", fmt::format("\"{}\" is given twice", spec.parameters[i].first),
                    "keep one of them");
+  if (spec.kind == "viaduct") warn_of_idle_measures(view, spec);
 }
 
 }  // namespace
@@ -338,20 +360,22 @@ void read_structures(Reading& in, const View& root) {
       view.problem("orientation", "a mesh without position lies where its file says",
                    "add a position, or remove the orientation");
     spec.rotation = read_orientation(view);
-    const auto only = [&](const char* key, const char* kind) {
-      if (view.has(key) && view.get("kind") && spec.kind != kind)
+    const auto only = [&](const char* key, const std::vector<std::string>& kinds) {
+      if (view.has(key) && std::find(kinds.begin(), kinds.end(), spec.kind) == kinds.end())
         view.problem(key, fmt::format("has no effect with kind = \"{}\"", spec.kind),
-                     fmt::format("remove it, or write kind = \"{}\"", kind));
+                     fmt::format("remove it, or write kind = \"{}\"", fmt::join(kinds, "\" or \"")));
     };
     spec.size = Vec3::Ones();
     spec.cell_size = view.number("cell_size");
     if (const Node* cells = view.get("cells"))
       for (std::size_t i = 0; i < 3; ++i) spec.cells[i] = static_cast<int>(cells->items[i].integer);
     if (view.get("kind")) {
-      only("base", "column");
-      only("height", "column");
-      only("size", "box");
-      only("file", "mesh");
+      only("base", {"column"});
+      only("height", {"column"});
+      only("size", {"box"});
+      only("file", {"mesh"});
+      for (const char* key : {"section", "section_size", "diameter", "wall_thickness"})
+        only(key, {"column", "viaduct"});
       if (spec.kind == "column" && view.has("position"))
         view.problem("position", "a column stands on its base", "give base, the centre of its foot");
       if (spec.kind == "box") {
@@ -368,7 +392,8 @@ void read_structures(Reading& in, const View& root) {
       if (spec.kind == "column" || spec.kind == "viaduct") read_section(view, spec);
       if (spec.kind == "mesh") {
         view.missing("file", "kind = \"mesh\" needs it");
-        if (view.has("cells")) view.problem("cells", "a mesh file brings its own cells", "remove it");
+        for (const char* key : {"cell_size", "cells"})
+          if (view.has(key)) view.problem(key, "a mesh file brings its own cells", "remove it");
       } else {
         if (view.has("cell_size") && view.has("cells"))
           view.problem("cells", "cell_size and cells say the same thing", "give one of them");

@@ -21,12 +21,12 @@ namespace {
 double led_in_quietly(const Touch& t) {
   return t.rate_sq > 0 ? 0.3 * t.quiet_speed / std::sqrt(t.rate_sq) : 0.0;
 }
-/// How much deeper a block lies on an elastic bed at the end of a condensed step than the spring knew, which
+/// How much deeper a block lies on a bed at the end of a condensed step than the spring knew, which
 /// acted by the velocity there: positions are the trapezoid's [m].
 ///
 ///   h (u_n + u_np) / 2 - h u_np = h (u_n - u_np) / 2,     h u_np = -x_np - g_n
 double sunk_unseen(const IslandContext& in, const Touch& t, double h) {
-  if (!in.condensed || t.mode != Mode::spring_end || !t.normal_law.bed || booked_by_craters(t)) return 0;
+  if (!in.condensed || t.mode != Mode::spring_end || !t.normal_law.bed) return 0;
   const double deep = t.indentation - 0.5 * (t.indentation + t.at.gap + h * t.approach);
   return std::max(0.0, deep) - std::max(0.0, t.indentation);
 }
@@ -56,25 +56,32 @@ void remember_row(const IslandContext& in, const Step& step, const Touch& t, dou
     // the contact to open, or to rest.
     const bool own = in.deformable_structure(t);
     const double led_out =
-        std::clamp(t.offset, -in.scale.offset_correction(h),
-                   own || t.energetic ? 0.0 : std::min(in.scale.offset_correction(h), led_in_quietly(t)));
+        t.normal_law.bed
+            ? 0
+            : std::clamp(
+                  t.offset, -in.scale.offset_correction(h),
+                  own || t.energetic ? 0.0 : std::min(in.scale.offset_correction(h), led_in_quietly(t)));
     // What a bed did not know of lies unloaded: it holds what it took, wherever the next step begins.
     const double unseen = sunk_unseen(in, t, h);
-    memory.crushed = std::max(0.0, memory.crushed + unseen);
-    memory.indentation = std::max(0.0, t.indentation + unseen + (t.indentation > 0 ? led_out : 0.0));
+    memory.offset = t.offset - led_out;
+    double& unloaded = booked_by_craters(t) ? memory.offset : memory.crushed;
+    unloaded = std::max(0.0, unloaded + unseen);
+    memory.indentation =
+        std::max(0.0, booked_by_craters(t) ? t.indentation
+                                           : t.indentation + unseen + (t.indentation > 0 ? led_out : 0.0));
     memory.end_energy = memory.normal_energy;
     if (!own && memory.indentation > 0) {
       contact::NormalLaw law = t.normal_law;
       law.crushed = memory.crushed;
       memory.end_energy = law.stored(memory.indentation);
     }
-    memory.offset = t.offset - led_out;
     memory.stiffness = own ? t.stiffness : t.normal_law.stiffness;
     memory.corner_normal = t.corner_normal;
     memory.lasted = in.leapfrog() ? h : 0;
   }
-  if (memory.broken || memory.glued || memory.crushed > 0 || memory.normal_energy + memory.shear_energy > 0 ||
-      !c.impulse.isZero(0)) {
+  const bool unloaded = booked_by_craters(t) && memory.offset > 0;
+  if (memory.broken || memory.glued || memory.crushed > 0 || unloaded ||
+      memory.normal_energy + memory.shear_energy > 0 || !c.impulse.isZero(0)) {
     if (t.of_part < 1 && !list.empty() && list.back().partner == memory.partner &&
         list.back().feature == memory.feature)
       add_point(memory, list.back());

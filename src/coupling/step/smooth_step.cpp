@@ -176,6 +176,9 @@ SmoothStep::Outcome SmoothStep::solve(double h, bool time_stepped, int passes, b
       linearise_about_end(b, in_.state.q[k]);
     }
   }
+  // A layer that crushes within a fraction of a long step: no pass met its law, and what it would crush at
+  // the depth reached nothing gave.
+  if (!followed && in_.condensed && !last_resort) return out;
   out.error = std::max(out.error, friction_direction_error(in_, step_, h));
   // Springs that open and close from pass to pass: a shorter step moves less.
   if (!followed &&

@@ -110,6 +110,7 @@ struct FaceBed {
   std::uint64_t rows, cells;  // first features of parts and craters
   double deepest = -std::numeric_limits<double>::infinity(), sunk = 0;
   double crushed = 0;   // an elastic bed's: it lies unloaded down to there [m]
+  double unloaded = 0;  // a crushing bed's: depth that no step has known of, on which nothing is held [m]
   bool rested = false;  // and held nothing in the last step
   std::vector<Crater> craters{};
   double limit = 0;  // compression at which its columns crush [m]
@@ -132,7 +133,7 @@ double pressed_before(const std::vector<ContactMemory>& memory, std::uint64_t pa
   for (auto m = std::lower_bound(memory.begin(), memory.end(), std::pair(partner, std::uint64_t{0}),
                                  remembered_before);
        m != memory.end() && m->partner == partner; ++m)
-    if (!is_crater(*m) && m->feature != born_inside) deepest = std::max(deepest, m->indentation);
+    if (!is_crater(*m) && m->feature != born_inside) deepest = std::max(deepest, m->indentation + m->offset);
   return deepest;
 }
 
@@ -142,6 +143,17 @@ double deepest_floor(const std::vector<ContactMemory>& memory, std::uint64_t par
   for (const ContactMemory& m : recall(memory, partner, face.cells, craters_of_a_face))
     deepest = std::max(deepest, m.crushed);
   return deepest;
+}
+
+/// The face's columns are deep by so much less.
+void lie_unloaded(FaceBed& face, double by) {
+  face.unloaded = by;
+  face.deepest -= by;
+  for (contact::Footprint& part : face.parts) {
+    part.deepest -= by;
+    for (contact::Column& c : part.columns)
+      for (std::size_t k = 0; k < 3; ++k) c.depth[k] -= by, c.spring[k] -= by;
+  }
 }
 
 /// How far the columns may be compressed by what the pair remembers of the face. A new one deep inside is
@@ -170,6 +182,8 @@ void set_floor(FaceBed& face, const std::vector<ContactMemory>& memory, std::uin
       for (contact::Footprint& part : face.parts) compress_at_most(part, face.deepest - face.crushed);
     return;
   }
+  for (const ContactMemory& m : rows) face.unloaded = std::max(face.unloaded, m.offset);
+  lie_unloaded(face, std::min(face.unloaded, std::max(0.0, face.deepest)));
   face.craters = crush(face.parts, face.cells, cells, limit, late,
                        rows.empty() ? reach : std::numeric_limits<double>::infinity());
 }
@@ -201,7 +215,8 @@ Touch part_touch(const TriangleSurface& skin, const CandidatePair& pair, const C
   t.crushed = law.crushing_pressure * part.crushed;
   t.shear_stiffness = law.shear_stiffness * t.at.area;
   t.at.face_a = contact::triangle_of_face(skin, part.triangle, t.at.point_a);
-  t.at.point_b = t.at.point_a + t.at.gap * t.at.normal;
+  t.offset = face.unloaded;
+  t.at.point_b = t.at.point_a + (t.at.gap - t.offset) * t.at.normal;
   return t;
 }
 
@@ -285,6 +300,7 @@ void add_point(const ContactMemory& point, ContactMemory& part) {
   part.shear_energy += point.shear_energy;
   part.crushed = crushes ? part.crushed + point.crushed : std::max(part.crushed, point.crushed);
   part.indentation = std::max(part.indentation, point.indentation);
+  part.offset = std::max(part.offset, point.offset);
   part.broken = part.broken && point.broken;
 }
 

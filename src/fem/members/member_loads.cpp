@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/disjoint_sets.hpp"
+#include "core/sort_unique.hpp"
 
 namespace talus::fem {
 
@@ -64,10 +65,8 @@ void MemberLoads::complete() {
   if (body_.supports.none) return;
   for (std::size_t k = 0; k < members_.size(); ++k) {
     Place& m = places_[k];
-    for (Cut& cut : m.place.cuts) {
-      if (body_.divided()) std::erase_if(cut.cells, [this](int cell) { return !body_.own_cell(cell); });
-      m.cut_packs.push_back(body_.elements->pack_of(cut.cells));
-    }
+    for (const Cut& cut : m.place.cuts)
+      for (const Layer& layer : cut.layers) m.layer_packs.push_back(body_.elements->pack_of(layer.cells));
     for (int cell : m.place.cells)
       members_[k].volume += body_.own_cell(cell) ? body_.cell_mass[cell] / body_.spec.density : 0.0;
     body_.sum({&members_[k].volume, 1});
@@ -96,9 +95,10 @@ void MemberLoads::find_segments() {
   for (Place& m : places_) {
     if (!body_.bars) return;
     m.segments = body_.bars->embedded().segments_in(m.place.cells);
-    m.cut_segments.clear();
+    m.layer_segments.clear();
     for (const Cut& cut : m.place.cuts)
-      m.cut_segments.push_back(body_.bars->embedded().segments_in(cut.cells));
+      for (const Layer& layer : cut.layers)
+        m.layer_segments.push_back(body_.bars->embedded().segments_in(layer.cells));
   }
 }
 
@@ -179,8 +179,16 @@ void MemberLoads::take_part(const std::vector<int>& supported) {
     m.place.cells = part.cells_here(m.place.cells);
     for (std::vector<int>* nodes : {&m.place.foot, &m.place.top}) *nodes = part.nodes_here(*nodes);
     for (Cut& cut : m.place.cuts) {
-      cut.cells = part.cells_here(cut.cells);
-      for (std::vector<int>* nodes : {&cut.nodes, &cut.above}) *nodes = part.nodes_here(*nodes);
+      cut.nodes = part.nodes_here(cut.nodes);
+      for (Layer& layer : cut.layers) {
+        std::vector<double> held;
+        for (std::size_t i = 0; i < layer.cells.size(); ++i)
+          if (part.cell_here(layer.cells[i]) >= 0) held.push_back(layer.part[i]);
+        layer.part = std::move(held);
+        layer.cells = part.cells_here(layer.cells);
+        for (std::vector<int>* nodes : {&layer.nodes, &layer.above})
+          *nodes = part.nodes_here(*nodes), sort_unique(*nodes);
+      }
     }
   }
 }
@@ -293,6 +301,51 @@ std::vector<double> MemberLoads::sums_over(const std::vector<const std::vector<i
 }
 
 /// `force` is zero on entry and on return.
+Vec6 MemberLoads::handed_down(Place& m, std::size_t layer_of_all, const Layer& layer, const Vec3& centre,
+                              AlignedVector& force) const {
+  Vec6 total = Vec6::Zero();
+  const auto add = [&](const Vec3& x, const Vec3& f) {
+    total.head<3>() += f;
+    total.tail<3>() += (x - centre).cross(f);
+  };
+  ElementPack& pack = m.layer_packs[layer_of_all];
+  for (std::size_t lane = 0; lane < layer.cells.size(); ++lane) {
+    const int cell = layer.cells[lane];
+    const bool counts = body_.live[cell] && body_.own_cell(cell),
+               cracked = body_.damage && body_.damage->has(cell);
+    pack.scale[lane] = counts && !cracked ? 1 : 0;
+    if (!counts) continue;
+    if (cracked) body_.damage->add_force_of(cell, fields_.u.data(), force.data());
+    // The weight of the part above in place of that of the nodes above.
+    const Vec3 weight = body_.cell_mass[cell] * body_.gravity;
+    Vec3 middle = Vec3::Zero();
+    const Vec3 axis = m.pier.axis();
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (const int n : body_.mesh.hexes[static_cast<std::size_t>(cell)]) {
+      const Vec3 x = fields_.position(n);
+      middle += x / 8;
+      low = std::min(low, x.dot(axis)), high = std::max(high, x.dot(axis));
+      if (std::binary_search(layer.above.begin(), layer.above.end(), n)) add(x, -weight / 8);
+    }
+    add(middle + 0.5 * (1 - layer.part[lane]) * (high - low) * axis, layer.part[lane] * weight);
+  }
+  body_.elements->add_internal_force_of(pack, fields_.u.data(), force.data(), body_.finite);
+  if (body_.bars) {
+    std::vector<int> own;
+    std::copy_if(
+        m.layer_segments[layer_of_all].begin(), m.layer_segments[layer_of_all].end(), std::back_inserter(own),
+        [this](int segment) {
+          return body_.own_cell(body_.bars->embedded().segments()[static_cast<std::size_t>(segment)].cell);
+        });
+    body_.bars->add_forces_of(own, fields_.u.data(), body_.live, force.data());
+  }
+  for (const int n : layer.above)
+    add(fields_.position(n), Vec3(force[4 * n], force[4 * n + 1], force[4 * n + 2]));
+  for (const int n : layer.nodes) std::fill_n(&force[4 * static_cast<std::size_t>(n)], 4, 0.0);
+  return total;
+}
+
+/// `force` is zero on entry and on return.
 MemberState MemberLoads::state(std::size_t k, AlignedVector& force, bool widths) const {
   Place& m = places_[k];
   const Vec3 x = members_[k].axis_x, y = members_[k].axis_y, z = x.cross(y);
@@ -300,35 +353,14 @@ MemberState MemberLoads::state(std::size_t k, AlignedVector& force, bool widths)
   std::vector<const std::vector<int>*> lists{&m.place.top, &m.place.foot};
   for (const Cut& cut : m.place.cuts) lists.push_back(&cut.nodes);
   const std::vector<double> nodes = sums_over(lists);
-  std::vector<double> totals(6 * cuts);
+  std::vector<double> totals(6 * cuts, 0.0);
+  std::size_t layer_of_all = 0;
   for (std::size_t i = 0; i < cuts; ++i) {
     const Cut& cut = m.place.cuts[i];
-    ElementPack& pack = m.cut_packs[i];
-    for (std::size_t lane = 0; lane < cut.cells.size(); ++lane) {
-      const int cell = cut.cells[lane];
-      const bool counts = body_.live[cell] && body_.own_cell(cell),
-                 cracked = body_.damage && body_.damage->has(cell);
-      pack.scale[lane] = counts && !cracked ? 1 : 0;
-      if (counts && cracked) body_.damage->add_force_of(cell, fields_.u.data(), force.data());
-    }
-    body_.elements->add_internal_force_of(pack, fields_.u.data(), force.data(), body_.finite);
-    if (body_.bars) {
-      std::vector<int> own;
-      std::copy_if(
-          m.cut_segments[i].begin(), m.cut_segments[i].end(), std::back_inserter(own), [this](int segment) {
-            return body_.own_cell(body_.bars->embedded().segments()[static_cast<std::size_t>(segment)].cell);
-          });
-      body_.bars->add_forces_of(own, fields_.u.data(), body_.live, force.data());
-    }
     const Vec3 centre = members_[k].base + cut.at * z + mean_displacement(&nodes[5 * (2 + i)]);
-    Eigen::Map<Vec3> total(&totals[6 * i]), moment(&totals[6 * i + 3]);
-    total.setZero(), moment.setZero();
-    for (int n : cut.above) {
-      const Vec3 f(force[4 * n], force[4 * n + 1], force[4 * n + 2]);
-      total += f;
-      moment += (fields_.position(n) - centre).cross(f);
-    }
-    for (int n : cut.nodes) std::fill_n(&force[4 * static_cast<std::size_t>(n)], 4, 0.0);
+    for (const Layer& layer : cut.layers)
+      Eigen::Map<Vec6>(&totals[6 * i]) +=
+          handed_down(m, layer_of_all++, layer, centre, force) / static_cast<double>(cut.layers.size());
   }
   body_.sum(totals);
   MemberState out;
@@ -369,7 +401,7 @@ MemberState MemberLoads::state(std::size_t k, AlignedVector& force, bool widths)
 std::size_t MemberLoads::memory_of_packs() const {
   std::size_t bytes = 0;
   for (const Place& m : places_)
-    for (const ElementPack& pack : m.cut_packs) bytes += pack.memory_consumption();
+    for (const ElementPack& pack : m.layer_packs) bytes += pack.memory_consumption();
   return bytes;
 }
 

@@ -14,8 +14,8 @@ class MemberLoads : public StructureLoads {
     Pier pier;
     PierPlace place;
     std::vector<int> segments;
-    std::vector<std::vector<int>> cut_segments;
-    std::vector<ElementPack> cut_packs;
+    std::vector<std::vector<int>> layer_segments;  // of the layers of all cuts, one after the other
+    std::vector<ElementPack> layer_packs;
     int deck = -1;
   };
   MemberLoads(const StructureBody& body, const NodalFields& fields, Forces& forces)
@@ -64,6 +64,9 @@ class MemberLoads : public StructureLoads {
   std::vector<Vec3> displaced_probes() const;
   std::vector<MemberState> find_states(bool widths) const;
   MemberState state(std::size_t member, AlignedVector& force, bool widths) const;
+  /// Force and moment about `centre` that the part above hands down through a layer, of this rank's cells.
+  Vec6 handed_down(Place& m, std::size_t layer_of_all, const Layer& layer, const Vec3& centre,
+                   AlignedVector& force) const;
   std::vector<double> sums_over(const std::vector<const std::vector<int>*>& lists) const;
 
   const StructureBody& body_;

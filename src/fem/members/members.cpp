@@ -153,19 +153,33 @@ PierPlace place_of(const Pier& pier, const HexMesh& mesh, int cuts) {
       if (height[n] > pier.clear - near) place.top.push_back(n);
     }
   sort_unique(place.foot), sort_unique(place.top);
+  // Cells that hold what lies just above the plane (+1), or just below it (-1).
+  const auto layer_of = [&](double plane, int side) {
+    Layer layer;
+    const double level = plane + side * near;
+    for (std::size_t i = 0; i < place.cells.size(); ++i) {
+      const auto [low, high] = range[i];
+      if (!(low <= level && level < high)) continue;
+      layer.cells.push_back(place.cells[i]);
+      layer.part.push_back(std::clamp((high - plane) / (high - low), 0.0, 1.0));
+      for (int n : mesh.hexes[place.cells[i]]) {
+        layer.nodes.push_back(n);
+        if (height[n] > level) layer.above.push_back(n);
+      }
+    }
+    sort_unique(layer.nodes), sort_unique(layer.above);
+    return layer;
+  };
   for (int k = 0; k < cuts; ++k) {
     Cut cut;
     cut.at = pier.clear * k / (cuts - 1);
-    const double plane = std::min(cut.at, pier.clear - near) + (k == 0 ? near : 0);
-    for (std::size_t i = 0; i < place.cells.size(); ++i) {
-      if (!(range[i][0] <= plane && plane < range[i][1])) continue;
-      cut.cells.push_back(place.cells[i]);
-      for (int n : mesh.hexes[place.cells[i]]) {
-        cut.nodes.push_back(n);
-        if (height[n] > plane) cut.above.push_back(n);
-      }
-    }
-    sort_unique(cut.nodes), sort_unique(cut.above);
+    Layer above = layer_of(cut.at, 1), below = layer_of(cut.at, -1);
+    cut.nodes = above.nodes;
+    cut.nodes.insert(cut.nodes.end(), below.nodes.begin(), below.nodes.end());
+    sort_unique(cut.nodes);
+    const bool same = above.cells == below.cells;
+    if (!above.cells.empty()) cut.layers.push_back(std::move(above));
+    if (!same && !below.cells.empty()) cut.layers.push_back(std::move(below));
     place.cuts.push_back(std::move(cut));
   }
   return place;

@@ -1,14 +1,21 @@
 /// Piers, columns, boxes and spans of decks as the members an engineer sees: axis, section, cuts at several
 /// heights.
 ///
-/// A cut is the layer of cells that the section plane crosses. What the part above hands down through it is
-/// the sum of the internal forces of these cells on their nodes above the plane (nodal equilibrium, exact up
-/// to the inertia and weight of that one layer):
+/// A layer is the cells that a plane crosses. What the part above hands down through it is the sum of the
+/// internal forces of these cells on their nodes above the plane (nodal equilibrium), in which each cell's
+/// weight w stands at its nodes; the section has above it the part t of the cell instead:
 ///
-///   N = -F . e_z,  V = (F . e_x, F . e_y),  M = (M . e_x, M . e_y),   F = sum f_a,   M = sum (x_a - c) x f_a
+///   F = sum f_a + sum_cells (t - n/8) w
+///   M = sum (x_a - c) x f_a + sum_cells (t x_t - sum_n x_a / 8 - (t - n/8) c) x w
+///   N = -F . e_z,  V = (F . e_x, F . e_y),  M = (M . e_x, M . e_y)
+///
+/// A section in a plane of nodes takes the mean of the layers on both of its sides, so that what else acts at
+/// these nodes counts by half; at an end there is one. Exact up to the inertia of half a layer.
 ///
 /// symbol        meaning                                                     unit
 /// f_a           force on the layer at node a, current configuration         N
+/// t, x_t        part of a cell above the plane, and its centroid            1, m
+/// n             how many of its eight nodes lie above the plane             1
 /// c             centre of the section, moved with the mean of its nodes     m
 /// e_x e_y e_z   axes of the member, e_z from base to top                    -
 #pragma once
@@ -39,11 +46,18 @@ std::vector<Pier> find_piers(const StructureSpec& spec);
 /// The spans of a viaduct's deck, S1, S2 ...; else none.
 std::vector<Pier> find_spans(const StructureSpec& spec);
 
+/// Cells that a plane crosses, or that lie on one side of a plane of nodes.
+struct Layer {
+  std::vector<int> cells;
+  std::vector<double> part;  // t of each cell
+  std::vector<int> above;    // nodes above the plane
+  std::vector<int> nodes;    // all nodes
+};
+
 struct Cut {
-  double at = 0;           // distance from the base [m]
-  std::vector<int> cells;  // the layer
-  std::vector<int> above;  // its nodes above the plane
-  std::vector<int> nodes;  // all its nodes
+  double at = 0;              // distance from the base [m]
+  std::vector<Layer> layers;  // two in a plane of nodes
+  std::vector<int> nodes;     // of all layers
 };
 
 /// Where one pier lies in a mesh.

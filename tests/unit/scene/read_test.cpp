@@ -186,6 +186,27 @@ TEST(ReadScene, IdleKeysAreWarnedOf) {
   EXPECT_NE(said("", plants, "rock", "ground").find("it grows on the ground"), std::string::npos);
 }
 
+/// Measures of parts that a viaduct does not have.
+TEST(ReadScene, IdleMeasuresOfAViaductAreWarnedOf) {
+  const Place place;
+  const auto said = [&](const std::string& keys) {
+    const std::string text = full.substr(0, full.find("[[structure]]")) +
+                             "[[structure]]\nmaterial = \"C40\"\nkind = \"viaduct\"\nposition = [9, 0, "
+                             "0]\ncell_size = 0.5\n" +
+                             keys + "\n";
+    std::string all;
+    for (const Problem& p : read_scene_text(text, place.scene()).warnings)
+      if (p.str().find("structure.") != std::string::npos) all += p.str() + "\n";
+    return all;
+  };
+  EXPECT_NE(said("slab_thickness = 0.3").find("a solid deck has no girders"), std::string::npos);
+  EXPECT_NE(said("girder_width = 0.4\ngirders = 0").find("a solid deck has no girders"), std::string::npos);
+  EXPECT_EQ(said("slab_thickness = 0.3\ngirder_width = 0.4\ngirders = 3").find("no effect"),
+            std::string::npos);
+  EXPECT_NE(said("pier_spacing = 3").find("a bent has one pier"), std::string::npos);
+  EXPECT_EQ(said("pier_spacing = 3\npiers_per_bent = 2").find("no effect"), std::string::npos);
+}
+
 /// What is allowed and hardly meant, each with the number of the sentence that it gives.
 TEST(ReadScene, SlipsOfUnitsAreWarnedOf) {
   const Place place;
