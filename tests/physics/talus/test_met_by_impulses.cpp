@@ -50,27 +50,29 @@ TEST(MetByImpulses, WhatStaysApartGetsNone) {
   EXPECT_EQ(o.last().velocity[2].norm(), 0);
 }
 
-/// A row of cubes on a smooth floor, 1 mm apart, e = 1: the first pushes the last off with its speed. Where a
-/// large island makes one step of many blows their rebound is missing, and that is told.
+/// Cubes in a row on a smooth floor, 1 mm apart, e = 1, the first ones faster than the last: what one step of
+/// a large island brings together lands without its rebound, and that is told.
 TEST(MetByImpulses, ReboundThatIsLeftOutIsTold) {
-  for (const int cubes : {12, 20}) {
+  bool missing = false;
+  for (const int cubes : {12, 40}) {
     SceneText s(Method::by_accuracy(1e-3), 0.5);
     s.material("rock", 2500)
         .interface("rock", "rock", 0, "normal_stiffness = \"hard\"\nrestitution = 1")
-        .interface("rock", "ground", 0)
+        .interface("rock", "ground", 0, "normal_stiffness = \"hard\"\nrestitution = 1")
         .plane(Vec3::UnitZ());
     for (int i = 0; i < cubes; ++i)
-      s.box((i < 10 ? "b0" : "b") + std::to_string(i), Vec3::Ones(), Vec3(1.001 * i, 0, 0.5),
-            i == 0 ? velocity(Vec3(1, 0, 0)) : "");
+      s.box(fmt::format("b{:02}", i), Vec3::Ones(), Vec3(1.001 * i - (i == 0 ? 1e-3 : 0), 0, 0.5),
+            velocity(Vec3(1 - 2.0 * i / (cubes - 1), 0, 0)));
     const Outcome o = run_scene(s.str());
     ASSERT_TRUE(o.ok());
-    const double given = o.rows.front().ledger.kinetic, gone = o.last().ledger.damping_work;
-    EXPECT_LE(o.result.counters.restitution_lost, gone + 1e-9 * given) << cubes;
-    if (gone > 0.01 * given)
-      EXPECT_GT(o.result.counters.restitution_lost, 0.25 * gone) << cubes;
-    else
-      EXPECT_LT(o.result.counters.restitution_lost, 1e-9 * given) << cubes;
+    const double given = o.rows.front().ledger.kinetic, gone = o.last().ledger.damping_work,
+                 told = o.result.counters.restitution_lost;
+    EXPECT_LE(gone, 0.05 * given) << cubes;  // nearly all where what closes within a step had no rebound
+    EXPECT_LE(told, gone + 1e-4 * given) << cubes;
+    EXPECT_GE(told, 0.25 * gone - 1e-4 * given) << cubes;
+    missing = missing || gone > 2e-3 * given;
   }
+  EXPECT_TRUE(missing);
 }
 
 /// Thirteen of 48 cubes that come down a slope of 45 deg onto level ground, in the instant before one of them
