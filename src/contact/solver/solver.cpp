@@ -176,8 +176,7 @@ SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& s
   const bool frictionless = std::all_of(system.touch.begin(), system.touch.end(),
                                         [](const Touch& t) { return t.law.mu == 0 && t.law.cohesion == 0; });
   const bool by_normals = !few && frictionless;  // forces that hold each other do not matter there
-  search.begin(settings, report);
-  if (!done && !by_normals && search.unstressed_first()) done = search.unstressed(settings, report);
+  if (!done && !by_normals && (few || settings.unstressed)) done = search.unstressed(settings, report);
   if (done) {
     // or a figure of the problem is none
   } else if (by_normals) {

@@ -169,6 +169,7 @@ void Search::begin(const SolveSettings& settings, SolveReport& report) {
 }
 
 bool Search::unstressed(const SolveSettings& settings, SolveReport& report) {
+  begin(settings, report);
   sufficient_ = tolerance_;  // what else would do depends on where the search began
   round_off_ = std::min(100 * tolerance_,
                         std::max(settings.tolerance, settings.sufficient) *

@@ -45,8 +45,6 @@ class Search {
   /// From p to the tolerance [m/s] by the interior point of contacts that give about the given impulses.
   /// Iterations.
   int give_about(const std::vector<Vec3>& about, double tolerance);
-  /// Before all that follows.
-  void begin(const SolveSettings& settings, SolveReport& report);
   /// From p on. True if the best comes below what suffices.
   bool run(const SolveSettings& settings, SolveReport& report);
 
@@ -65,6 +63,7 @@ class Search {
   double visited(int count);  // residual after sweeps from p
   /// Nothing that would suffice is to be had.
   bool contradicted() const { return least_ > sufficient_; }
+  void begin(const SolveSettings& settings, SolveReport& report);
   const SolveSettings* settings_ = nullptr;
   SolveReport* report_ = nullptr;
   double tolerance_ = 0, sufficient_ = 0;  // [m/s]
