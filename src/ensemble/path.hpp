@@ -43,7 +43,7 @@ std::vector<Problem> line_problems(const std::vector<PlanLine>& lines, const Gro
 /// The lines of a scene that was built, with the warnings of them. Throws InputError as the two above.
 std::vector<PlanLine> checked_lines(sim::Simulation& simulation, std::vector<Problem>& warnings);
 
-/// Of the maps: parts of a macro step with contact in which one blow at most is told apart [s]. Whoever runs
+/// Maps split the path of a macro step with contact at one blow in each part of this length [s]. Whoever runs
 /// the simulation has multiples of it read off (sim::Sink::watched_interval).
 inline constexpr double map_interval = 5e-3;
 

@@ -1,4 +1,4 @@
-// The onset of hard contacts in small islands: an impulse of no duration on all closed touches.
+// The onset of hard contacts in event-driven islands: an impulse of no duration on all closed touches.
 #include "coupling/events/impact_stage.hpp"
 
 #include <algorithm>

@@ -10,8 +10,7 @@
 
 namespace talus::coupling {
 
-/// Contacts of a problem, beyond which it is solved to what the accuracy asks; closed ones of an island,
-/// beyond which it is time-stepped.
+/// Contacts of a problem at a structure, beyond which it is solved to what the accuracy asks.
 constexpr std::size_t many_contacts = 150;
 
 /// Constant over a macro step, but for the state and the regime.

@@ -8,9 +8,9 @@
 ///   3. positions:  x_np = x_free + h sum_i theta_i A^-1 J_i^T p_i,
 ///      momenta exact:  P_np = P_free + sum_i J_i^T p_i
 ///   4. drift of closed hard contacts projected back to gap >= 0, its energy accounted for
-/// Small islands are event driven: the step ends at the next onset, which is an impulse of no duration. In
-/// large islands and at structures onsets are rows on the gap at the end of the step (order 1). Structures
-/// take explicit sub-steps while damage may grow or waves of a blow run, else condensed steps
+/// Islands are event driven: the step ends at the next onset, which is an impulse of no duration. Where that
+/// costs more than time steps, and at structures, onsets are rows on the gap at the end of the step (order
+/// 1). Structures take explicit sub-steps while damage may grow or waves of a blow run, else condensed steps
 /// (condensed.hpp).
 #pragma once
 #include <atomic>

@@ -218,17 +218,23 @@ double CoupledSystem::hint_of(const Island& island) const {
   return hint;
 }
 
+/// Per block: all events of its island were located, or it was in none.
+std::vector<char> CoupledSystem::events_located(const MacroStep& m) const {
+  std::vector<char> located(model_.blocks.size(), 1);
+  for (std::size_t i = 0; i < m.reports.size(); ++i)
+    for (const int b : m.plan.islands[i].blocks)
+      located[static_cast<std::size_t>(b)] =
+          !m.reports[i].time_stepped && m.plan.islands[i].structures.empty();
+  return located;
+}
+
 /// A blow that runs on from block to block: what was divided and has met another one is joined with what lies
 /// near, as many neighbours on as `hops`, so that twice as far is reached with each try.
 void CoupledSystem::reach_on(const MacroStep& m, const BlockPairs& pairs, int hops, BlockPairs& met) const {
-  std::vector<char> located(model_.blocks.size(), 1), reached(model_.blocks.size(), 0);
-  std::vector<char> runs_on(model_.blocks.size(), 0);
-  for (std::size_t i = 0; i < m.reports.size(); ++i)
-    for (const int b : m.plan.islands[i].blocks) {
-      located[static_cast<std::size_t>(b)] =
-          !m.reports[i].time_stepped && m.plan.islands[i].structures.empty();
-      runs_on[static_cast<std::size_t>(b)] = m.plan.islands[i].in_turn ? 1 : 0;
-    }
+  const std::vector<char> located = events_located(m);
+  std::vector<char> reached(model_.blocks.size(), 0), runs_on(model_.blocks.size(), 0);
+  for (const Island& island : m.plan.islands)
+    for (const int b : island.blocks) runs_on[static_cast<std::size_t>(b)] = island.in_turn ? 1 : 0;
   std::map<int, std::vector<int>> near;
   const auto found = [](const std::vector<char>& of, int b) { return of[static_cast<std::size_t>(b)] != 0; };
   for (const BlockPairs* of : {&m.plan.beside, &m.plan.asleep})
@@ -474,14 +480,9 @@ bool CoupledSystem::meets_others(double duration, const IslandPlan& p, SystemSta
 /// blocks of the others, which are due again, go back to where they began.
 std::vector<std::size_t> CoupledSystem::join_met(const BlockPairs& met, double duration, MacroStep& m) {
   std::map<std::pair<std::vector<int>, std::vector<int>>, std::size_t> stepped;
-  std::vector<char> located(model_.blocks.size(),
-                            1);  // per block: all events of its island were, if it was in one
-  for (std::size_t i = 0; i < m.reports.size(); ++i) {
-    const Island& island = m.plan.islands[i];
-    stepped[{island.blocks, island.structures}] = i;
-    for (const int b : island.blocks)
-      located[static_cast<std::size_t>(b)] = !m.reports[i].time_stepped && island.structures.empty();
-  }
+  const std::vector<char> located = events_located(m);
+  for (std::size_t i = 0; i < m.reports.size(); ++i)
+    stepped[{m.plan.islands[i].blocks, m.plan.islands[i].structures}] = i;
   std::swap(state_, m.before);
   IslandPlan joined = planner_.plan(duration, wider_, met);
   std::swap(state_, m.before);
