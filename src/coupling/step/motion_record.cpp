@@ -89,7 +89,9 @@ void MotionRecord::measure_way(double from, double to, std::span<contact::Motion
     report_.went[i] = std::max(report_.went[i],
                                (in_.state.c[k] - began.c).norm() + in_.model.blocks[k].shape->radius * chord);
     if (in_.island->watched[i] == 0) continue;
-    made[i].displacement = in_.state.c[k] - made[i].start.c;  // with the correction
+    // With the correction.
+    made[i].displacement = in_.state.c[k] - made[i].start.c;
+    made[i].rotation = dda::rotation_vector(in_.state.q[k] * step_.saved[i].q.conjugate());
     report_.ways[i].push_back({from, to, made[i]});
   }
 }
