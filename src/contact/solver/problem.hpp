@@ -64,6 +64,22 @@ struct ContactProblem {
   std::vector<double> v_hat;      // in
   std::vector<double> v;          // out
   void clear();                   // keeps the capacity
+
+  std::span<const ContactTerm> terms_of(const ProblemContact& c) const {
+    return std::span(terms).subspan(static_cast<std::size_t>(c.first_term),
+                                    static_cast<std::size_t>(c.terms));
+  }
+  const ProblemBody& body_of(const ContactTerm& t) const { return bodies[static_cast<std::size_t>(t.body)]; }
+  Eigen::Map<const Eigen::Matrix3Xd> jacobian(const ContactTerm& t) const {
+    return {jacobians.data() + t.jacobian, 3, body_of(t).ndof};
+  }
+  /// J_i x of the stacked velocities x, without the bias [m/s].
+  Vec3 relative(const ProblemContact& c, const std::vector<double>& x) const {
+    Vec3 u = Vec3::Zero();
+    for (const ContactTerm& t : terms_of(c))
+      u += jacobian(t) * Eigen::Map<const VecX>(x.data() + body_of(t).offset, body_of(t).ndof);
+    return u;
+  }
 };
 
 struct SolveSettings {

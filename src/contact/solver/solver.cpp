@@ -256,13 +256,7 @@ double coulomb_residual(const ContactProblem& problem, bool exact_coulomb) {
   for (std::size_t i = 0; i < p.size(); ++i) {
     const Touch& t = system.touch[i];
     const ProblemContact& contact = problem.contacts[t.id];
-    Vec3 u = contact.bias;
-    for (int k = contact.first_term; k < contact.first_term + contact.terms; ++k) {
-      const ProblemBody& body = problem.bodies[problem.terms[k].body];
-      for (int j = 0; j < body.ndof; ++j)
-        u += Eigen::Map<const Vec3>(problem.jacobians.data() + problem.terms[k].jacobian + 3 * j) *
-             problem.v[body.offset + j];
-    }
+    const Vec3 u = contact.bias + problem.relative(contact, problem.v);
     const double round_off = system.round_off(t, reach);
     worst = larger(worst,
                    natural_residual(t.law, u + t.compliance.cwiseProduct(p[i]), p[i], t.scale(), round_off));

@@ -183,9 +183,7 @@ double DriftCorrection::correct(double h) {
                                                                  in_.settings.accuracy * 0.5 * thinnest_)
                                       : tolerance_;
   if (deepest_ <= shows && drifted_ <= shows) return deepest_;
-  const double left = in_.leapfrog() ? std::max(tolerance_, 0.1 * shows)
-                      : in_.large()  ? std::max(tolerance_, 1e-8 * thinnest_)
-                                     : tolerance_;
+  const double left = in_.leapfrog() ? std::max(tolerance_, 0.1 * shows) : tolerance_;
   std::vector<double> carried(in_.island->pairs.size(), 0.0);
   std::vector<Pose> before;
   for (const Body& b : step_.bodies) before.push_back(dda::pose(in_.state, b.block));

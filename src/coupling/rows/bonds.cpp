@@ -11,15 +11,7 @@ namespace talus::coupling {
 
 Vec3 row_velocity(const Step& step, const Touch& t) {
   const contact::ProblemContact& c = step.problem.contacts[static_cast<std::size_t>(t.row)];
-  Vec3 u = c.bias;
-  for (int k = 0; k < c.terms; ++k) {
-    const contact::ContactTerm& term = step.problem.terms[static_cast<std::size_t>(c.first_term + k)];
-    const contact::ProblemBody& body = step.problem.bodies[static_cast<std::size_t>(term.body)];
-    u += Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>(
-             step.problem.jacobians.data() + term.jacobian, 3, body.ndof) *
-         Eigen::Map<const VecX>(step.problem.v.data() + body.offset, body.ndof);
-  }
-  return u;
+  return c.bias + step.problem.relative(c, step.problem.v);
 }
 
 bool bond_breaks(const IslandContext& in, const Step& step, const Touch& t) {

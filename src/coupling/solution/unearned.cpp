@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <vector>
 
@@ -16,6 +17,10 @@ constexpr int contacts_at_once = 512;
 std::vector<char> moving(const contact::ContactProblem& problem, double at_rest) {
   std::vector<double> energy;
   for (const contact::ProblemBody& body : problem.bodies) {
+    if (body.mass == nullptr) {  // a condensed structure, which is no body at rest
+      energy.push_back(std::numeric_limits<double>::infinity());
+      continue;
+    }
     const Eigen::Map<const MatX> mass(body.mass, body.ndof, body.ndof);
     const Eigen::Map<const VecX> v(problem.v.data() + body.offset, body.ndof);
     energy.push_back(0.5 * v.dot(mass * v));
@@ -47,12 +52,10 @@ double unearned(const contact::ContactProblem& problem, double at_rest) {
       if (c.impulse.isZero(0)) continue;
       Vec3 u = c.bias + c.compliance.cwiseProduct(c.impulse), resting = Vec3::Zero();
       bool any = false;
-      for (int k = c.first_term; k < c.first_term + c.terms; ++k) {
-        const contact::ContactTerm& term = problem.terms[static_cast<std::size_t>(k)];
-        const contact::ProblemBody& body = problem.bodies[static_cast<std::size_t>(term.body)];
-        const Vec3 part = Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>(
-                              problem.jacobians.data() + term.jacobian, 3, body.ndof) *
-                          Eigen::Map<const VecX>(problem.v.data() + body.offset, body.ndof);
+      for (const contact::ContactTerm& term : problem.terms_of(c)) {
+        const contact::ProblemBody& body = problem.body_of(term);
+        const Vec3 part =
+            problem.jacobian(term) * Eigen::Map<const VecX>(problem.v.data() + body.offset, body.ndof);
         u += part;
         if (moves[static_cast<std::size_t>(term.body)] != 0)
           any = true;

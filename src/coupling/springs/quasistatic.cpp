@@ -68,17 +68,13 @@ void balance_springs(const IslandContext& in, Step& step, double h) {
   }
   const auto each_follower = [&](const Touch& t, auto&& use) {  // with the row of its normal
     const contact::ProblemContact& c = step.problem.contacts[static_cast<std::size_t>(t.row)];
-    for (int k = c.first_term; k < c.first_term + c.terms; ++k) {
-      const contact::ContactTerm& term = step.problem.terms[static_cast<std::size_t>(k)];
+    for (const contact::ContactTerm& term : step.problem.terms_of(c)) {
       if (term.body >= static_cast<int>(step.bodies.size()) ||
           !step.bodies[static_cast<std::size_t>(term.body)].follows)
         continue;
       const int n = step.bodies[static_cast<std::size_t>(term.body)].ndof;
       use(balances[static_cast<std::size_t>(term.body)],
-          Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>(
-              step.problem.jacobians.data() + term.jacobian, 3, n)
-              .row(0),
-          n);
+          Eigen::Map<const Eigen::Matrix3Xd>(step.problem.jacobians.data() + term.jacobian, 3, n).row(0), n);
     }
   };
   const auto force = [](const Touch& t, double x) {

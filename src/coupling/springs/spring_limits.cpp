@@ -160,14 +160,7 @@ bool cut_at_release(const IslandContext& in, const Step& step, double& h) {
   for (const Touch& t : step.touches) {
     if (t.row < 0 || t.mode != Mode::spring_mean || !(t.at.gap < 0) || t.pulls()) continue;
     const contact::ProblemContact& c = step.problem.contacts[static_cast<std::size_t>(t.row)];
-    double end_speed = 0;
-    for (int i = 0; i < c.terms; ++i) {
-      const contact::ContactTerm& term = step.problem.terms[static_cast<std::size_t>(c.first_term + i)];
-      const contact::ProblemBody& body = step.problem.bodies[static_cast<std::size_t>(term.body)];
-      for (int k = 0; k < body.ndof; ++k)
-        end_speed += step.problem.jacobians[static_cast<std::size_t>(term.jacobian + 3 * k)] *
-                     step.problem.v[static_cast<std::size_t>(body.offset + k)];
-    }
+    const double end_speed = step.problem.relative(c, step.problem.v)[0];
     const double beyond = t.at.gap + 0.5 * h * (t.approach + end_speed);
     if (!(beyond > 0)) continue;
     const double way = std::min(beyond, -t.at.gap);  // by which it pulls, or holds no longer what it held

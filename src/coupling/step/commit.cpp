@@ -145,16 +145,19 @@ double lost_with_faces(const IslandContext& in, const std::vector<ContactMemory>
   return lost;
 }
 
-/// What restitution would have given back at the hard contacts that closed within the step, which a large
-/// island does not locate: of the approach u that an impulse p stopped e^2 p u / 2 [J].
-double restitution_lost(const Step& step) {
+/// What restitution would have given back at the hard contacts of a step that locates no events, beside what
+/// it did: of a contact thrown back at e' u, u its approach, an impulse p has taken p u (1 - e') / 2,
+///
+///   p u (e^2 - e'^2) / (2 (1 + e'))        [J],      e' = 0 of those that closed within the step
+double restitution_lost(const IslandContext& in, const Step& step) {
   double lost = 0;
   for (const Touch& t : step.touches) {
-    if (t.row < 0 || t.mode != Mode::end || t.stiffness > 0 || t.persistent || !t.law->restitution) continue;
+    if (t.row < 0 || t.mode != Mode::end || t.persistent || !rebounds(in, t) || in.deformable_structure(t))
+      continue;
     const contact::ProblemContact& c = step.problem.contacts[static_cast<std::size_t>(t.row)];
-    if (!(c.bias[0] >= 0 && t.approach < 0 && t.impulse[0] > 0)) continue;
-    const double e = t.law->restitution_at(t.approach);
-    lost += 0.5 * e * e * t.impulse[0] * -t.approach;
+    const double asked = t.law->restitution_at(t.approach), u = -t.approach,
+                 got = std::clamp(step.problem.relative(c, step.problem.v)[0] / u, 0.0, asked);
+    lost += 0.5 * t.impulse[0] * u * (asked * asked - got * got) / (1 + got);
   }
   return lost;
 }
@@ -312,7 +315,7 @@ void collect_node_impulses(const IslandContext& in, Step& step) {
 void commit_step(const IslandContext& in, Step& step, IslandReport& report, bool shed, double t_end,
                  double h) {
   report.ledger += step.pending;
-  report.counters.restitution_lost += restitution_lost(step);
+  report.counters.restitution_lost += restitution_lost(in, step);
   report_crushing(in, step, report);
   go_on_with_ways(in, step, h);
   remember_all(in, step, report, shed, h);

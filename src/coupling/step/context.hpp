@@ -10,9 +10,6 @@
 
 namespace talus::coupling {
 
-/// Contacts of a problem at a structure, beyond which it is solved to what the accuracy asks.
-constexpr std::size_t many_contacts = 150;
-
 /// Constant over a macro step, but for the state and the regime.
 struct IslandContext {
   const dda::Model& model;
@@ -52,9 +49,6 @@ struct IslandContext {
   bool event_driven() const { return !time_stepping && island->structures.empty(); }
   /// Blocks alone, and events are not located.
   bool time_stepped() const { return island->structures.empty() && time_stepping; }
-  /// Whose positions are known to 1e-8 of a block: of so many contacts one always lies a little beyond a
-  /// closer tolerance.
-  bool large() const { return time_stepped() && island->blocks.size() >= 96; }
   /// For the rest of the macro step: the island is time-stepped, and no row asks for motion.
   static constexpr int most_unsolved = 2;
   bool over_constrained() const { return unsolved >= (island->structures.empty() ? most_unsolved : 1); }

@@ -28,16 +28,7 @@ bool give_energy(const contact::ContactProblem& problem, const std::vector<int>&
   double work = 0, size = 0;
   for (const int row : rows) {
     const contact::ProblemContact& c = problem.contacts[static_cast<std::size_t>(row)];
-    Vec3 mean = Vec3::Zero();
-    for (int k = 0; k < c.terms; ++k) {
-      const contact::ContactTerm& term = problem.terms[static_cast<std::size_t>(c.first_term + k)];
-      const contact::ProblemBody& body = problem.bodies[static_cast<std::size_t>(term.body)];
-      const Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>> j(
-          problem.jacobians.data() + term.jacobian, 3, body.ndof);
-      const Eigen::Map<const VecX> before(problem.v_hat.data() + body.offset, body.ndof),
-          after(problem.v.data() + body.offset, body.ndof);
-      mean += 0.5 * (j * (before + after));
-    }
+    const Vec3 mean = 0.5 * (problem.relative(c, problem.v_hat) + problem.relative(c, problem.v));
     work += c.impulse.dot(mean);
     size += std::abs(c.impulse.dot(mean));
   }
@@ -109,8 +100,7 @@ SmoothStep::Outcome SmoothStep::solve(double h, bool time_stepped, int passes, b
   bool solved = true, followed = true;
   for (int pass = 0; pass < most_passes; ++pass) {
     assembly_.assemble(h, time_stepped, pass == 0);
-    if (time_stepped && in_.over_constrained() && !in_.large())
-      ask_for_no_motion(step_.touches, step_.problem, h);
+    if (time_stepped && in_.over_constrained()) ask_for_no_motion(step_.touches, step_.problem, h);
     const Effort effort = last_resort         ? Effort::last_resort
                           : pass + 1 < passes ? Effort::provisional
                           : solved            ? Effort::full

@@ -126,10 +126,9 @@ void WorkAccount::each(const std::vector<Thing>& things, int at_once, Use&& use)
 
 WorkAccount::Slip WorkAccount::slip(const contact::ProblemContact& c) const {
   Slip s;
-  for (int k = 0; k < c.terms; ++k) {
-    const contact::ContactTerm& term = step.problem.terms[static_cast<std::size_t>(c.first_term + k)];
-    const contact::ProblemBody& body = step.problem.bodies[static_cast<std::size_t>(term.body)];
-    const Rows j(step.problem.jacobians.data() + term.jacobian, 3, body.ndof);
+  for (const contact::ContactTerm& term : step.problem.terms_of(c)) {
+    const contact::ProblemBody& body = step.problem.body_of(term);
+    const auto j = step.problem.jacobian(term);
     if (term.body < static_cast<int>(step.bodies.size())) {
       const Body& b = step.bodies[static_cast<std::size_t>(term.body)];
       s.blocks += j * mean_velocity(b.v0, b.free, b.v_solved).head(body.ndof);

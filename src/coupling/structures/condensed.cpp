@@ -200,14 +200,9 @@ double condensed_error(const IslandContext& in, const Step& step, double h) {
     if (t.row < 0 || !in.deformable_structure(t)) continue;
     const contact::ProblemContact& c = step.problem.contacts[static_cast<std::size_t>(t.row)];
     const Vec3 p = c.impulse - h * (t.frame.transpose() * t.warm);
-    for (int k = 0; k < c.terms; ++k) {
-      const contact::ContactTerm& term = step.problem.terms[static_cast<std::size_t>(c.first_term + k)];
-      const contact::ProblemBody& body = step.problem.bodies[static_cast<std::size_t>(term.body)];
-      change.segment(body.offset, body.ndof) +=
-          Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>(
-              step.problem.jacobians.data() + term.jacobian, 3, body.ndof)
-              .transpose() *
-          p;
+    for (const contact::ContactTerm& term : step.problem.terms_of(c)) {
+      const contact::ProblemBody& body = step.problem.body_of(term);
+      change.segment(body.offset, body.ndof) += step.problem.jacobian(term).transpose() * p;
     }
   }
   double largest = 0;
