@@ -39,7 +39,7 @@ inline double square(double x) { return x * x; }
   X(near_gap, 1e-3, "accuracy L", "closed as well, if it moves slower than a bounce that shows")            \
   X(located_gap, 1e-10, "L", "how near to the surface an impact is located")                                \
   X(flush, 1e-8, "L", "lower steps between neighbouring faces are none")                                    \
-  X(row_reach, 5e-3, "L", "nearer contact points enter the equations of a time step of a large island")     \
+  X(row_reach, 5e-3, "L", "nearer contact points enter the equations of a step that locates no events")     \
   X(listed_near, 2e-3, "L",                                                                                 \
     "contact points of hard ground as near are kept: twice what the drift looks for")                       \
   X(drift_near, 1e-3, "L", "nearer contact points enter the correction of drift")                           \

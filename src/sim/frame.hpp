@@ -117,7 +117,7 @@ struct RunCounters {
   double gained = 0, worst_gain = 0,
          undone = 0;            // energy made by steps, by the worst of them, dissipation undone [J]
   long reduced = 0;             // impacts whose restitution was lowered so that they make no energy
-  double restitution_lost = 0;  // that of contacts which closed within a step of a large island [J]
+  double restitution_lost = 0;  // what hard contacts did not give back in steps that locate no events [J]
   double dt = 0;                // last step [s]
   int islands = 0, sleeping_blocks = 0;
   double wall_seconds = 0, cpu_seconds = 0;

@@ -1,4 +1,4 @@
-/// The onset of hard contacts in small islands: an impulse of no duration on all closed touches.
+/// The onset of hard contacts where events are located: an impulse of no duration on all closed touches.
 #pragma once
 #include "coupling/events/structure_impacts.hpp"
 #include "coupling/rows/assembly.hpp"

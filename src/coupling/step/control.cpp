@@ -150,7 +150,7 @@ bool StepControl::refused(Trial& trial, const SmoothStep::Outcome& o) {
   reject_step(in_, step_, report_);
   if (!o.ok) {
     ++report_.counters.halved, ++trial.halved, ++in_.unsolved;
-    if (!trial.time_stepped && in_.over_constrained()) {  // goes on as large islands do
+    if (!trial.time_stepped && in_.over_constrained()) {  // goes on as time-stepped islands do
       trial.time_stepped = true;
       trial.adaptive = false;
       trial.passes = 1;

@@ -50,7 +50,7 @@ class StepControl {
   /// Beside a structure in explicit steps none is: they are short, and do not change their length.
   bool cut_at_layer(Trial& trial);
   /// A bond holds over the whole of the step in which it breaks: the step is cut so that it ends there, in
-  /// large islands to within the time in which something falls by the accuracy's part of its size.
+  /// time-stepped islands to within the time in which something falls by the accuracy's part of its size.
   bool cut_at_break(Trial& trial);
   /// What parts too slowly for a bounce, and is pressed by the solution, comes back within the step. The
   /// trapezoid would leave it open by half of its speed times the step: a step about as long as the bounce

@@ -16,8 +16,8 @@ namespace talus::coupling {
 
 namespace {
 
-constexpr double most_work = 10000;  // contacts times factorisations that events may cost per step of a large
-                                     // island, or `dearer` times what such a step costs itself
+constexpr double most_work = 10000;  // contacts times factorisations that events may cost per step of time
+                                     // stepping, or `dearer` times what such a step costs itself
 
 /// Time in which a rigid block can meet none of its partners: the balls around it and around blocks, by their
 /// speeds and all of gravity; 0 beside terrain and structures [s].

@@ -306,9 +306,9 @@ void account_works(const IslandContext& in, Step& step, double h) {
   step.pending += books.pending;
   const double met = books.loss.settle(step.pending);
   if (step.from_start) books.onset += met;
-  // A hard contact (or a stiff dashpot) at a structure acts at the end of the step, an onset in a large
-  // island at its start, neither along it: its work with the mean velocities counts as lost what the block's
-  // own energy says was not, so that only the sum of both is known.
+  // A hard contact (or a stiff dashpot) at a structure acts at the end of the step, an onset in a
+  // time-stepped island at its start, neither along it: its work with the mean velocities counts as lost what
+  // the block's own energy says was not, so that only the sum of both is known.
   const double overcounted =
       std::clamp(books.reading - step.pending.algorithmic, std::min(step.from_start ? met : 0.0, 0.0),
                  std::max(books.onset, 0.0));
