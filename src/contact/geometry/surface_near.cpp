@@ -1,7 +1,6 @@
 #include "contact/geometry/surface_near.hpp"
 
 #include <algorithm>
-#include <array>
 
 #include "contact/geometry/surface_index.hpp"
 
@@ -23,32 +22,39 @@ void near_vertices(const SurfaceIndex& index, const Box3& box, std::vector<int>&
   vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
 }
 
-bool encloses(const SurfaceIndex& index, const Vec3& x) {
-  // Along none of the directions that edges of drawn bodies have: it meets no edge but by chance.
-  static const Vec3 along = Vec3(0.3141592653, 0.2718281828, 0.9096972).normalized();
-  const SurfaceIndex::Impl& s = index.impl();
-  int leaves = 0;
-  s.tree.traverse(
+bool encloses(const BoxTree& tree, std::span<const Vec3> vertices,
+              std::span<const std::array<int, 3>> triangles, const Vec3& x, double rounding) {
+  // Along no direction that bodies have edges above each other in; which side of an edge the line passes is
+  // asked the same way of both faces, so that it passes through one of them.
+  static const Vec3 d = Vec3(0.41421, 0.73205, 0.54113).normalized(), u = d.unitOrthogonal(), v = d.cross(u);
+  static const Vec3 per_way = d.cwiseInverse();
+  int times = 0;
+  tree.traverse(
       [&](const Vec3& lo, const Vec3& hi) {
-        const Vec3 enters = ((along.array() > 0).select(lo, hi) - x).cwiseQuotient(along),
-                   goes = ((along.array() > 0).select(hi, lo) - x).cwiseQuotient(along);
-        return std::max(0.0, enters.maxCoeff()) <= goes.minCoeff();
+        const double in = (lo - x).cwiseProduct(per_way).maxCoeff(),
+                     out = (hi - x).cwiseProduct(per_way).minCoeff();
+        return out >= std::max(in, 0.0) - rounding;
       },
       [&](int t) {
-        const auto& v = s.surface.triangles[static_cast<std::size_t>(t)];
-        std::array<Vec3, 3> from;
-        for (std::size_t i = 0; i < 3; ++i) from[i] = s.surface.vertices[static_cast<std::size_t>(v[i])] - x;
-        const std::array<double, 3> sides{along.dot(from[0].cross(from[1])),
-                                          along.dot(from[1].cross(from[2])),
-                                          along.dot(from[2].cross(from[0]))};
-        const bool out = std::ranges::all_of(sides, [](double d) { return d > 0; }),
-                   in = std::ranges::all_of(sides, [](double d) { return d < 0; });
-        if (!out && !in) return true;
-        const Vec3 normal = (from[1] - from[0]).cross(from[2] - from[0]);
-        if (normal.dot(from[0]) / normal.dot(along) > 0) leaves += out ? 1 : -1;
+        const auto& corner = triangles[static_cast<std::size_t>(t)];
+        Vec3 r[3];
+        for (int k = 0; k < 3; ++k) r[k] = vertices[static_cast<std::size_t>(corner[k])] - x;
+        const auto left = [&](int i, int j) {
+          const bool turned = corner[i] > corner[j];
+          const Vec3 &from = r[turned ? j : i], &to = r[turned ? i : j];
+          return (u.dot(from) * v.dot(to) - v.dot(from) * u.dot(to) > 0) != turned;
+        };
+        const bool side = left(0, 1);
+        if (left(1, 2) != side || left(2, 0) != side) return true;
+        if ((r[0].dot((r[1] - r[0]).cross(r[2] - r[0])) > 0) == side) times += side ? 1 : -1;
         return true;
       });
-  return leaves > 0;
+  return times > 0;
+}
+
+bool encloses(const SurfaceIndex& index, const Vec3& x) {
+  const SurfaceIndex::Impl& s = index.impl();
+  return encloses(s.tree, s.surface.vertices, s.surface.triangles, x, 0);
 }
 
 }  // namespace talus::contact

@@ -1,4 +1,5 @@
 /// Vertices against faces: on a face, over it, or inside the body behind it.
+#include "contact/geometry/surface_near.hpp"
 #include "contact/narrow/narrow_features.hpp"
 #include "contact/tolerances.hpp"
 
@@ -347,35 +348,8 @@ bool Target::behind_sides(const Patch::Vertex& v, std::size_t start, const Patch
 }  // namespace
 
 bool Whole::holds(const Vec3& x) const {
-  // Faces that a ray from the point leaves the body through, less those that it enters by. Along no direction
-  // that bodies have edges above each other in; which side of an edge it passes is asked the same way of both
-  // faces, so that it passes through one of them.
-  static const Vec3 d = Vec3(0.41421, 0.73205, 0.54113).normalized(), u = d.unitOrthogonal(), v = d.cross(u);
-  static const Vec3 per_way = d.cwiseInverse();
-  const Vec3 X = F.inverse() * (x - centre);
-  const double rounding = tolerances().same_place * p.radius;
-  int times = 0;
-  p.tree.traverse(
-      [&](const Vec3& lo, const Vec3& hi) {
-        const double in = (lo - X).cwiseProduct(per_way).maxCoeff(),
-                     out = (hi - X).cwiseProduct(per_way).minCoeff();
-        return out >= std::max(in, 0.0) - rounding;
-      },
-      [&](int t) {
-        const auto& corner = p.triangles[static_cast<std::size_t>(t)];
-        Vec3 r[3];
-        for (int k = 0; k < 3; ++k) r[k] = p.vertices[static_cast<std::size_t>(corner[k])] - X;
-        const auto left = [&](int i, int j) {
-          const bool turned = corner[i] > corner[j];
-          const Vec3 &from = r[turned ? j : i], &to = r[turned ? i : j];
-          return (u.dot(from) * v.dot(to) - v.dot(from) * u.dot(to) > 0) != turned;
-        };
-        const bool side = left(0, 1);
-        if (left(1, 2) != side || left(2, 0) != side) return true;
-        if ((r[0].dot((r[1] - r[0]).cross(r[2] - r[0])) > 0) == side) times += side ? 1 : -1;
-        return true;
-      });
-  return times > 0;
+  return encloses(p.tree, p.vertices, p.triangles, F.inverse() * (x - centre),
+                  tolerances().same_place * p.radius);
 }
 
 namespace {
