@@ -227,11 +227,17 @@ const Impact* SummaryBuilder::hardest_strike(std::size_t structure) const {
 }
 
 double SummaryBuilder::failed_before_strike(std::size_t structure) const {
+  const sim::RunHeader::StructureInfo& info = header_.structures[structure];
   const double loss = structures_[structure].first_loss;
   const Impact* first = first_strike(structure);
-  return loss < 0 || header_.structures[structure].loaded || (first != nullptr && first->start <= loss)
-             ? -1
-             : loss;
+  // What nothing holds falls and lands, on another structure too.
+  const auto free = [](const sim::RunHeader::StructureInfo& s) {
+    return s.told_permanent && s.permanent.isZero(0);
+  };
+  const bool landed = free(info) || std::any_of(info.meets.begin(), info.meets.end(), [&](int other) {
+                        return free(header_.structures[static_cast<std::size_t>(other)]);
+                      });
+  return loss < 0 || info.loaded || landed || (first != nullptr && first->start <= loss) ? -1 : loss;
 }
 
 /// What reduces the numerical energy error of contacts, by the keys that choose this run's steps.
