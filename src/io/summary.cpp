@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "core/place.hpp"
 #include "io/summary_words.hpp"
 
 namespace talus::io {
@@ -290,10 +291,9 @@ std::string SummaryBuilder::elastic_warning(std::size_t i) const {
   const auto part = [](const StressPeak& s, const char* what) {
     return s.strength > 0 && s.value > s.strength
                ? fmt::format(
-                     "{:.3g} MPa {} in concrete of {:.3g} MPa (at [{:.3g}, {:.3g}, {:.3g}], t = {:.4g} s; "
+                     "{:.3g} MPa {} in concrete of {:.3g} MPa (at {}, t = {:.4g} s; "
                      "{:.2g} % of the volume at most)",
-                     s.value / 1e6, what, s.strength / 1e6, s.at.x(), s.at.y(), s.at.z(), s.time,
-                     100 * s.share)
+                     s.value / 1e6, what, s.strength / 1e6, place_text(s.at), s.time, 100 * s.share)
                : std::string();
   };
   const std::string pressed = part(p.compression, "of compression"), pulled = part(p.tension, "of tension");
