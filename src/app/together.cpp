@@ -5,6 +5,7 @@
 
 #include <cstdio>
 
+#include "app/signals.hpp"
 #include "core/error.hpp"
 #include "core/ranks.hpp"
 
@@ -60,6 +61,8 @@ int end_together(const std::string& text, int code, bool failed) {
     return code;
   }
   std::fflush(stdout);
+  // mpirun sends SIGTERM to the others once one has ended with an error: they end by what they have to say.
+  if (failed) on_stop(OnStop::ask);
   if (started->meet(end, failed ? wait_for_others : forever)) {
     if (!text.empty()) print(stderr, text);
     return code;

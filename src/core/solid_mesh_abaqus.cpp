@@ -38,6 +38,9 @@ class AbaqusFile {
         element(f);
       else if (keyword_ == "*INSTANCE")
         placement(f);
+      else if (keyword_ == "*SYSTEM")
+        in_.fail(line, "nodes are read in the axes of the whole, these have axes of their own",
+                 "write the mesh without *SYSTEM, with the nodes where they belong");
       else if ((keyword_ == "*NSET" || keyword_ == "*ELSET") && !set_.empty())
         set(f);
     }
@@ -56,7 +59,8 @@ class AbaqusFile {
     if (!pending_.empty()) in_.fail("", "the element before has too few nodes", "complete it");
     keyword_ = upper(f[0]);
     set_.clear(), generate_ = false;
-    std::string type;
+    std::string type, system;
+    bool input = false;
     for (std::size_t i = 1; i < f.size(); ++i) {
       const auto eq = f[i].find('=');
       const std::string key = upper(f[i].substr(0, eq)),
@@ -64,9 +68,17 @@ class AbaqusFile {
       if (key == "NSET" || key == "ELSET") set_ = value;
       if (key == "TYPE") type = upper(value);
       if (key == "GENERATE") generate_ = true;
+      if (key == "SYSTEM") system = upper(value);
+      if (key == "INPUT") input = true;
     }
-    if (keyword_ == "*INCLUDE")
-      in_.fail(in_.text(), "included files are not read", "write the mesh into one file");
+    static const std::set<std::string> written_elsewhere{"*INCLUDE", "*NGEN",  "*NFILL", "*NCOPY",
+                                                         "*NMAP",    "*ELGEN", "*ELCOPY"};
+    if (written_elsewhere.count(keyword_) > 0 || input)
+      in_.fail(in_.text(), "nodes and elements that are included, generated, copied or mapped are not read",
+               "write the mesh into one file, each node and each element with its line");
+    if (keyword_ == "*NODE" && !system.empty() && system != "R")
+      in_.fail(in_.text(), "cylindrical and spherical coordinates are not read",
+               "write the nodes in Cartesian coordinates");
     if (keyword_ == "*ELEMENT") element_type(type);
   }
 

@@ -7,6 +7,7 @@
 
 #include "contact/structures/refinable.hpp"
 #include "core/memory.hpp"
+#include "core/place.hpp"
 #include "fem/discretisation/hanging.hpp"
 #include "fem/discretisation/lattice.hpp"
 #include "fem/linear/mechanism.hpp"
@@ -130,11 +131,10 @@ void StructureSetup::check_supports(const HexMesh& mesh) {
   const bool statics = weighs() || body_.spec.damping_ratio > 0;
   if (loose->held && !statics) return;
   const Vec3 at = mesh.nodes[static_cast<std::size_t>(mesh.hexes[static_cast<std::size_t>(loose->first)][0])];
-  const std::string part =
-      loose->cells == static_cast<int>(mesh.hexes.size())
-          ? "the structure"
-          : fmt::format("a part of {} cells, {} near ({:.4g}, {:.4g}, {:.4g}) and others", loose->cells,
-                        cell_name(mesh, loose->first), at.x(), at.y(), at.z());
+  const std::string part = loose->cells == static_cast<int>(mesh.hexes.size())
+                               ? "the structure"
+                               : fmt::format("a part of {} cells, {} near {} and others", loose->cells,
+                                             cell_name(mesh, loose->first), place_text(at));
   const std::string wanted =
       weighs() ? "preload = \"none\" if it is meant to move" : "no damping_ratio if it is meant to move";
   if (loose->hinged)

@@ -1,4 +1,5 @@
 #include "geometry/terrain_sheets.hpp"
+#include "core/place.hpp"
 
 #include <fmt/format.h>
 
@@ -110,8 +111,6 @@ Problem warning(const std::string& name, std::string value, std::string rule, st
           .rule = std::move(rule),
           .remedy = std::move(remedy)};
 }
-
-std::string place_text(const Vec3& p) { return fmt::format("[{:.8g}, {:.8g}, {:.6g}]", p.x(), p.y(), p.z()); }
 
 /// Rims of the open sheets: border sides that are connected by their ends.
 std::size_t rims(const Triangles& triangles, const Neighbours& next, std::size_t vertices) {

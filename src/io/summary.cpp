@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "core/place.hpp"
 #include "io/summary_words.hpp"
 
 namespace talus::io {
@@ -227,11 +228,17 @@ const Impact* SummaryBuilder::hardest_strike(std::size_t structure) const {
 }
 
 double SummaryBuilder::failed_before_strike(std::size_t structure) const {
+  const sim::RunHeader::StructureInfo& info = header_.structures[structure];
   const double loss = structures_[structure].first_loss;
   const Impact* first = first_strike(structure);
-  return loss < 0 || header_.structures[structure].loaded || (first != nullptr && first->start <= loss)
-             ? -1
-             : loss;
+  // What nothing holds falls and lands, on another structure too.
+  const auto free = [](const sim::RunHeader::StructureInfo& s) {
+    return s.told_permanent && s.permanent.isZero(0);
+  };
+  const bool landed = free(info) || std::any_of(info.meets.begin(), info.meets.end(), [&](int other) {
+                        return free(header_.structures[static_cast<std::size_t>(other)]);
+                      });
+  return loss < 0 || info.loaded || landed || (first != nullptr && first->start <= loss) ? -1 : loss;
 }
 
 /// What reduces the numerical energy error of contacts, by the keys that choose this run's steps.
@@ -284,10 +291,9 @@ std::string SummaryBuilder::elastic_warning(std::size_t i) const {
   const auto part = [](const StressPeak& s, const char* what) {
     return s.strength > 0 && s.value > s.strength
                ? fmt::format(
-                     "{:.3g} MPa {} in concrete of {:.3g} MPa (at [{:.3g}, {:.3g}, {:.3g}], t = {:.4g} s; "
+                     "{:.3g} MPa {} in concrete of {:.3g} MPa (at {}, t = {:.4g} s; "
                      "{:.2g} % of the volume at most)",
-                     s.value / 1e6, what, s.strength / 1e6, s.at.x(), s.at.y(), s.at.z(), s.time,
-                     100 * s.share)
+                     s.value / 1e6, what, s.strength / 1e6, place_text(s.at), s.time, 100 * s.share)
                : std::string();
   };
   const std::string pressed = part(p.compression, "of compression"), pulled = part(p.tension, "of tension");

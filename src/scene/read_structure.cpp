@@ -42,12 +42,10 @@ void read_supports(const View& view, StructureSpec& spec) {
         support.face = item.text;
       else if (spec.kind == "mesh")
         support.group = item.text;
-      else {
+      else
         view.problem("support", fmt::format("\"{}\" is no face", item.text),
                      "faces are -x, +x, -y, +y, -z, +z; only kind = \"mesh\" has groups");
-        continue;
-      }
-      spec.supports.push_back(support);
+      spec.supports.push_back(support);  // one that is wrong, too: the structure is not meant to be free
       continue;
     }
     if (item.kind != Node::Kind::table) continue;
@@ -55,6 +53,7 @@ void read_supports(const View& view, StructureSpec& spec) {
     const int forms = at.has("face") + at.has("group") + at.has("point") + at.has("line") + at.has("region");
     if (forms != 1) {
       at.problem("", "a support is exactly one of face, group, point, line, region", "keep one of them");
+      spec.supports.push_back(support);
       continue;
     }
     support.face = at.text("face");

@@ -9,6 +9,7 @@
 #include "core/error.hpp"
 #include "core/multiples.hpp"
 #include "core/names.hpp"
+#include "core/place.hpp"
 #include "core/ranks.hpp"
 
 namespace talus::sim {
@@ -288,13 +289,12 @@ std::vector<std::string> World::take_warnings() {
     const Structure::Unsupported lost = structures[q].structure->unsupported();
     if (lost.share < least) continue;
     told_unsupported[q] = 1;
-    const Vec3& x = lost.centroid;
     list.push_back(
-        fmt::format("{}: {:.3g} t of it ({:.0f} %, about [{:.4g}, {:.4g}, {:.4g}]) have lost their support "
+        fmt::format("{}: {:.3g} t of it ({:.0f} %, about {}) have lost their support "
                     "by t = {:.4g} s and stay in the mesh ({}): {}, slowed by the structure's damping. Their "
                     "motion from here on is void; {} lets them fall as blocks",
-                    scene.structures[q].name, lost.mass / 1e3, 100 * lost.share, x.x(), x.y(), x.z(), time(),
-                    one_way ? "coupling.scheme = \"one-way\"" : "coupling.fragments = false",
+                    scene.structures[q].name, lost.mass / 1e3, 100 * lost.share, place_text(lost.centroid),
+                    time(), one_way ? "coupling.scheme = \"one-way\"" : "coupling.fragments = false",
                     structures[q].grounds.empty() ? "nothing holds them, they sink through the ground"
                                                   : "they fall as parts of it",
                     one_way ? "coupling.scheme = \"two-way\"" : "coupling.fragments = true"));

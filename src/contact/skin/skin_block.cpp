@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "contact/skin/skin_near.hpp"
 #include "contact/skin/skin_patch.hpp"
@@ -25,7 +24,6 @@ class Vertices {
     struct Candidate {
       int triangle;
       double gap;
-      bool beside;
     };
     std::vector<Candidate> found;
     for (std::size_t v = 0; v < at_.corner.size(); ++v) {
@@ -44,27 +42,22 @@ class Vertices {
       if (flat || first == last || outward.isZero(0)) continue;
       outward.normalize();
       found.clear();
-      double before = std::numeric_limits<double>::infinity(),
-             behind = before;  // how far it lies before a face, behind one
+      bool below = false;
       for (const int t : at_.triangles) {
-        const Vec3& n = at_.skin.normal[static_cast<std::size_t>(t)];
-        const double gap =
-            n.dot(at_.corner[v] - at_.skin.surface.vertices[static_cast<std::size_t>(
-                                      at_.skin.surface.triangles[static_cast<std::size_t>(t)][0])]);
-        const bool faces = n.dot(outward) <= facing && gap <= at_.margin && gap >= -at_.deepest;
-        const bool nearer = gap > 0 ? gap < std::min(before, at_.deepest) : -gap < behind;
-        if (!faces && !nearer) continue;
-        const double within = at_.barycentric(t, at_.corner[v]).minCoeff();
-        if (nearer && within >= -tolerances().same_place) (gap > 0 ? before : behind) = std::abs(gap);
+        const double gap = at_.gap(t, at_.corner[v]);
+        if (at_.skin.normal[static_cast<std::size_t>(t)].dot(outward) > facing || gap > at_.margin ||
+            gap < -at_.deepest)
+          continue;
         // Below an edge of the skin the faces' normals part: a vertex inside may lie over none of them by as
         // much as it is deep.
-        if (faces && within >= -tolerances().same_place - 0.2 * std::max(0.0, -gap) / at_.size(t))
-          found.push_back({t, gap, within < -tolerances().same_place});
+        if (at_.barycentric(t, at_.corner[v]).minCoeff() <
+            -tolerances().same_place - 0.2 * std::max(0.0, -gap) / at_.size(t))
+          continue;
+        found.push_back({t, gap});
+        below = below || gap < 0;
       }
-      // One before a face next to it is not inside, though it lies lower than another.
-      // Nor is one that came out on the other side: it went round the structure's rim.
-      std::erase_if(found,
-                    [&](const Candidate& q) { return q.gap < 0 && before < (q.beside ? -q.gap : behind); });
+      if (below && at_.outside(at_.corner[v]))
+        std::erase_if(found, [](const Candidate& q) { return q.gap < 0; });
       std::stable_sort(found.begin(), found.end(), [](const Candidate& a, const Candidate& b) {
         return std::abs(a.gap) < std::abs(b.gap);
       });

@@ -1,9 +1,12 @@
 #include "contact/skin/skin_near.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "contact/narrow/narrow_math.hpp"
+#include "contact/tolerances.hpp"
 
 namespace talus::contact {
 
@@ -109,6 +112,38 @@ Vec3 SkinNear::on_triangle(int t, const Vec3& x) const {
   for (int k = 0; k < 3; ++k)
     p += l[k] / l.sum() * skin.surface.vertices[static_cast<std::size_t>(v[static_cast<std::size_t>(k)])];
   return p;
+}
+
+double SkinNear::gap(int t, const Vec3& x) const {
+  const auto first = static_cast<std::size_t>(skin.surface.triangles[static_cast<std::size_t>(t)][0]);
+  return skin.normal[static_cast<std::size_t>(t)].dot(x - skin.surface.vertices[first]);
+}
+
+double SkinNear::distance(int t, const Vec3& x) const {
+  if (barycentric(t, x).minCoeff() >= 0) return std::abs(gap(t, x));
+  const auto& v = skin.surface.triangles[static_cast<std::size_t>(t)];
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vec3& a = skin.surface.vertices[static_cast<std::size_t>(v[k])];
+    const Vec3 along = skin.surface.vertices[static_cast<std::size_t>(v[(k + 1) % 3])] - a;
+    const double share = std::clamp(along.dot(x - a) / along.squaredNorm(), 0.0, 1.0);
+    least = std::min(least, (a + share * along - x).norm());
+  }
+  return least;
+}
+
+bool SkinNear::outside(const Vec3& x) const {
+  const double same = tolerances().same_place * block.radius;
+  double least = std::numeric_limits<double>::infinity(), across = 0;
+  for (const int t : triangles) {
+    const double before = gap(t, x);
+    if (std::abs(before) > least + same) continue;
+    const double away = distance(t, x);
+    if (away > least + same) continue;
+    if (away < least - same || std::abs(before) > std::abs(across)) across = before;
+    least = std::min(least, away);
+  }
+  return across > 0;
 }
 
 double SkinNear::size(int t) const {

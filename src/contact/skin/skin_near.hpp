@@ -29,6 +29,12 @@ class SkinNear {
   /// Of triangle t of the skin: coordinates of x over it, the point of it below x, one length [m].
   Vec3 barycentric(int t, const Vec3& x) const;
   Vec3 on_triangle(int t, const Vec3& x) const;
+  double gap(int t, const Vec3& x) const;       ///< from its plane, outward [m]
+  double distance(int t, const Vec3& x) const;  ///< from the nearest of its points [m]
+  /// Whether x lies before the nearest of the triangles rather than behind it; where several have the nearest
+  /// point in common, the one from whose plane x is farthest decides: along an edge the outside lies before
+  /// both faces, or the inside behind both.
+  bool outside(const Vec3& x) const;
   double size(int t) const;
 
   const SurfaceIndex::Impl& skin;

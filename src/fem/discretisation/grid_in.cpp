@@ -30,6 +30,9 @@ std::string ending(const std::string& path) {
 
 /// The line of a deal.II exception that says what is wrong.
 std::string reason(const dealii::ExceptionBase& e) {
+  if (dynamic_cast<const dealii::ExcIO*>(&e) != nullptr)
+    return "a section that is cut short, a line that is not as the format has it, or another element than "
+           "hexahedra of eight nodes";
   std::ostringstream text;
   e.print_info(text);
   std::string line, all;
@@ -39,9 +42,21 @@ std::string reason(const dealii::ExceptionBase& e) {
   return all.empty() ? e.get_exc_name() : all;
 }
 
+/// Numbers with the exponent of Fortran's double precision, 1.0D+00, as streams read them.
+std::string with_exponents(std::string text) {
+  for (std::size_t i = 1; i + 1 < text.size(); ++i)
+    if (text[i] == 'D' && (std::isdigit(static_cast<unsigned char>(text[i - 1])) || text[i - 1] == '.') &&
+        (text[i + 1] == '+' || text[i + 1] == '-'))
+      text[i] = 'E';
+  return text;
+}
+
 void read(const StructureSpec& spec, dealii::Triangulation<3>& grid) {
-  std::ifstream in(spec.file);
-  if (!in) refuse(spec, "", "the file cannot be opened");
+  std::ifstream file(spec.file);
+  if (!file) refuse(spec, "", "the file cannot be opened");
+  std::ostringstream text;
+  text << file.rdbuf();
+  std::istringstream in(with_exponents(text.str()));
   dealii::GridIn<3> reader(grid);
   try {
     ending(spec.file) == ".vtk" ? reader.read_vtk(in) : reader.read_unv(in);

@@ -8,6 +8,7 @@
 
 #include "core/disjoint_sets.hpp"
 #include "core/error.hpp"
+#include "core/place.hpp"
 
 namespace talus::fem {
 
@@ -272,8 +273,7 @@ void check_cells(const HexMesh& mesh, const std::string& key, const std::string&
     for (int a = 1; a < 8; ++a)
       longest = std::max(longest, (mesh.nodes[mesh.hexes[cell][a]] - mesh.nodes[mesh.hexes[cell][0]]).norm());
     if (!(shortest_edge(mesh, cell) > 1e-6 * longest)) {
-      const Vec3& at = mesh.nodes[mesh.hexes[cell][0]];
-      problems.add(cell, fmt::format("near ({:.4g}, {:.4g}, {:.4g})", at.x(), at.y(), at.z()),
+      problems.add(cell, "near " + place_text(mesh.nodes[mesh.hexes[cell][0]]),
                    "two nodes of an edge lie in one place: the cell is degenerate",
                    "remesh there with hexahedra of eight corners or with tetrahedra");
       continue;
@@ -288,9 +288,8 @@ void check_cells(const HexMesh& mesh, const std::string& key, const std::string&
     const double scale = longest * longest * longest / 8;
     const bool solid = least > 1e-9 * scale;
     if (solid && corner >= -1e-9 * scale) continue;
-    const Vec3& at = mesh.nodes[mesh.hexes[cell][0]];
-    const std::string where = fmt::format("Jacobian {:.3g} m^3 near ({:.4g}, {:.4g}, {:.4g})",
-                                          std::min(least, corner), at.x(), at.y(), at.z());
+    const std::string where = fmt::format("Jacobian {:.3g} m^3 near {}", std::min(least, corner),
+                                          place_text(mesh.nodes[mesh.hexes[cell][0]]));
     if (!solid)
       problems.add(cell, where, "the cell is inverted or has no volume",
                    "give the nodes in the order of the format, or repair the mesh there");

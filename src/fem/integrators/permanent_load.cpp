@@ -182,8 +182,11 @@ bool PermanentLoad::find_elastic(const VecX& left, double pressed) {
       before = remaining;
       find_balance(body_.dofs.size, unbalanced, solve, move,
                    [&](const VecX& a, const VecX& b) { return product_of(a, b); });
-      if (body_.bearings) body_.bearings->accept();
       VecX force(body_.dofs.size);
+      if (body_.bearings) {
+        unbalanced(force);  // where it came nearest
+        body_.bearings->accept();
+      }
       balanced = unbalanced(force) <= balanced_enough;
     } while (body_.bearings && !balanced && remaining < 0.5 * before);
   }

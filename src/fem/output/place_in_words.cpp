@@ -4,6 +4,7 @@
 
 #include <limits>
 
+#include "core/place.hpp"
 #include "fem/discretisation/viaduct.hpp"
 #include "fem/members/members.hpp"
 
@@ -36,8 +37,7 @@ std::string place_in_words(const StructureSpec& spec, const HexMesh& mesh, int c
 }
 
 std::string place_in_words(const StructureSpec& spec, const Vec3& at, int component) {
-  return fmt::format("{}at ({:.3g}, {:.3g}, {:.3g})", component >= 0 ? part_of(spec, component, at) : "",
-                     at.x(), at.y(), at.z());
+  return (component >= 0 ? part_of(spec, component, at) : "") + "at " + place_text(at);
 }
 
 }  // namespace talus::fem

@@ -8,6 +8,7 @@
 #include <unordered_map>
 
 #include "core/error.hpp"
+#include "core/place.hpp"
 #include "fem/materials/material_simd.hpp"
 
 namespace talus::rebar {
@@ -135,7 +136,7 @@ class Outsiders {
     problem.file = bar.file;
     problem.line = bar.line;
     problem.key = fmt::format("{} bar {}", key_, bar.name);
-    problem.value = fmt::format("({:.4g}, {:.4g}, {:.4g})", at.x(), at.y(), at.z());
+    problem.value = place_text(at);
     problem.rule = rule;
     problem.remedy = remedy;
     problems_.push_back(problem);

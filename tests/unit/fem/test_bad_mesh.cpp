@@ -89,6 +89,20 @@ TEST(BadMesh, InstancesThatAreMoved) {
   EXPECT_EQ(refused(from_text(part + "0, 0, 0\n*END INSTANCE\n")), "accepted");
 }
 
+TEST(BadMesh, NodesThatStandElsewhereThanTheirLinesSay) {
+  const std::string cells = first_cell;
+  expect_in(refused(from_text(std::string("*SYSTEM\n0, 0, 5, 0, 1, 5\n") + sixteen_nodes + cells)),
+            {"0, 0, 5, 0, 1, 5", "*SYSTEM"});
+  std::string round = sixteen_nodes;
+  round.insert(round.find('\n'), ", SYSTEM=C");
+  expect_in(refused(from_text(round + cells)), {"SYSTEM=C", "Cartesian"});
+  EXPECT_EQ(refused(from_text(round.replace(round.find("=C"), 2, "=R") + cells)), "accepted");
+  for (const std::string line : {"*NMAP, NSET=N\n1, 2.0\n", "*NCOPY, CHANGE NUMBER=100, OLD SET=N\n",
+                                 "*ELGEN\n701, 5, 1, 1\n", "*ELEMENT, TYPE=C3D8, INPUT=cells.inp\n"})
+    expect_in(refused(from_text(sixteen_nodes + cells + line)),
+              {line.substr(0, line.find('\n')).c_str(), "each element with its line"});
+}
+
 TEST(BadMesh, LinesAndSurfacesAreSaidToCarryNothing) {
   const FemStructure body(
       from_text(std::string(sixteen_nodes) + first_cell +

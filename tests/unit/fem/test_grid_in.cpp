@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 
 #include "core/error.hpp"
@@ -52,12 +53,17 @@ TEST(GridIn, ReadsVtkWithItsBoundaries) {
   EXPECT_EQ(held, 9);
 }
 
-TEST(GridIn, ReadsUnv) {
-  StructureSpec s = from_grid_file("grid_in.unv");
+namespace {
+/// Two cubes, one on the other, as a universal file; numbers with an exponent of C or of Fortran.
+void write_unv(const StructureSpec& s, const char* exponent) {
   std::ofstream out(s.file);
   out << "    -1\n  2411\n";
-  for (int k = 0; k < 12; ++k)
-    out << k + 1 << " 1 1 11\n" << (k % 4 == 1 || k % 4 == 2) << ' ' << (k % 4 > 1) << ' ' << k / 4 << '\n';
+  for (int k = 0; k < 12; ++k) {
+    out << k + 1 << " 1 1 11\n";
+    for (const int x : {int{k % 4 == 1 || k % 4 == 2}, int{k % 4 > 1}, k / 4})
+      out << x << ".0000000000000000" << exponent << "+00 ";
+    out << '\n';
+  }
   out << "    -1\n    -1\n  2412\n";
   for (int c = 0; c < 2; ++c) {
     out << c + 1 << " 115 1 1 7 8\n";
@@ -65,12 +71,27 @@ TEST(GridIn, ReadsUnv) {
     out << '\n';
   }
   out << "    -1\n";
-  out.close();
-  const HexMesh mesh = make_mesh(s);
-  ASSERT_EQ(mesh.hexes.size(), 2u);
-  double volume = 0;
-  for (const double v : cell_volumes(mesh)) volume += v;
-  EXPECT_NEAR(volume, 2, 1e-12);
+}
+}  // namespace
+
+TEST(GridIn, ReadsUnv) {
+  const StructureSpec s = from_grid_file("grid_in.unv");
+  for (const char* exponent : {"E", "D"}) {
+    write_unv(s, exponent);
+    const HexMesh mesh = make_mesh(s);
+    ASSERT_EQ(mesh.hexes.size(), 2u) << exponent;
+    double volume = 0;
+    for (const double v : cell_volumes(mesh)) volume += v;
+    EXPECT_NEAR(volume, 2, 1e-12);
+  }
+  std::filesystem::resize_file(s.file, std::filesystem::file_size(s.file) - 30);
+  try {
+    make_mesh(s);
+    ADD_FAILURE();
+  } catch (const InputError& e) {
+    EXPECT_NE(std::string(e.what()).find("cut short"), std::string::npos) << e.what();
+    EXPECT_LT(std::string(e.what()).size(), 400u) << e.what();
+  }
 }
 
 /// What is no mesh of hexahedra is an error that names the file and the way out.

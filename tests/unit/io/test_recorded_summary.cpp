@@ -233,6 +233,34 @@ TEST(Recorder, APieceAtItsOwnStructureIsNoStrike) {
   EXPECT_EQ(j["headline"][0].get<std::string>().find("permanent load"), std::string::npos) << j["headline"];
 }
 
+/// What nothing holds may break as it lands, and break what it lands on.
+TEST(Recorder, WhatIsFreeOrMeetsWhatIsFreeDoesNotFailUnderPermanentLoad) {
+  SyntheticRun run = small();
+  const auto told = [&](bool held, bool other_held) {
+    sim::RunHeader header = run.header();
+    header.structures.push_back(header.structures[0]);
+    header.structures[0].meets = {1}, header.structures[1].meets = {0};
+    header.structures[0].permanent[2] = held ? -1e6 : 0;
+    header.structures[1].permanent[2] = other_held ? -1e6 : 0;
+    for (auto& s : header.structures) s.told_permanent = true;
+    io::SummaryBuilder builder(header);
+    const auto row = [&](double t, int n) {
+      sim::HistoryRow r = run.row(t, n);
+      r.structures.push_back(r.structures[0]);
+      return r;
+    };
+    builder.add(row(0.1, 2));
+    sim::RunHeader::BlockInfo piece = run.fragment_info();
+    piece.from = 0;
+    builder.extend({&piece, 1});
+    builder.add(row(0.2, 3));
+    return builder.text(nullptr).find("fails under permanent load") != std::string::npos;
+  };
+  EXPECT_TRUE(told(true, true));
+  EXPECT_FALSE(told(false, true));
+  EXPECT_FALSE(told(true, false));
+}
+
 // A block strikes between two rows: what it came with is that of the step before, not of the last row; a row
 // of the same blow that was reported late because its impulse is spread does not change what came.
 TEST(Recorder, AStrikeIsToldAsItCame) {

@@ -426,6 +426,9 @@ TEST(BrokenScenes, OneMistakeIsToldOnce) {
        "says something else"},
       {"between = [\"rock\", \"*\"]\nfriction = 0.5", "between = [\"*\", \"*\"]\nfriction = 0.5",
        "interface.*/*.between", "says something else"},
+      {"support = [\"-z\"]", "support = [\"z\"]", "structure.P2.support", "is no face"},
+      {"support = [\"-z\"]", "support = [{ face = \"-z\", point = [0, 0, 0] }]", "structure.P2.support.0",
+       "exactly one of"},
   };
   for (const Broken& broken : mistakes) {
     SCOPED_TRACE(broken.to);
