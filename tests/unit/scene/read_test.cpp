@@ -225,6 +225,7 @@ TEST(ReadScene, SlipsOfUnitsAreWarnedOf) {
   expect("f_cm = \"48 MPa\"", "f_cm = \"48 MPa\"\nfracture_energy = 0.15",
          "0.15 N/m is the fracture energy of no rock or concrete");
   expect("friction = \"28 deg\"", "friction = \"28 deg\"\ncohesion = 0.5", "did you mean \"0.5 MPa\"?");
+  expect("friction = \"28 deg\"", "friction = \"28 deg\"\ncohesion = 50", "did you mean \"50 kPa\"?");
   expect("dip = \"29 deg\" }", "dip = 1 }", "this is 57.3 deg; write \"1 deg\"");
   const std::string
       bars = "rebar = \"bars.csv\"",
