@@ -15,8 +15,8 @@ namespace {
 constexpr double least_mass = 1e-15;  // of a block by a file [kg]: a grain of a thousandth of a millimetre
 
 /// Columns of the history of blocks as talus convert writes it, "B1.position.x [m]", under the names of a
-/// trajectories file. Of several blocks the one that `wanted` names; empty: there is one. Other headers stay
-/// as they are; none if a problem was reported.
+/// trajectories file. Of several blocks the one that `wanted` names; empty: there is one. Other headers are
+/// in lower case; none if a problem was reported.
 std::optional<std::vector<std::string>> named_columns(const View& view, std::vector<std::string> header,
                                                       const std::string& wanted) {
   static const std::map<std::string, std::string> names{
@@ -29,6 +29,7 @@ std::optional<std::vector<std::string>> named_columns(const View& view, std::vec
     if (const std::size_t end = column.rfind(".position.x"); end != std::string::npos && end > 0)
       blocks.push_back(column.substr(0, end));
   if (blocks.empty()) {
+    for (std::string& column : header) column = column_name(column);
     if (wanted.empty()) return header;
     view.problem("block", "the trajectories file holds no histories of blocks",
                  "remove the key, or convert results.h5#/history/blocks to CSV");
@@ -76,7 +77,7 @@ const std::vector<std::pair<Dimension, std::vector<std::string>>>& trajectory_co
 
 std::optional<Dimension> dimension_of_column(const std::string& name) {
   for (const auto& [of, names] : trajectory_columns())
-    if (std::find(names.begin(), names.end(), name) != names.end()) return of;
+    if (std::find(names.begin(), names.end(), column_name(name)) != names.end()) return of;
   return {};
 }
 
