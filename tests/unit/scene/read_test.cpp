@@ -392,6 +392,16 @@ TEST(ReadScene, ContactLawForms) {
            "contact rock/slope: force by a table of 3 points, up to 1.5e+06 N at 0.02 m; beyond, its last "
            "slope goes on";
   }));
+  const Scene h = read_scene_text(
+      changed(full, "restitution = 0.4", "contact_law = { kind = \"hertz\", radius = \"1.5 m\" }"),
+      place.scene());
+  EXPECT_EQ(std::count_if(h.notes.begin(), h.notes.end(),
+                          [](const std::string& n) { return n.starts_with("contact rock/slope: "); }),
+            1);
+  EXPECT_TRUE(std::any_of(h.notes.begin(), h.notes.end(), [](const std::string& n) {
+    return n.starts_with("contact rock/slope: Hertz's law, 4/3 E* sqrt(R) with E* = ") &&
+           n.ends_with(" and R = 1.5 m");
+  }));
 }
 
 TEST(ReadScene, SetReplacesByNameAndPlace) {
