@@ -17,6 +17,9 @@ namespace {
 constexpr double least_density = 100, most_density = 20000;  // [kg/m^3] foam to tungsten
 constexpr auto warning = Problem::Severity::warning;
 
+/// Motions and turns that no falling rock has: rocks were seen to reach some 60 m/s and 50 rad/s.
+constexpr double fastest = 150, wildest = 150;  // [m/s], [rad/s]
+
 /// A unit that a bare number may have been meant in.
 struct LeftOut {
   double size;
@@ -39,6 +42,10 @@ const Usual of_material[] = {
 const Usual of_interface[] = {
     {"cohesion", 1e3, 1e9, "next to nothing", {kilopascals, megapascals}},
     {"tension", 1e3, 1e9, "next to nothing", {kilopascals, megapascals}},
+    {"restitution_half_speed", 0.01, fastest, "a speed that no rock strikes with", {}},
+};
+const Usual of_vegetation[] = {
+    {"height", 0.05, 100, "the height of no plant", {}},
 };
 const Usual of_contact_law[] = {
     {"pressure", 1e3, 1e10, "the strength of no ground or cushion", {megapascals}},
@@ -283,9 +290,6 @@ bool all_bare(const View& view, const char* key) {
                      [](const Node& item) { return item.is_number(); });
 }
 
-/// Motions and turns that no falling rock has: rocks were seen to reach some 60 m/s and 50 rad/s.
-constexpr double fastest = 150, wildest = 150;  // [m/s], [rad/s]
-
 void warn_of_unusual_speed(const View& view, const char* key, const Vec3& velocity) {
   if (const double v = velocity.norm(); v > fastest)
     view.problem(key, fmt::format("{:.4g} m/s is faster than rocks fall", v),
@@ -307,6 +311,27 @@ void warn_of_unusual_turn(const View& block) {
                          ? "bare numbers are in rad: write each with its unit, \"30 deg\""
                          : "check the unit",
                      warning);
+}
+
+/// The greatest traction over the load's time.
+void warn_of_unusual_load(const View& view, const StructureSpec::Load& load) {
+  constexpr double least = 1e3;  // [Pa] that of a tenth of a metre of water
+  double factor = 0;
+  for (const auto& [time, value] : load.history) factor = std::max(factor, std::abs(value));
+  if (const double most = factor * load.traction.norm(); most > 0 && most < least)
+    view.problem("traction", fmt::format("{:.4g} Pa at most is next to nothing", most),
+                 "check its unit: bare numbers are in Pa", warning);
+}
+
+/// Bare milliseconds: of a run of seconds nothing but the start and the end is recorded.
+void warn_of_unusual_intervals(const View& output, double duration) {
+  for (const char* key : {"interval", "history_interval"})
+    if (const Node* node = output.get(key); node && node->is_number() && node->as_number() > duration)
+      output.problem(
+          key,
+          fmt::format("is longer than the duration, {:g} s: the start and the end alone are recorded",
+                      duration),
+          "check its unit: a bare number is in s", warning);
 }
 
 /// Time and gravity of a fall: seconds to minutes, on the earth.
@@ -366,6 +391,7 @@ void warn_of_the_implausible(const Reading& in, const View& root) {
   for (const View& view : root.tables("interface")) {
     warn_of_unusual(view, of_interface);
     if (const auto law = view.table("contact_law")) warn_of_unusual(*law, of_contact_law);
+    if (const auto plants = view.table("vegetation")) warn_of_unusual(*plants, of_vegetation);
   }
   if (const auto mass = root.table("rock_mass")) {
     for (const View& view : mass->tables("joint_set"))
@@ -381,6 +407,9 @@ void warn_of_the_implausible(const Reading& in, const View& root) {
           "damping_ratio", fmt::format("{:.3g} % of critical damping has no concrete or steel", 100 * *ratio),
           "write 0.02 for 2 %; concrete has some 1 to 5 %", warning);
     for (const View& rule : structures[i].tables("rebar")) warn_of_unusual_bars(rule, in.scene.structures[i]);
+    const std::vector<View> loads = structures[i].tables("load");
+    for (std::size_t k = 0; k < loads.size() && k < in.scene.structures[i].loads.size(); ++k)
+      warn_of_unusual_load(loads[k], in.scene.structures[i].loads[k]);
   }
   for (const char* kind : {"material", "block", "structure", "line"}) warn_of_like_names(root, kind);
   for_each_value(root.node(), "", [&, resolved = root.has("resolved")](const Key& key, const Node& node) {
@@ -389,6 +418,8 @@ void warn_of_the_implausible(const Reading& in, const View& root) {
   });
   if (const auto simulation = root.table("simulation"))
     warn_of_unusual_simulation(*simulation, in.scene.simulation);
+  if (const auto output = root.table("output"))
+    warn_of_unusual_intervals(*output, in.scene.simulation.duration);
   for (const View& view : root.tables("block")) {
     warn_of_unusual_speed(view, "velocity", view.vector("velocity"));
     warn_of_unusual_spin(view, "spin", view.vector("spin"));

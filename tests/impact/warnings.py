@@ -108,6 +108,9 @@ on_plane = base.replace('[site]\nterrain = "slope.asc"\n', "[[plane]]\npoint = [
 expect("column on a plane", check(on_plane + column % ("6", "1 m")), 0, "No problems found")
 expect("column above a plane", check(on_plane + column % ("20", "1 m")), 0, "hangs 14 m above the ground under it (z = 6)", "1 warning")
 expect("millimetres above a plane", check(on_plane, "--set", "block.B.position=[80, 80, 4000]"), 0, "starts 3994 m above the ground under it (z = 6)", "check the unit", "1 warning")
+load = "[[structure.load]]\nregion = { min = [18, 48, 5], max = [22, 52, 17] }\ntraction = [2, 0, 0]\nhistory = [[0, 0], [0.005, %s], [0.01, 0]]\n"
+expect("traction in MPa", check(base + column % ("6", "1 m") + load % 1), 0, "2 Pa at most is next to nothing", "1 warning")
+expect("traction by its history", check(base + column % ("6", "1 m") + load % 1e6), 0, "No problems found")
 expect("viaduct in the air", check(base + viaduct % ("30", "2")), 0, "foot P1 at [20, 50, 30]", "hangs 24 m above", "deck_level")
 expect("viaduct on its ground", check(base + viaduct % ("0", "2") + 'deck_level = "40 m"\n'), 0, "P2: foot at [40, 50, 11]", "Axis along [1, 0, 0]", "Permanent load on its supports", absent=["hangs"])
 expect("half a span", check(base + viaduct % ("6", "2.5")), 2, "spans = 2.5: must be a whole number")
@@ -131,6 +134,9 @@ for setting, part in (
     ("simulation.gravity=[0, 0, -9810]", "9810 m/s^2 is not that of the earth"),
     ("simulation.gravity=[0, -9.81, 0]", "points sideways; z is up"),
     ("interface.*/*.cohesion=50", 'did you mean "50 kPa"?'),
+    ("output.interval=50", "is longer than the duration, 1 s"),
+    ('output.interval="50 s"', "No problems found"),
+    ("interface.*/*.vegetation={ height = 3000, drag = 250 }", "3000 m is the height of no plant"),
     ('simulation.step="0.5 s"', "a block falls 1.23 m in one such step"),
     ('simulation.duration="100000 s"', "is 27.8 h: rocks fall for seconds to minutes"),
     ("block.B.velocity=[0, 0, -500]", "500 m/s is faster than rocks fall"),
@@ -140,6 +146,7 @@ for setting, part in (
     ("block.B.velocity=[0, 0, -50]", "No problems found"),
 ):
     expect(setting, check(base, "--set", setting), 0, part, "1 warning" if "No" not in part else "found", absent=["2 warnings"])
+expect("millimetres a second", check(base, "--set", "interface.*/*.restitution=0.3", "--set", "interface.*/*.restitution_half_speed=9144"), 0, "9144 m/s is a speed that no rock strikes with", "1 warning")
 expect("half of critical damping", check(base + column % ("6", "1 m") + "damping_ratio = 0.5\n"), 0, "50 % of critical damping has no concrete", "1 warning")
 expect("sand grain", check(base.replace('"1 m"', '"1 um"')), 0, "smaller than a cubic millimetre")
 expect("map height", check(base, "--set", "block.B.position=[80, 80, 2400]"), 0, "starts 2379 m above the ground under it (z = 21)")
