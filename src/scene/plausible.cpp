@@ -323,17 +323,6 @@ void warn_of_unusual_load(const View& view, const StructureSpec::Load& load) {
                  "check its unit: bare numbers are in Pa", warning);
 }
 
-/// Bare milliseconds: of a run of seconds nothing but the start and the end is recorded.
-void warn_of_unusual_intervals(const View& output, double duration) {
-  for (const char* key : {"interval", "history_interval"})
-    if (const Node* node = output.get(key); node && node->is_number() && node->as_number() > duration)
-      output.problem(
-          key,
-          fmt::format("is longer than the duration, {:g} s: the start and the end alone are recorded",
-                      duration),
-          "check its unit: a bare number is in s", warning);
-}
-
 /// Time and gravity of a fall: seconds to minutes, on the earth.
 void warn_of_unusual_simulation(const View& view, const Simulation& s) {
   constexpr double longest = 3600, far = 0.1;  // [s], [m] that a block falls in a step
@@ -418,8 +407,6 @@ void warn_of_the_implausible(const Reading& in, const View& root) {
   });
   if (const auto simulation = root.table("simulation"))
     warn_of_unusual_simulation(*simulation, in.scene.simulation);
-  if (const auto output = root.table("output"))
-    warn_of_unusual_intervals(*output, in.scene.simulation.duration);
   for (const View& view : root.tables("block")) {
     warn_of_unusual_speed(view, "velocity", view.vector("velocity"));
     warn_of_unusual_spin(view, "spin", view.vector("spin"));
