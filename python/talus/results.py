@@ -311,7 +311,8 @@ class EnsembleResults(_Opened):
     def line(self, name):
         if name not in self.lines:
             raise KeyError(f"no line {name}; there are {', '.join(self.lines) or 'none'}")
-        return Crossings(self.lines[name])
+        status = np.asarray(self.members.status).astype(str)
+        return Crossings(self.lines[name], self.members.index[~np.isin(status, ["failed", "over limit"])])
 
     def __repr__(self):
         return f"<ensemble of {os.fspath(self.directory)}: {len(self.members.index)} members, lines {', '.join(self.lines) or 'none'}, hits {', '.join(self.hits) or 'none'}>"
@@ -320,8 +321,8 @@ class EnsembleResults(_Opened):
 class Crossings:
     """Crossings of one line, one entry each."""
 
-    def __init__(self, group):
-        self._group = group
+    def __init__(self, group, finished):
+        self._group, self._finished = group, finished
 
     def __getattr__(self, name):
         if name.startswith("_"):
@@ -339,9 +340,10 @@ class Crossings:
         return np.linalg.norm(self._group.velocity, axis=1)
 
     def largest(self, quantity):
-        """Largest value of each member that crosses: what the percentiles of the summary are of. [members that cross]"""
-        values, member = getattr(self, quantity), self._group.member
-        found, at = np.unique(member, return_inverse=True)
+        """Largest value of each member that crosses and came to an end: what the percentiles of the summary are of. [such members]"""
+        values, member = np.asarray(getattr(self, quantity)), self._group.member
+        kept = np.isin(member, self._finished) & np.isfinite(values)   # a height is NaN where there is no ground
+        found, at = np.unique(member[kept], return_inverse=True)
         out = np.full(len(found), -np.inf)
-        np.maximum.at(out, at, values)
+        np.maximum.at(out, at, values[kept])
         return out

@@ -37,15 +37,12 @@ void print_summary(const ensemble::Summary& s, const fs::path& directory) {
     if (line.crossings == 0) continue;
     const auto& energy = line.percentiles[0][2];
     const auto& height = line.percentiles[2][2];
-    if (line.members < ensemble::enough_for(95))
-      fmt::print(
-          "  95th percentile: energy {:.4g} kJ, height {:.3g} m, of {} members: too few to bound it, "
-          "which takes {} that cross\n",
-          energy.value / 1e3, height.value, line.members, ensemble::enough_for(95));
-    else
-      fmt::print(
-          "  95th percentile: energy {:.4g} kJ ({:.4g} to {:.4g}), height {:.3g} m ({:.3g} to {:.3g})\n",
-          energy.value / 1e3, energy.low / 1e3, energy.high / 1e3, height.value, height.low, height.high);
+    fmt::print("  95th percentile: energy {:.4g} kJ ({}), height {:.3g} m ({}){}\n", energy.value / 1e3,
+               ensemble::interval_text(energy, 1e-3, 4), height.value, ensemble::interval_text(height),
+               line.members < ensemble::enough_for(95)
+                   ? fmt::format(", of {} members: too few to bound it from above, which takes {} that cross",
+                                 line.members, ensemble::enough_for(95))
+                   : "");
   }
   for (const ensemble::StructureSummary& hit : s.structures) {
     if (s.done + s.suspect == 0) continue;
@@ -57,8 +54,8 @@ void print_summary(const ensemble::Summary& s, const fs::path& directory) {
       parts += fmt::format("{}{} {}", parts.empty() ? "" : ", ", part.name, part.members);
     if (hit.struck.size() > 1) fmt::print("  members that hit {}\n", parts);
     if (hit.members > 0)
-      fmt::print("  what the hits do to it: talus fragility {} --structure {}\n", directory.string(),
-                 hit.name);
+      fmt::print("  what the hits do to it: talus fragility {} --structure {}\n",
+                 shell_word(directory.string()), shell_word(hit.name));
   }
   if (const std::string left = ensemble::left_text(s); !left.empty()) fmt::print("{}\n", left);
   if (const std::string text = s.precision ? ensemble::unreached_text(*s.precision) : ""; !text.empty())

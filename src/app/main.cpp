@@ -3,6 +3,7 @@
 #include <malloc.h>
 #include <algorithm>
 
+#include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -59,6 +60,13 @@ void keep_pages() {
 void open_closed_streams() {
   for (int fd = 0; fd <= 2; ++fd)
     if (::fcntl(fd, F_GETFD) < 0 && ::open("/dev/null", fd == 0 ? O_RDONLY : O_WRONLY) < 0) std::abort();
+}
+
+/// What was printed stands in a buffer until here: a full disk under `talus check SCENE > plan.txt` shows
+/// now.
+void flush_output() {
+  if (std::fflush(stdout) != 0)
+    throw std::system_error(errno, std::generic_category(), "the standard output cannot be written");
 }
 
 /// What to say of a first word that is no command; empty if it is one, or an option.
@@ -120,8 +128,9 @@ int main(int argc, char** argv) {
   int code = app::numerical_failure;
   try {
     app::start_together();
-    code = app::run(argc, argv);
-    return app::end_together("", code, false);
+    const int ended = app::run(argc, argv);
+    app::flush_output();
+    return app::end_together("", ended, false);
   } catch (const InputError& error) {
     for (const Problem& problem : error.problems()) text += problem.str() + "\n";
     const auto& all = error.problems();

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "ensemble/fragility/fragility_file.hpp"
 #include "ensemble/results.hpp"
 #include "ensemble/statistics.hpp"
 #include "io/files.hpp"
@@ -30,20 +31,16 @@ const char* unit_of(const std::string& name) {
                                                     : "";
 }
 
-/// A figure of an option; `low` and `high` equal to the value where no interval is known. A percentile of
-/// fewer members than bound it has an interval that ends at the largest value seen: nothing is sure by it.
-struct Figure {
-  double value = 0, low = 0, high = 0;
-  bool bounded = true;
-};
+/// Of an option, or a difference of two. An end of the interval that is not known is NaN: nothing is sure by
+/// it.
+using Figure = Estimate;
 
 std::optional<Figure> figure_of(const Json& e) {
   if (!e.is_object() || !e.contains("value") || !e["value"].is_number()) return {};
-  const double value = e["value"].get<double>();
-  const auto bound = [&](const char* key) {
-    return e.contains(key) && e[key].is_number() ? e[key].get<double>() : value;
+  const auto number = [&](const char* key) {
+    return e.contains(key) && e[key].is_number() ? e[key].get<double>() : none;
   };
-  return Figure{value, bound("low"), bound("high")};
+  return Figure{number("value"), number("low"), number("high")};
 }
 
 /// What rounding leaves of two figures that are one is no difference.
@@ -52,7 +49,7 @@ Figure difference(const Figure& from, const Figure& to) {
   double d = to.value - from.value;
   if (std::abs(d) <= round_off * std::max(std::abs(to.value), std::abs(from.value))) d = 0;
   return {d, d - std::hypot(to.value - to.low, from.high - from.value),
-          d + std::hypot(to.high - to.value, from.value - from.low), from.bounded && to.bounded};
+          d + std::hypot(to.high - to.value, from.value - from.low)};
 }
 
 /// The last parts of their paths, as many as tell them apart.
@@ -76,12 +73,44 @@ std::vector<std::string> names_of(const std::vector<fs::path>& directories) {
   return texts;
 }
 
+using Figures = std::vector<std::pair<std::string, Figure>>;
+
+void add(Figures& all, const std::string& name, const Json& e) {
+  if (const auto f = figure_of(e)) all.emplace_back(name, *f);
+}
+
+/// Figures of damage of a structure.
+void add_fragility(Figures& all, const Json& fragility) {
+  const std::string structure = fragility.value("structure", "");
+  const auto plain = [&](const std::string& name, const Json& value) { add(all, name, {{"value", value}}); };
+  const Json& events = fragility["events"];
+  if (events.contains("probability_of_hit_interval"))
+    add(all, structure + ": probability of a hit",
+        {{"value", events.value("probability_of_hit", Json())},
+         {"low", events["probability_of_hit_interval"][0]},
+         {"high", events["probability_of_hit_interval"][1]}});
+  add(all, structure + ": transmitted force, mean of the peaks over hits",
+      fragility["peak_force"].value("mean", Json()));
+  plain(structure + ": transmitted force, largest peak", fragility["peak_force"].value("largest", Json()));
+  if (fragility.contains("capacity"))
+    add(all, structure + ": capacity over that as built, least member, mean over hits",
+        fragility["capacity"].value("least_ratio", Json()));
+  for (const Json& p : fragility.value("per_event", Json::array()))
+    add(all, fmt::format("{}: P(class >= {}) per event", structure, p.value("class", 0)), p);
+  for (const Json& p : fragility.value("per_year", Json::array()))
+    add(all, fmt::format("{}: P(class >= {}) per year", structure, p.value("class", 0)), p);
+  for (const Json& m : fragility.value("members", Json::array()))
+    for (const Json& p : m.value("per_event", Json::array()))
+      add(all,
+          fmt::format("{} {}: P(class >= {}) per event", structure, m.value("name", ""), p.value("class", 0)),
+          p);
+  plain(structure + ": expected closure per event, days",
+        fragility["expected_closure"].value("days_per_event", Json()));
+}
+
 /// All figures of a directory by their names, in order.
-std::vector<std::pair<std::string, Figure>> figures_of(const fs::path& directory) {
-  std::vector<std::pair<std::string, Figure>> all;
-  const auto add = [&](const std::string& name, const Json& e, bool bounded = true) {
-    if (auto f = figure_of(e)) f->bounded = bounded, all.emplace_back(name, *f);
-  };
+Figures figures_of(const fs::path& directory) {
+  Figures all;
   if (!fs::exists(directory / "summary.json")) require_finished(directory);
   const Json summary =
       io::read_json(directory / "summary.json", "name the output directory of talus ensemble");
@@ -90,50 +119,23 @@ std::vector<std::pair<std::string, Figure>> figures_of(const fs::path& directory
                        "name the output directory of talus ensemble");
   for (const Json& line : summary["lines"]) {
     const std::string name = line.value("name", "");
-    add(name + ": probability of crossing", line.value("probability", Json()));
+    add(all, name + ": probability of crossing", line.value("probability", Json()));
     for (const char* quantity : {"energy", "speed", "height"})
-      for (const int p : {50, 95, 99})
+      for (const int p : {50, 90, 95, 99})
         if (const std::string key = fmt::format("p{}", p);
             line.contains(quantity) && line[quantity].contains(key))
-          add(fmt::format("{}: {} {}", name, quantity, key), line[quantity][key],
-              line.value("members", 0L) >= enough_for(p));
+          add(all, fmt::format("{}: {} {}", name, quantity, key), line[quantity][key]);
   }
-  if (!fs::exists(directory / "fragility.json")) return all;
-  const Json fragility = io::read_json(directory / "fragility.json", "run talus fragility again");
-  const std::string structure = fragility.value("structure", "");
-  const auto plain = [&](const std::string& name, const Json& value) {
-    if (value.is_number())
-      all.emplace_back(name, Figure{value.get<double>(), value.get<double>(), value.get<double>()});
-  };
-  const Json& events = fragility["events"];
-  if (events.contains("probability_of_hit_interval"))
-    add(structure + ": probability of a hit", {{"value", events.value("probability_of_hit", Json())},
-                                               {"low", events["probability_of_hit_interval"][0]},
-                                               {"high", events["probability_of_hit_interval"][1]}});
-  add(structure + ": transmitted force, mean of the peaks over hits",
-      fragility["peak_force"].value("mean", Json()));
-  plain(structure + ": transmitted force, largest peak", fragility["peak_force"].value("largest", Json()));
-  if (fragility.contains("capacity"))
-    add(structure + ": capacity over that as built, least member, mean over hits",
-        fragility["capacity"].value("least_ratio", Json()));
-  for (const Json& p : fragility.value("per_event", Json::array()))
-    add(fmt::format("{}: P(class >= {}) per event", structure, p.value("class", 0)), p);
-  for (const Json& p : fragility.value("per_year", Json::array()))
-    add(fmt::format("{}: P(class >= {}) per year", structure, p.value("class", 0)), p);
-  for (const Json& m : fragility.value("members", Json::array()))
-    for (const Json& p : m.value("per_event", Json::array()))
-      add(fmt::format("{} {}: P(class >= {}) per event", structure, m.value("name", ""), p.value("class", 0)),
-          p);
-  plain(structure + ": expected closure per event, days",
-        fragility["expected_closure"].value("days_per_event", Json()));
+  for (const Json& fragility : read_fragility(directory)) add_fragility(all, fragility);
   return all;
 }
 
+/// NaN is written as null.
 Json json_of(const Figure& f) { return {{"value", f.value}, {"low", f.low}, {"high", f.high}}; }
 
 std::string cell(const Figure& f) {
-  return f.low == f.high ? fmt::format("{:.4g}", f.value)
-                         : fmt::format("{:.4g}<br><small>{:.3g} to {:.3g}</small>", f.value, f.low, f.high);
+  const std::string interval = interval_text(f);
+  return fmt::format("{:.4g}", f.value) + (interval.empty() ? "" : "<br><small>" + interval + "</small>");
 }
 
 }  // namespace
@@ -174,14 +176,15 @@ std::vector<std::string> write_comparison(const std::vector<fs::path>& directori
       }
       const Figure d = difference(base->second, found->second);
       row["differences"].push_back(json_of(d));
-      const bool sure = d.bounded && (d.low > 0 || d.high < 0);
+      const bool bounded = std::isfinite(d.low) && std::isfinite(d.high),
+                 sure = bounded && (d.low > 0 || d.high < 0);
       body += fmt::format("<td{}>{}</td>", sure ? " class=\"sure\"" : "", cell(d));
       if (name.ends_with("p95") || name.find("P(class >= 3) per event") != std::string::npos)
-        lines.push_back(fmt::format("{}: {} against {}: {:.4g} ({:.3g} to {:.3g}){}{}", name, names[k],
-                                    names[0], d.value, d.low, d.high, unit_of(name),
-                                    !d.bounded ? ", of too few members to bound it"
-                                    : sure     ? ""
-                                               : ", within the intervals"));
+        lines.push_back(fmt::format("{}: {} against {}: {:.4g}{}{}{}", name, names[k], names[0], d.value,
+                                    bounded ? fmt::format(" ({})", interval_text(d)) : "", unit_of(name),
+                                    !bounded ? ", of too few members to bound it"
+                                    : sure   ? ""
+                                             : ", within the intervals"));
     }
     body += "</tr>\n";
     root["figures"].push_back(std::move(row));

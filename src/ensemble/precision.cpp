@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include <fmt/format.h>
 
@@ -24,7 +25,7 @@ Precision precision_of(const Ensemble& ensemble, const Briefs& briefs) {
                             ensemble.settings().design == scene::Ensemble::Design::sobol);
   const Estimate e = bootstrap.percentiles(std::array{p.asked.percentile}).front();
   p.within = 0.5 * (e.high - e.low) / std::abs(e.value);
-  p.reached = p.crossing >= enough_for(p.asked.percentile) && p.within <= p.asked.within;  // false for NaN
+  p.reached = p.within <= p.asked.within;  // false for NaN: an end that the members do not bound
   return p;
 }
 
@@ -33,12 +34,12 @@ std::string unreached_text(const Precision& p) {
   const std::string what = fmt::format("the {:g}th percentile of {} at line {}", p.asked.percentile,
                                        p.asked.quantity, p.asked.line),
                     remedy = "raise ensemble.members, or ask for less";
-  if (p.crossing < enough_for(p.asked.percentile))
+  if (!std::isfinite(p.within))
     return fmt::format(
         "precision not reached: {} is to be known within {:g} of it, and {} of {} members cross the line, "
-        "which "
-        "takes {}; {}",
-        what, p.asked.within, p.crossing, p.members, enough_for(p.asked.percentile), remedy);
+        "which takes {}; {}",
+        what, p.asked.within, p.crossing, p.members,
+        enough_for(std::max(p.asked.percentile, 100 - p.asked.percentile)), remedy);
   return fmt::format(
       "precision not reached: {} is known within {:.3g} of it, {:g} was asked for, of {} members; {}", what,
       p.within, p.asked.within, p.members, remedy);

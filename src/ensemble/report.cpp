@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "ensemble/brief.hpp"
+#include "ensemble/fragility/fragility_file.hpp"
 #include "ensemble/statistics.hpp"
 #include "geometry/raster.hpp"
 #include "io/files.hpp"
@@ -84,10 +85,14 @@ std::string number(const Json& x, double scale = 1) {
                                                           : fmt::format("{:.3g}", value);
 }
 
-/// `bounded`: the interval has an upper end, which takes members enough.
-std::string estimate(const Json& e, double scale = 1, bool bounded = true) {
-  return number(e.value("value", Json()), scale) + "<br><small>" + number(e.value("low", Json()), scale) +
-         (bounded ? " to " + number(e.value("high", Json()), scale) : " or more") + "</small>";
+/// An end that the members do not bound is null.
+std::string estimate(const Json& e, double scale = 1) {
+  const bool low = e["low"].is_number(), high = e["high"].is_number();
+  return number(e["value"], scale) + "<br><small>" +
+         (low    ? number(e["low"], scale) + (high ? " to " + number(e["high"], scale) : " or more")
+          : high ? number(e["high"], scale) + " or less"
+                 : "") +
+         "</small>";
 }
 
 /// 1, 2 or 5 times a power of ten, at least a fifth of the range.
@@ -162,7 +167,8 @@ class Page {
         directory_(directory),
         file_(io::Hdf5File::open(directory / "ensemble.h5")),
         summary_(io::read_json(directory / "summary.json", "run talus ensemble again")),
-        details_(io::read_json(directory / "details.json", "run talus ensemble again")) {
+        details_(io::read_json(directory / "details.json", "run talus ensemble again")),
+        fragility_(read_fragility(directory)) {
     const auto index = file_.read<std::int64_t>("/members/index").values;
     const std::vector<std::string> status = file_.read_texts("/members/status");
     for (std::size_t k = 0; k < index.size(); ++k)
@@ -178,7 +184,7 @@ class Page {
             "</div>";
     for (std::size_t l = 0; l < summary_["lines"].size(); ++l) body += line(l);
     for (const std::string& s : ensemble_.structures()) body += hits(s);
-    body += fragility();
+    for (const Json& f : fragility_) body += fragility(f);
     body += notes();
     return "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
            "content=\"width=device-width\"><title>" +
@@ -205,7 +211,7 @@ class Page {
            "width:100%;height:auto;border:1px solid var(--line)}.key "
            "span{display:inline-block;width:1.6em;height:.8em;margin:0 .3em 0 .9em}"
            "@media(max-width:600px){body{padding:.8em}table{font-size:13px}td,th{padding:.3em .3em}td "
-           "small{white-space:normal}.text{overflow-wrap:anywhere}}"
+           "small{white-space:normal}}"
            "@media "
            "print{table{display:table;overflow:visible}tr,section,.chart,.card{break-inside:avoid}h2,h3{"
            "break-after:avoid}}</style></head><body><main>" +
@@ -221,10 +227,8 @@ class Page {
     return "<div class=\"card\"><b>" + value + "</b>" + name + "</div>";
   }
 
-  /// P(severe or worse) of the structure and of its members that can be.
-  std::string damage_cards() const {
-    if (!fs::exists(directory_ / "fragility.json")) return "";
-    const Json f = io::read_json(directory_ / "fragility.json", "run talus fragility again");
+  /// P(severe or worse) of a structure and of its members that can be.
+  static std::string damage_cards(const Json& f) {
     constexpr std::size_t severe = 2;  // place of class 3 in the lists
     const auto of = [](const std::string& name, const Json& p) {
       if (p.size() <= severe || !p[severe]["value"].is_number()) return std::string();
@@ -238,7 +242,7 @@ class Page {
       if (const Json& p = m["per_event"]; m.value("name", "") != f.value("structure", "") &&
                                           p.size() > severe && p[severe]["value"].is_number() &&
                                           p[severe]["value"].get<double>() > 0)
-        text += of(m.value("name", ""), p);
+        text += of(f.value("structure", "") + " " + m.value("name", ""), p);
     return text;
   }
 
@@ -253,7 +257,8 @@ class Page {
 
   std::string head() const {
     const Json& m = summary_["members"];
-    std::string text = "<h1>" + title() + "</h1><div class=\"cards\">" + damage_cards();
+    std::string text = "<h1>" + title() + "</h1><div class=\"cards\">";
+    for (const Json& f : fragility_) text += damage_cards(f);
     for (const auto& [key, name] :
          {std::pair{"asked", "members"}, std::pair{"done", "done"}, std::pair{"suspect", "suspect"},
           std::pair{"over_limit", "over the limit"}, std::pair{"failed", "failed"}}) {
@@ -404,11 +409,8 @@ class Page {
                                                               std::pair{"height of the centroid, m", 1.0}};
     for (std::size_t q = 0; q < quantities.size(); ++q) {
       text += fmt::format("<tr><td>{}</td>", units[q].first);
-      for (const double p : {50.0, 90.0, 95.0, 99.0})
-        text += "<td>" +
-                estimate(s[quantities[q]][fmt::format("p{:.0f}", p)], units[q].second,
-                         s.value("members", 0L) >= enough_for(p)) +
-                "</td>";
+      for (const char* p : {"p50", "p90", "p95", "p99"})
+        text += "<td>" + estimate(s[quantities[q]][p], units[q].second) + "</td>";
       text += "</tr>";
     }
     text += "</table>";
@@ -536,9 +538,7 @@ class Page {
                        faults.size() == 1 ? "is" : "are", io::xml_text(faults.front().get<std::string>()));
   }
 
-  std::string fragility() const {
-    if (!fs::exists(directory_ / "fragility.json")) return "";
-    const Json f = io::read_json(directory_ / "fragility.json", "run talus fragility again");
+  static std::string fragility(const Json& f) {
     std::string text = "<h2>Damage of " + io::xml_text(f.value("structure", "")) + "</h2><p>" +
                        fmt::format("{} coupled runs. ", f["runs"].value("done", 0)) + failures_of(f) + "</p>";
     if (const Json doubts = f.value("doubts", Json::array()); !doubts.empty()) {
@@ -618,6 +618,7 @@ class Page {
   fs::path directory_;
   io::Hdf5File file_;
   Json summary_, details_;
+  std::vector<Json> fragility_;      // of each structure for which it was computed
   std::set<std::int64_t> finished_;  // members that the figures are of
 };
 

@@ -7,6 +7,8 @@
 #include <numeric>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "ensemble/random.hpp"
 #include "ensemble/sobol.hpp"
 
@@ -52,8 +54,13 @@ double percentile(std::span<const double> sorted, double percent) {
 }
 
 long enough_for(double percent) {
-  const double far = std::max(percent, 100 - percent) / 100;
-  return static_cast<long>(std::ceil(std::log(0.05) / std::log(far)));
+  return static_cast<long>(std::ceil(std::log(0.05) / std::log(percent / 100)));
+}
+
+std::string interval_text(const Estimate& e, double scale, int digits) {
+  const auto text = [&](double x) { return fmt::format("{:.{}g}", scale * x, digits); };
+  if (!std::isfinite(e.low)) return std::isfinite(e.high) ? text(e.high) + " or less" : "";
+  return text(e.low) + (std::isfinite(e.high) ? " to " + text(e.high) : " or more");
 }
 
 Estimate wilson(long k, long n) {
@@ -112,8 +119,12 @@ std::vector<Estimate> Bootstrap::percentiles(std::span<const double> percents) c
     for (std::size_t p = 0; p < percents.size(); ++p)
       drawn[p].push_back(weighted_percentile(values, counts, total, percents[p]));
   }
-  for (std::size_t p = 0; p < percents.size(); ++p)
-    found.push_back(interval(percentile(values, percents[p]), drawn[p]));
+  const auto crossing = static_cast<long>(values.size());
+  for (std::size_t p = 0; p < percents.size(); ++p) {
+    Estimate& e = found.emplace_back(interval(percentile(values, percents[p]), drawn[p]));
+    if (crossing < enough_for(percents[p])) e.high = none;
+    if (crossing < enough_for(100 - percents[p])) e.low = none;
+  }
   return found;
 }
 

@@ -4,13 +4,15 @@
 ///                                      [Hyndman & Fan 1996, type 7]
 ///   its interval                       2.5 % to 97.5 % of the same of 2000 resamples of all members, those
 ///                                      that cross no line included (bootstrap) [Efron & Tibshirani 1993];
-///                                      with design sobol of its 16 replicates
+///                                      with design sobol of its 16 replicates; an end that the sample does
+///                                      not bound (enough_for) is NaN
 ///   interval of a probability          Wilson's [Brown, Cai & DasGupta 2001]; with design sobol the
 ///                                      bootstrap over replicates, where they differ
 #pragma once
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace talus::ensemble {
@@ -19,15 +21,19 @@ inline constexpr double none = std::numeric_limits<double>::quiet_NaN();  // a f
 inline constexpr double normal_975 =
     1.959963984540054;  // 97.5 % quantile of the standard normal distribution
 
-/// How many values it takes until the largest of them lies above the percentile, and the least below it, with
-/// 95 % certainty each: the least n with max(p, 1 - p)^n <= 0.05, p = percent / 100, which are 59 for the
-/// 95th [Wilks 1941]. With fewer the percentile has no bounds that the sample knows of, and an interval of
-/// resamples, which ends at the largest and the least of them, says nothing: of one value it is empty.
+/// How many values it takes until the largest of them lies above the percentile with 95 % certainty: the
+/// least n with (percent / 100)^n <= 0.05, which are 59 for the 95th [Wilks 1941]; that the least lies below
+/// it takes as many as 100 - percent takes here. With fewer that end has no bound that the sample knows of:
+/// resamples end at the largest and the least value seen.
 long enough_for(double percent);
 
 struct Estimate {
   double value = 0, low = 0, high = 0;  // NaN where there is none
 };
+
+/// The interval in words: "1.2 to 3.4", "1.2 or more", "3.4 or less"; empty if neither end is known. `digits`
+/// are significant ones.
+std::string interval_text(const Estimate& e, double scale = 1, int digits = 3);
 
 /// Of sorted values; NaN of none.
 double percentile(std::span<const double> sorted, double percent);

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <numbers>
+#include <utility>
 
 #include "geometry/cut_internal.hpp"
 #include "geometry/mass_properties.hpp"
@@ -108,6 +110,14 @@ double expected_blocks(const std::vector<CutJointSet>& sets, double volume) {
                    (sets[a].spacing * sets[b].spacing * sets[c].spacing);
       }
   return density * volume;
+}
+
+/// From the first to the last of the points along a unit vector [m].
+double extent_along(const std::vector<Vec3>& points, const Vec3& direction) {
+  double least = std::numeric_limits<double>::infinity(), most = -least;
+  for (const Vec3& p : points)
+    least = std::min(least, direction.dot(p)), most = std::max(most, direction.dot(p));
+  return most - least;
 }
 
 }  // namespace
@@ -429,14 +439,15 @@ CutResult cut(const CutSpec& spec) {
     if (spec.report)
       spec.report(fmt::format("progress: rock mass: {} parts; {}", complex.cells().size(), what));
   };
-  const auto warn_if_useless = [&](const std::string& name, std::size_t cells_before,
-                                   const std::string& remedy) {
-    if (complex.cells().size() == cells_before)
-      result.warnings.push_back({.severity = Problem::Severity::warning,
-                                 .key = "rock_mass." + name,
-                                 .rule = "separates no blocks of the region",
-                                 .remedy = remedy});
+  const auto warn = [&](const std::string& key, std::string value, std::string rule, std::string remedy) {
+    result.warnings.push_back({.severity = Problem::Severity::warning,
+                               .key = "rock_mass." + key,
+                               .value = std::move(value),
+                               .rule = std::move(rule),
+                               .remedy = std::move(remedy)});
   };
+  const auto separates = [&](std::size_t cells_before) { return complex.cells().size() > cells_before; };
+  const std::string useless = "separates no blocks of the region";
   const int sets = static_cast<int>(spec.joint_sets.size());
   for (int k = 0; k < sets; ++k) {
     const std::size_t cells_before = complex.cells().size();
@@ -456,8 +467,13 @@ CutResult cut(const CutSpec& spec) {
       result.planes.push_back({plane.normal, plane.offset, k});
       check_size("joint_set." + set.name);
     }
-    warn_if_useless("joint_set." + set.name, cells_before,
-                    "check its origin and spacing against the region's size");
+    if (const double width = extent_along(corners, joint_normal(set.dip_direction, set.dip));
+        !separates(cells_before))
+      warn("joint_set." + set.name, {}, useless, "check its origin and spacing against the region's size");
+    else if (set.spacing > width)
+      warn("joint_set." + set.name + ".spacing", fmt::format("{:.4g} m", set.spacing),
+           fmt::format("is more than the region spans across these joints, {:.3g} m", width),
+           "check its unit: a bare number is in m; a single joint is a [[rock_mass.joint]]");
   }
   for (int j = 0; j < static_cast<int>(spec.joints.size()); ++j) {
     const CutJoint& joint = spec.joints[j];
@@ -480,8 +496,8 @@ CutResult cut(const CutSpec& spec) {
       cut_with_polygon(complex, marks, plane, joint_polygon(joint, n), open, bridge);
     }
     check_size("joint." + joint.name);
-    warn_if_useless("joint." + joint.name, cells_before,
-                    "check through, and radius or polygon, against the region");
+    if (!separates(cells_before))
+      warn("joint." + joint.name, {}, useless, "check through, and radius or polygon, against the region");
   }
   report("making blocks");
   make_blocks(complex, marks, spec.least_volume, result);

@@ -14,13 +14,17 @@
 namespace talus::geometry {
 namespace {
 
+std::string lower_case(std::string_view text) {
+  std::string lower(text);
+  std::transform(lower.begin(), lower.end(), lower.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return lower;
+}
+
 std::string ending(const std::string& path) {
   const auto slash = path.find_last_of('/'), dot = path.find_last_of('.');
   if (dot == std::string::npos || (slash != std::string::npos && dot < slash)) return "";
-  std::string e = path.substr(dot + 1);
-  std::transform(e.begin(), e.end(), e.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return e;
+  return lower_case(path.substr(dot + 1));
 }
 
 /// A number from a file as a whole number in 0 .. limit - 1; `limit` if it is none.
@@ -43,6 +47,7 @@ Mesh read_stl_binary(const std::string& text) {
   return mesh;
 }
 
+/// Words of the format in either case: some programs write SOLID, FACET, VERTEX.
 Mesh read_stl_text(const std::string& text, const std::string& name) {
   TextCursor in(text, name);
   Mesh mesh;
@@ -52,7 +57,7 @@ Mesh read_stl_text(const std::string& text, const std::string& name) {
   int corners = 0, solids = 0;
   while (!in.at_end()) {
     const char* start = in.position();
-    const auto word = in.word();
+    const std::string word = lower_case(in.word());
     if (word == "vertex") {
       Vec3 p;
       for (int k = 0; k < 3; ++k) p[k] = in.number<double>("vertex");
@@ -315,13 +320,14 @@ Mesh read_mesh_text(const std::string& text, const std::string& name) {
   if (e == "stl") {
     std::uint32_t n = 0;
     const bool is_binary = is_binary_stl(text, n);
-    if (!is_binary && text.compare(0, 5, "solid") != 0)
-      throw InputError(
-          Problem{.file = name,
-                  .key = "stl",
-                  .value = fmt::format("{} bytes for {} triangles", text.size(), n),
-                  .rule = "neither text (\"solid\" first) nor a whole binary STL (84 + 50 bytes a triangle)",
-                  .remedy = "export the file again"});
+    if (!is_binary && lower_case(TextCursor(text, name).word()) != "solid")
+      throw InputError(Problem{
+          .file = name,
+          .key = "stl",
+          .value = text.size() < 84 ? fmt::format("{} bytes", text.size())
+                                    : fmt::format("{} bytes, {} triangles if it is binary", text.size(), n),
+          .rule = "neither text (\"solid\" first) nor a whole binary STL (84 + 50 bytes a triangle)",
+          .remedy = "export the file again"});
     Mesh mesh = is_binary ? read_stl_binary(text) : read_stl_text(text, name);
     if (mesh.triangles.empty())
       throw InputError(

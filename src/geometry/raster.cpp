@@ -124,6 +124,12 @@ std::optional<std::string> checked_ascii_grid(const std::string& path, bool& is_
   if (const auto comma = text.find(','); comma != std::string::npos) {
     cursor.position(text.data() + comma);
     cursor.skip_back_to_blank();
+    const char* const start = cursor.position();
+    const std::string_view word = cursor.word();
+    cursor.position(start);
+    if (word.find('.') != std::string_view::npos || std::ranges::count(word, ',') > 1)
+      cursor.fail("raster", "has commas between its numbers; this format has blanks there",
+                  "replace the commas by blanks: sed 's/,/ /g'");
     cursor.fail("raster",
                 "has a decimal comma; this format has decimal points, a reader would cut the number there",
                 "replace the commas by points: sed 's/,/./g'");
@@ -269,10 +275,8 @@ void refuse_degrees(const Raster& r, const std::string& path) {
 
 Raster read_raster(const std::string& path) {
   if (access(path.c_str(), R_OK) != 0)
-    throw InputError(Problem{.file = path,
-                             .key = "file",
-                             .rule = "cannot be read",
-                             .remedy = "check the path, which is relative to the scene file"});
+    throw InputError(
+        Problem{.file = path, .key = "file", .rule = "cannot be read", .remedy = "check the path"});
   if (std::error_code error; std::filesystem::file_size(path, error) == 0 && !error)
     throw InputError(Problem{.file = path,
                              .key = "raster",

@@ -277,6 +277,7 @@ bool SummaryBuilder::moves(std::size_t i) const {
 void SummaryBuilder::block_lines(std::vector<std::string>& lines) const {
   constexpr double shortest = 1e-6;  // [s] below it gravity has set nothing in motion
   constexpr double level = 1e-6;     // of the way: a drop that is none
+  constexpr double touching = 1e-9;  // of a block's size: as deep an overlap is none, so far a move is none
   constexpr double still = 1e-4;     // [m/s] a third of a metre in an hour: slower is called rest
   std::size_t farthest = 0, moving = 0;
   double way = -1, run = 0;  // in all; in plan
@@ -287,7 +288,9 @@ void SummaryBuilder::block_lines(std::vector<std::string>& lines) const {
     if (!blocks_[i].left && moves(i)) ++moving;
   }
   if (blocks_.empty()) return;
-  if (way >= 0) {
+  if (way >= 0 && way <= touching * std::cbrt(header_.blocks[farthest].volume)) {
+    lines.emplace_back("No block moved.");
+  } else if (way >= 0) {
     double drop = blocks_[farthest].start.z() - blocks_[farthest].end.z();
     if (std::abs(drop) < level * way) drop = 0;
     lines.push_back(fmt::format("{} went {}{} in plan, {} {}, at up to {:.3g} m/s.",

@@ -139,8 +139,10 @@ Node parse_toml(const std::string& given, const std::string& file, std::vector<P
                        ? "not TOML: the quote that ends the text is missing in this line"
                        : fmt::format("not TOML: {}", what);
     problem.remedy =
-        "correct the syntax here (texts, and values with a unit, stand in quotes); the rest of the file was "
-        "not read";
+        what.find("utf-8") != std::string::npos
+            ? "save the file as UTF-8"
+            : "correct the syntax here (texts, and values with a unit, stand in quotes); the rest of the "
+              "file was not read";
   } catch (const std::runtime_error& error) {
     problem.rule = fmt::format("not TOML: {}", error.what());
     problem.remedy = "look for a key or a bracket that is damaged";

@@ -17,37 +17,50 @@ namespace {
 constexpr double least_density = 100, most_density = 20000;  // [kg/m^3] foam to tungsten
 constexpr auto warning = Problem::Severity::warning;
 
-/// A stress or modulus far below what the key can mean is one in MPa or GPa, written without its unit.
+/// Motions and turns that no falling rock has: rocks were seen to reach some 60 m/s and 50 rad/s.
+constexpr double fastest = 150, wildest = 150;  // [m/s], [rad/s]
+
+/// A unit that a bare number may have been meant in.
+struct LeftOut {
+  double size;
+  const char* name;
+};
+constexpr LeftOut kilopascals{1e3, "kPa"}, megapascals{1e6, "MPa"}, gigapascals{1e9, "GPa"},
+    kilonewtons_a_metre{1e3, "kN/m"};
+/// A stress or modulus far below what the key can mean is one in kPa, MPa or GPa, written without its unit.
 struct Usual {
   const char* key;
-  double least, most;  // what is beyond is hardly meant
-  double unit;         // that was probably left out
-  const char* name;
-  const char* what;  // it is not
+  double least, most;          // what is beyond is hardly meant
+  const char* what;            // it is not
+  std::vector<LeftOut> units;  // of which one was probably left out, the smallest first
 };
-constexpr Usual of_material[] = {
-    {"young", 1e5, 2e12, 1e9, "GPa", "the modulus of no rock, concrete, steel or soil"},
-    {"tensile_strength", 1e4, 1e9, 1e6, "MPa", "the tensile strength of no rock or concrete"},
-    {"fracture_energy", 1, 1e5, 1e3, "kN/m", "the fracture energy of no rock or concrete"},
+const Usual of_material[] = {
+    {"young", 1e5, 2e12, "the modulus of no rock, concrete, steel or soil", {gigapascals}},
+    {"tensile_strength", 1e4, 1e9, "the tensile strength of no rock or concrete", {megapascals}},
+    {"fracture_energy", 1, 1e5, "the fracture energy of no rock or concrete", {kilonewtons_a_metre}},
 };
-constexpr Usual of_interface[] = {
-    {"cohesion", 10, 1e9, 1e6, "MPa", "next to nothing"},
-    {"tension", 10, 1e9, 1e6, "MPa", "next to nothing"},
+const Usual of_interface[] = {
+    {"cohesion", 1e3, 1e9, "next to nothing", {kilopascals, megapascals}},
+    {"tension", 1e3, 1e9, "next to nothing", {kilopascals, megapascals}},
+    {"restitution_half_speed", 0.01, fastest, "a speed that no rock strikes with", {}},
 };
-constexpr Usual of_contact_law[] = {
-    {"pressure", 1e3, 1e10, 1e6, "MPa", "the strength of no ground or cushion"},
+const Usual of_vegetation[] = {
+    {"height", 0.05, 100, "the height of no plant", {}},
 };
-constexpr Usual of_joint_set[] = {
-    {"cohesion", 10, 1e9, 1e6, "MPa", "next to nothing"},
-    {"tension", 10, 1e9, 1e6, "MPa", "next to nothing"},
+const Usual of_contact_law[] = {
+    {"pressure", 1e3, 1e10, "the strength of no ground or cushion", {megapascals}},
 };
-constexpr Usual of_bonds[] = {
-    {"bond_tension", 10, 1e9, 1e6, "MPa", "next to nothing"},
-    {"bond_shear", 10, 1e9, 1e6, "MPa", "next to nothing"},
+const Usual of_joint_set[] = {
+    {"cohesion", 1e3, 1e9, "next to nothing", {kilopascals, megapascals}},
+    {"tension", 1e3, 1e9, "next to nothing", {kilopascals, megapascals}},
 };
-constexpr Usual of_rebar[] = {
-    {"yield", 1e8, 3e9, 1e6, "MPa", "the yield stress of no reinforcement"},
-    {"prestress", 1e6, 3e9, 1e6, "MPa", "no prestress of a bar"},
+const Usual of_bonds[] = {
+    {"bond_tension", 1e3, 1e9, "next to nothing", {kilopascals, megapascals}},
+    {"bond_shear", 1e3, 1e9, "next to nothing", {kilopascals, megapascals}},
+};
+const Usual of_rebar[] = {
+    {"yield", 1e8, 3e9, "the yield stress of no reinforcement", {megapascals}},
+    {"prestress", 1e6, 3e9, "no prestress of a bar", {megapascals}},
 };
 
 template <std::size_t N>
@@ -56,13 +69,15 @@ void warn_of_unusual(const View& view, const Usual (&list)[N]) {
     const auto value = view.maybe(u.key);
     if (!value || !(*value > 0) || (*value >= u.least && *value <= u.most)) continue;
     const Dimension d = view.key_of(u.key).dimension;
-    const bool bare = view.get(u.key)->is_number() && *value < u.least && *value * u.unit >= u.least &&
-                      *value * u.unit <= u.most;
-    view.problem(
-        u.key, fmt::format("{:.4g} {} is {}", *value, unit_name(d), u.what),
-        bare ? fmt::format("a bare number is in {}: did you mean \"{:g} {}\"?", unit_name(d), *value, u.name)
-             : std::string("check the number and its unit"),
-        warning);
+    const auto unit = std::ranges::find_if(u.units, [&](const LeftOut& of) {
+      return *value < u.least && *value * of.size >= u.least && *value * of.size <= u.most;
+    });
+    const bool bare = view.get(u.key)->is_number() && unit != u.units.end();
+    view.problem(u.key, fmt::format("{:.4g} {} is {}", *value, unit_name(d), u.what),
+                 bare ? fmt::format("a bare number is in {}: did you mean \"{:g} {}\"?", unit_name(d), *value,
+                                    unit->name)
+                      : std::string("check the number and its unit"),
+                 warning);
   }
 }
 
@@ -275,9 +290,6 @@ bool all_bare(const View& view, const char* key) {
                      [](const Node& item) { return item.is_number(); });
 }
 
-/// Motions and turns that no falling rock has: rocks were seen to reach some 60 m/s and 50 rad/s.
-constexpr double fastest = 150, wildest = 150;  // [m/s], [rad/s]
-
 void warn_of_unusual_speed(const View& view, const char* key, const Vec3& velocity) {
   if (const double v = velocity.norm(); v > fastest)
     view.problem(key, fmt::format("{:.4g} m/s is faster than rocks fall", v),
@@ -301,12 +313,23 @@ void warn_of_unusual_turn(const View& block) {
                      warning);
 }
 
+/// The greatest traction over the load's time.
+void warn_of_unusual_load(const View& view, const StructureSpec::Load& load) {
+  constexpr double least = 1e3;  // [Pa] that of a tenth of a metre of water
+  double factor = 0;
+  for (const auto& [time, value] : load.history) factor = std::max(factor, std::abs(value));
+  if (const double most = factor * load.traction.norm(); most > 0 && most < least)
+    view.problem("traction", fmt::format("{:.4g} Pa at most is next to nothing", most),
+                 "check its unit: bare numbers are in Pa", warning);
+}
+
 /// Time and gravity of a fall: seconds to minutes, on the earth.
 void warn_of_unusual_simulation(const View& view, const Simulation& s) {
   constexpr double longest = 3600, far = 0.1;  // [s], [m] that a block falls in a step
   const double g = s.gravity.norm();
-  if (view.get("gravity") && s.gravity.z() > 0)
-    view.problem("gravity", "points upwards", "z is up: write [0, 0, -9.81]", warning);
+  if (view.get("gravity") && g > 0 && s.gravity.z() >= 0)
+    view.problem("gravity", s.gravity.z() > 0 ? "points upwards" : "points sideways",
+                 "z is up: write [0, 0, -9.81]", warning);
   if (view.get("gravity") && g > 0 && (g < 1 || g > 30))
     view.problem("gravity", fmt::format("{:.4g} m/s^2 is not that of the earth, 9.81 m/s^2", g),
                  "check the number and its unit", warning);
@@ -357,6 +380,7 @@ void warn_of_the_implausible(const Reading& in, const View& root) {
   for (const View& view : root.tables("interface")) {
     warn_of_unusual(view, of_interface);
     if (const auto law = view.table("contact_law")) warn_of_unusual(*law, of_contact_law);
+    if (const auto plants = view.table("vegetation")) warn_of_unusual(*plants, of_vegetation);
   }
   if (const auto mass = root.table("rock_mass")) {
     for (const View& view : mass->tables("joint_set"))
@@ -372,6 +396,9 @@ void warn_of_the_implausible(const Reading& in, const View& root) {
           "damping_ratio", fmt::format("{:.3g} % of critical damping has no concrete or steel", 100 * *ratio),
           "write 0.02 for 2 %; concrete has some 1 to 5 %", warning);
     for (const View& rule : structures[i].tables("rebar")) warn_of_unusual_bars(rule, in.scene.structures[i]);
+    const std::vector<View> loads = structures[i].tables("load");
+    for (std::size_t k = 0; k < loads.size() && k < in.scene.structures[i].loads.size(); ++k)
+      warn_of_unusual_load(loads[k], in.scene.structures[i].loads[k]);
   }
   for (const char* kind : {"material", "block", "structure", "line"}) warn_of_like_names(root, kind);
   for_each_value(root.node(), "", [&, resolved = root.has("resolved")](const Key& key, const Node& node) {

@@ -485,14 +485,13 @@ void read_interfaces(Reading& in, const View& root) {
       ContactLaw law = entry->law;
       const std::size_t notes = scene.notes.size();
       if (!entry->stiffness_given) choose_stiffness(scene, a, b, law);
-      if (law.kind == ContactLaw::Kind::table && !law.table.empty() &&
-          !root.has("resolved")) {  // whatever stiffness is chosen, the table goes before it
-        scene.notes.resize(notes);
+      if (law.curved())
+        scene.notes.resize(notes);  // whatever stiffness is chosen, a curved law goes before it
+      if (law.kind == ContactLaw::Kind::table && !law.table.empty() && !root.has("resolved"))
         scene.notes.push_back(
             fmt::format("contact {}/{}: force by a table of {} points, up to {:.4g} N at {:.4g} m; beyond, "
                         "its last slope goes on",
                         first, second, law.table.size(), law.table.back().second, law.table.back().first));
-      }
       if (law.kind == ContactLaw::Kind::hertz) {
         law.hertz_modulus = hertz_modulus(scene.materials[static_cast<std::size_t>(a)],
                                           scene.materials[static_cast<std::size_t>(b)]);
@@ -502,6 +501,10 @@ void read_interfaces(Reading& in, const View& root) {
               fmt::format("neither \"{}\" nor \"{}\" has a Young's modulus, and Hertz's law needs one", first,
                           second),
               "add young to a [[material]]");
+        else if (!root.has("resolved"))
+          scene.notes.push_back(
+              fmt::format("contact {}/{}: Hertz's law, 4/3 E* sqrt(R) with E* = {:.4g} GPa and R = {:.4g} m",
+                          first, second, law.hertz_modulus / 1e9, law.hertz_radius));
       }
       put(a, b, law);
       in.law_uses.push_back({entry->view, a, b});

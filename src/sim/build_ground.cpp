@@ -185,22 +185,24 @@ void Builder::check_release_areas() {
 void Builder::check_ground() {
   for (std::size_t i = 0; i < single_blocks_; ++i) check_size(i);
   check_span();
-  if (!terrain_) return;
-  check_release_areas();
-  const Box3 box = env_.terrain->bounds();
-  const Eigen::AlignedBox2d limits(Eigen::Vector2d(box.min().head<2>()),
-                                   Eigen::Vector2d(box.max().head<2>()));
-  for (std::size_t i = 0; i < single_blocks_; ++i) check_buried(i);
-  check_buried_mass();
+  Eigen::AlignedBox2d limits;
+  if (terrain_) {
+    check_release_areas();
+    const Box3 box = env_.terrain->bounds();
+    limits = {Eigen::Vector2d(box.min().head<2>()), Eigen::Vector2d(box.max().head<2>())};
+    for (std::size_t i = 0; i < single_blocks_; ++i) check_buried(i);
+    check_buried_mass();
+  }
   const auto report = [&](Problem p) {
     p.file = world_->scene.file;
     (p.severity == Problem::Severity::error ? problems_ : world_->scene.warnings).push_back(std::move(p));
   };
+  const std::vector<Plane>& planes = world_->scene.planes;
   std::map<std::string, std::vector<Problem>> of_mass;  // by what is to be done: one fault of its place each
   for (std::size_t i = 0; i < model_.blocks.size(); ++i)
-    for (Problem& p : ground_problems(model_.blocks[i].name, state_.blocks.c[i], *terrain_, limits,
-                                      !world_->scene.planes.empty(),
-                                      contact::plumb_at(*env_.terrain, state_.blocks.c[i]).floor)) {
+    for (Problem& p :
+         ground_problems(model_.blocks[i].name, state_.blocks.c[i], terrain_.get(), limits, !planes.empty(),
+                         ground_height(env_.terrain.get(), planes, state_.blocks.c[i]))) {
       if (i < single_blocks_)
         report(std::move(p));
       else

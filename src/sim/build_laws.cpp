@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -115,12 +118,22 @@ double largest_face(const Polyhedron& shape) {
   return largest;
 }
 
+/// Indentation at which a table, which goes on with its last slope, gives a force [m].
+double depth_by_table(const std::vector<std::pair<double, double>>& table, double force) {
+  std::size_t i = 1;
+  while (i + 1 < table.size() && table[i].second < force) ++i;
+  const auto& [x0, f0] = table[i - 1];
+  const auto& [x1, f1] = table[i];
+  return f1 > f0 ? x0 + (force - f0) / (f1 - f0) * (x1 - x0) : std::numeric_limits<double>::infinity();
+}
+
 /// Depth to which its weight presses a block that lies at its best: on three contact points, or on its
 /// largest face (on no less than the cap of a ball of its inradius, a tenth of that deep) [m]. 0: not a
 /// matter of a stiffness.
 double settles(const ContactLaw& law, const dda::Model::Block& block, double gravity) {
   const double weight = block.mass * gravity;
-  if (law.stiffness == ContactLaw::Stiffness::hard || law.kind == ContactLaw::Kind::table) return 0;
+  if (law.stiffness == ContactLaw::Stiffness::hard) return 0;
+  if (law.kind == ContactLaw::Kind::table) return depth_by_table(law.table, weight / 3);
   if (law.kind == ContactLaw::Kind::hertz) return std::pow(weight / (3 * law.normal_stiffness), 2.0 / 3.0);
   if (law.stiffness == ContactLaw::Stiffness::per_contact) return weight / (3 * law.normal_stiffness);
   const double r = block.shape->inradius;
@@ -150,14 +163,19 @@ void Builder::check_stiffness() {
       const double r = worst->shape->inradius, part = depth / r;
       Problem p;
       p.file = s.file;
-      p.key = fmt::format("interface.{}/{}.normal_stiffness", s.materials[static_cast<std::size_t>(i)].name,
-                          s.materials[static_cast<std::size_t>(j)].name);
-      p.value = fmt::format("{:.4g}", law.normal_stiffness);
+      const bool table = law.kind == ContactLaw::Kind::table;
+      p.key = fmt::format("interface.{}/{}.{}", s.materials[static_cast<std::size_t>(i)].name,
+                          s.materials[static_cast<std::size_t>(j)].name,
+                          law.curved() ? "contact_law" : "normal_stiffness");
+      p.value = table ? "table" : fmt::format("{:.4g}", law.normal_stiffness);
       p.rule = fmt::format("block {} sinks in by {:.3g} m under its own weight, {:.2g} % of its inradius{}",
                            worst->name, depth, 100 * part, part > refused ? "; 10 % at most" : "");
-      p.remedy =
-          fmt::format("take {:.2g} times the stiffness{}", part / (part > refused ? refused : told),
-                      part > refused ? " or more, or \"hard\"" : " for a hundredth of it, or accept it");
+      p.remedy = table ? "look at the table's units: bare numbers are in m and N"
+                       : fmt::format("take {:.2g} times the stiffness{}",
+                                     std::pow(part / (part > refused ? refused : told),
+                                              law.kind == ContactLaw::Kind::hertz ? 1.5 : 1.0),
+                                     part > refused ? " or more, or \"hard\""
+                                                    : " for a hundredth of it, or accept it");
       if (part > refused) {
         problems_.push_back(std::move(p));
       } else {

@@ -170,7 +170,8 @@ void Builder::add_structures() {
     if (!part.stepped() && !spec.loads.empty()) warn_of_unused_loads(spec);
     if (part.fixed_surface && impact_refinement(spec).cell_size > 0) warn_of_no_strikes(spec);
     const std::vector<Member> members = part.structure->loads().members();
-    if (terrain_)
+    if (terrain_ ||
+        std::ranges::any_of(world_->scene.planes, [](const Plane& p) { return p.normal.z() > 0; }))
       add_warnings(footing_problems(spec, members, [&](const Vec3& at) {
         return ground_height(env_.terrain.get(), world_->scene.planes, at);
       }));

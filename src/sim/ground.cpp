@@ -247,12 +247,12 @@ InGround ground_of(const TriangleSurface* terrain, const std::vector<Plane>& pla
 }
 
 std::vector<Problem> ground_problems(const std::string& block, const Vec3& c,
-                                     const geometry::Terrain& terrain, const Eigen::AlignedBox2d& limits,
+                                     const geometry::Terrain* terrain, const Eigen::AlignedBox2d& limits,
                                      bool has_planes, double under) {
   constexpr double far_above = 1000;  // [m]
   const std::string key = "block." + block + ".position",
                     value = fmt::format("[{:g}, {:g}, {:g}]", c.x(), c.y(), c.z());
-  if (terrain.over_hole(c.x(), c.y()))
+  if (terrain && terrain->over_hole(c.x(), c.y()))
     return {{.file = {},
              .key = key,
              .value = value,
@@ -264,9 +264,10 @@ std::vector<Problem> ground_problems(const std::string& block, const Vec3& c,
          .file = {},
          .key = key,
          .value = value,
-         .rule = fmt::format("starts {:.4g} m above the terrain under it (z = {:.6g})", c.z() - under, under),
-         .remedy = "heights are scene coordinates: map heights less the third number of site.origin"}};
-  if (has_planes || std::isfinite(under)) return {};
+         .rule = fmt::format("starts {:.4g} m above the ground under it (z = {:.6g})", c.z() - under, under),
+         .remedy = terrain ? "heights are scene coordinates: map heights less the third number of site.origin"
+                           : "check the unit of its position: bare numbers are in m"}};
+  if (!terrain || has_planes || std::isfinite(under)) return {};
   const bool inside = limits.contains(Eigen::Vector2d(c.head<2>()));
   return {{.severity = Problem::Severity::warning,
            .file = {},

@@ -42,11 +42,11 @@ double uppermost_ground(const contact::SurfaceIndex* terrain, const std::vector<
 using InGround = std::function<bool(const Vec3&)>;
 InGround ground_of(const TriangleSurface* terrain, const std::vector<Plane>& planes);
 
-/// Blocks whose centroid has no ground below: over NODATA (an error), or beside the terrain or in a gap
-/// of it in a scene without planes (a warning); and blocks that start a kilometre or more above the ground,
-/// whose height is that of `under` (a warning).
+/// Blocks whose centroid has no ground below: over NODATA (an error), or beside the terrain (null: there is
+/// none) or in a gap of it in a scene without planes (a warning); and blocks that start a kilometre or more
+/// above the ground of terrain and planes, whose height is `under` (a warning).
 std::vector<Problem> ground_problems(const std::string& block, const Vec3& centroid,
-                                     const geometry::Terrain& terrain, const Eigen::AlignedBox2d& limits,
+                                     const geometry::Terrain* terrain, const Eigen::AlignedBox2d& limits,
                                      bool has_planes, double under);
 
 }  // namespace talus::sim

@@ -104,6 +104,13 @@ expect("column on its ground", check(base + column % ("6", "1 m")), 0, "No probl
 expect("column in the air", check(base + column % ("20.25", "1 m")), 0, "hangs 14 m above the ground under it (z = 6.25)", "1 warning")
 expect("column under ground", check(base + column % ("0.75", "1 m")), 0, "lies 5 m below the ground (z = 5.75)", "1 warning")
 expect("column beside the terrain", check(base + (column % ("6", "1 m")).replace("base = [20", "base = [2000")), 0, "no ground lies under it")
+on_plane = base.replace('[site]\nterrain = "slope.asc"\n', "[[plane]]\npoint = [0, 0, 6]\nnormal = [0, 0, 1]\n")
+expect("column on a plane", check(on_plane + column % ("6", "1 m")), 0, "No problems found")
+expect("column above a plane", check(on_plane + column % ("20", "1 m")), 0, "hangs 14 m above the ground under it (z = 6)", "1 warning")
+expect("millimetres above a plane", check(on_plane, "--set", "block.B.position=[80, 80, 4000]"), 0, "starts 3994 m above the ground under it (z = 6)", "check the unit", "1 warning")
+load = "[[structure.load]]\nregion = { min = [18, 48, 5], max = [22, 52, 17] }\ntraction = [2, 0, 0]\nhistory = [[0, 0], [0.005, %s], [0.01, 0]]\n"
+expect("traction in MPa", check(base + column % ("6", "1 m") + load % 1), 0, "2 Pa at most is next to nothing", "1 warning")
+expect("traction by its history", check(base + column % ("6", "1 m") + load % 1e6), 0, "No problems found")
 expect("viaduct in the air", check(base + viaduct % ("30", "2")), 0, "foot P1 at [20, 50, 30]", "hangs 24 m above", "deck_level")
 expect("viaduct on its ground", check(base + viaduct % ("0", "2") + 'deck_level = "40 m"\n'), 0, "P2: foot at [40, 50, 11]", "Axis along [1, 0, 0]", "Permanent load on its supports", absent=["hangs"])
 expect("half a span", check(base + viaduct % ("6", "2.5")), 2, "spans = 2.5: must be a whole number")
@@ -118,10 +125,16 @@ expect("f_cm in MPa", check(base.replace('"38 MPa"', "38") + column % ("6", "1 m
 expect("feet", check(base.replace('"1 m"', '"3 ft"')), 2, 'unknown unit "ft": 1 ft = 0.3048 m')
 expect("no unit at all", check(base.replace('"1 m"', '"3 ells"')), 2, 'unknown unit "ells"; known are m g t s')
 expect("tonnes as kilograms", check(base.replace('"2.6 t/m^3"', "2.6")), 0, "2.6 kg/m^3 is no rock", "1 warning")
+# One cause, one error.
+expect("no face", check(base + column % ("6", "1 m") + 'support = ["z"]\npreload = "gravity"\n'), 2, '"z" is no face', absent=["no state at rest", "2 errors"])
+expect("no concrete", check(base + (column % ("6", "1 m")).replace("C30", "rock") + 'damage = "concrete"\n[[structure.rebar]]\nkind = "longitudinal"\nbars = 8\ndiameter = "20 mm"\ncover = "40 mm"\n'), 2, "has neither f_cm nor young", absent=["errors;", "needs a concrete", "bars are embedded"])
 expect("gravity", check(base, "--set", "simulation.gravity=[0, 0, 9.81]"), 0, "points upwards")
 # Numbers that are allowed and hardly meant: one warning each, with the number as it was understood.
 for setting, part in (
     ("simulation.gravity=[0, 0, -9810]", "9810 m/s^2 is not that of the earth"),
+    ("simulation.gravity=[0, -9.81, 0]", "points sideways; z is up"),
+    ("interface.*/*.cohesion=50", 'did you mean "50 kPa"?'),
+    ("interface.*/*.vegetation={ height = 3000, drag = 250 }", "3000 m is the height of no plant"),
     ('simulation.step="0.5 s"', "a block falls 1.23 m in one such step"),
     ('simulation.duration="100000 s"', "is 27.8 h: rocks fall for seconds to minutes"),
     ("block.B.velocity=[0, 0, -500]", "500 m/s is faster than rocks fall"),
@@ -131,9 +144,10 @@ for setting, part in (
     ("block.B.velocity=[0, 0, -50]", "No problems found"),
 ):
     expect(setting, check(base, "--set", setting), 0, part, "1 warning" if "No" not in part else "found", absent=["2 warnings"])
+expect("millimetres a second", check(base, "--set", "interface.*/*.restitution=0.3", "--set", "interface.*/*.restitution_half_speed=9144"), 0, "9144 m/s is a speed that no rock strikes with", "1 warning")
 expect("half of critical damping", check(base + column % ("6", "1 m") + "damping_ratio = 0.5\n"), 0, "50 % of critical damping has no concrete", "1 warning")
 expect("sand grain", check(base.replace('"1 m"', '"1 um"')), 0, "smaller than a cubic millimetre")
-expect("map height", check(base, "--set", "block.B.position=[80, 80, 2400]"), 0, "starts 2379 m above the terrain under it (z = 21)")
+expect("map height", check(base, "--set", "block.B.position=[80, 80, 2400]"), 0, "starts 2379 m above the ground under it (z = 21)")
 # A box of 1 m: its corner at x = 80.5, z = 39.5 stands over ground at z = 21.125.
 # A block from a file that names its unit, or that holds a map's coordinates in single precision.
 corners = [(x, y, z) for z in (0, 1) for y in (0, 1) for x in (0, 1)]

@@ -12,6 +12,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import types
 import unittest
 
 import numpy as np
@@ -233,6 +234,11 @@ class Running(unittest.TestCase):
         with self.assertRaisesRegex(talus.SceneError, "holds the results of an ensemble"):
             talus.run(SLIDE, self.root / "e")
         self.assertTrue((self.root / "e" / "ensemble.h5").exists())
+
+    def test_largest_is_of_members_that_came_to_an_end(self):
+        group = types.SimpleNamespace(member=np.array([0, 0, 1, 2, 3]), height=np.array([1.0, 3, 2, np.nan, 9]))
+        road = talus.results.Crossings(group, finished=[0, 1, 2])
+        np.testing.assert_array_equal(road.largest("height"), [3, 2])   # 2 nowhere above ground, 3 failed
 
     def test_ensemble_does_not_replace_a_run(self):
         talus.run(SLIDE, self.root / "run")

@@ -205,6 +205,10 @@ spacing = "0.5 m"
             command = f'exec "{talus}" run "{scene_file}" -o "{work}/unheard" 2>' + (error or "&-")
             ended = subprocess.run(["sh", "-c", command], stdout=subprocess.DEVNULL)
             check(f"{name} where the error output is {stream}", ended.returncode == code, f"exit code {ended.returncode}")
+    with open("/dev/full", "w") as disk:
+        for words in (["check", small], ["explain", "--all"]):
+            ended = subprocess.run([talus, *words], stdout=disk, stderr=subprocess.PIPE, text=True)
+            check(f"{words[0]} whose words are lost", ended.returncode == 3 and "No space left" in ended.stderr, f"exit code {ended.returncode}: {ended.stderr}")
 
 
 if __name__ == "__main__":

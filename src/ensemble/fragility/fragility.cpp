@@ -8,6 +8,7 @@
 #include "ensemble/ensemble.hpp"
 #include "ensemble/fragility/coupled_runs.hpp"
 #include "ensemble/fragility/figures.hpp"
+#include "ensemble/fragility/fragility_file.hpp"
 #include "ensemble/fragility/hits.hpp"
 #include "ensemble/store.hpp"
 #include "io/files.hpp"
@@ -53,7 +54,7 @@ class Fragility {
                                            .outcomes = runs.outcomes(),
                                            .faults = runs.faults(),
                                            .mesh = coarse_cells()});
-    io::write_file(request_.directory / "fragility.json", figures.root.dump(2) + "\n");
+    keep_fragility(request_.directory, std::move(figures.root));
     return std::move(figures.result);
   }
 

@@ -3,6 +3,8 @@
 
 #include <string>
 
+#include <fmt/format.h>
+
 #include "core/error.hpp"
 #include "verify/scene_text.hpp"
 
@@ -31,6 +33,18 @@ TEST(StiffnessCheck, WeightMayNotSinkABlockInByATenthOfItsInradius) {
                 .find("block B sinks in by 0.0505 m under its own weight"),
             std::string::npos);
   EXPECT_EQ(said("\"" + number(1.01 * weight / 0.05) + " Pa/m\""), "");
+  // Tables of a third of the weight at 0.05 m, reached within it and by its last slope.
+  for (const char* points : {"[[0, 0], [0.05, {0}], [1, 1e9]]", "[[0, 0], [0.01, {1}], [0.02, {2}]]"}) {
+    const auto by_table = [&](double share) {
+      const double f = share * weight / 3;
+      return said("\"hard\"\ncontact_law = { kind = \"table\", points = " +
+                  fmt::format(fmt::runtime(points), f, 0.1 * f, 0.325 * f) + " }");
+    };
+    EXPECT_NE(by_table(0.99).find("interface.rock/ground.contact_law = table: block B sinks in by 0.05"),
+              std::string::npos)
+        << by_table(0.99);
+    EXPECT_EQ(by_table(1.01), "");
+  }
 }
 
 /// The reader keeps laws of materials that something in the scene brings together, and those alone are

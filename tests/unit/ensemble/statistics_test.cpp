@@ -17,14 +17,14 @@ TEST(Percentile, InterpolatesBetweenOrderStatistics) {
   EXPECT_TRUE(std::isnan(percentile({}, 50)));
 }
 
-// Of 7 in 20: Newcombe 1998, and in closed form.
-TEST(Percentile, AsManyValuesAsBoundItByTheLargestAndTheLeast) {
+TEST(Percentile, AsManyValuesAsBoundItByTheLargest) {
   EXPECT_EQ(enough_for(95), 59);
-  EXPECT_EQ(enough_for(5), 59);
+  EXPECT_EQ(enough_for(5), 1);
   EXPECT_EQ(enough_for(50), 5);
   EXPECT_EQ(enough_for(99), 299);
 }
 
+// Of 7 in 20: Newcombe 1998, and in closed form.
 TEST(Wilson, ClosedForm) {
   const Estimate e = wilson(7, 20);
   EXPECT_DOUBLE_EQ(e.value, 0.35);
@@ -58,6 +58,25 @@ TEST(Bootstrap, IntervalsHoldTheTruth) {
   }
   EXPECT_GE(median, 88);
   EXPECT_GE(ninety, 88);
+}
+
+// 59 values bound a 95th percentile from above and a 5th from below; any number bounds the other end of each.
+TEST(Bootstrap, AnEndThatTheSampleDoesNotBoundIsNone) {
+  const std::vector<double> percents{5, 50, 95};
+  for (const bool replicated : {false, true})
+    for (const int members : {4, 58, 59}) {
+      const auto e = Bootstrap(exponential(members, 3, 1), 1, replicated).percentiles(percents);
+      EXPECT_EQ(std::isfinite(e[0].low), members == 59) << members;
+      EXPECT_TRUE(std::isfinite(e[0].high));
+      EXPECT_EQ(std::isfinite(e[1].low), members > 4);
+      EXPECT_EQ(std::isfinite(e[1].high), members > 4);
+      EXPECT_TRUE(std::isfinite(e[2].low));
+      EXPECT_EQ(std::isfinite(e[2].high), members == 59);
+    }
+  EXPECT_EQ(interval_text({2, 1, none}, 1e3), "1e+03 or more");
+  EXPECT_EQ(interval_text({2, none, 3}), "3 or less");
+  EXPECT_EQ(interval_text({2, 1.25, 3}, 1, 2), "1.2 to 3");
+  EXPECT_EQ(interval_text({2, none, none}), "");
 }
 
 TEST(Bootstrap, IsTheSameForTheSameSeedAndNotOfNothing) {

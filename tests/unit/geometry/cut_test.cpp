@@ -430,6 +430,22 @@ TEST(Cut, BadInputIsTold) {
   EXPECT_NE(keys(s).find("mesh edge"), std::string::npos);
 }
 
+// Of a box of 1 x 2 x 3 m the extent across joints is that along their normal: millimetres are told.
+TEST(Cut, ASpacingBeyondTheRegionIsWarnedOf) {
+  const auto keys = [](double dip_direction, double dip, double spacing) {
+    CutSpec s = box_spec({1, 2, 3});
+    s.joint_sets = {joint_set("a", dip_direction, dip, spacing)};
+    std::string all;
+    for (const Problem& p : cut(s).warnings) all += p.key + ";";
+    return all;
+  };
+  for (const Vec3& at : {Vec3(90, 90, 1), Vec3(0, 90, 2), Vec3(0, 0, 3)}) {
+    const double dip_direction = at[0], dip = at[1], width = at[2];
+    EXPECT_EQ(keys(dip_direction, dip, 0.99 * width), "") << width;
+    EXPECT_EQ(keys(dip_direction, dip, 1.01 * width), "rock_mass.joint_set.a.spacing;") << width;
+  }
+}
+
 TEST(Cut, RegionsThatAreNoVolumeAreRefused) {
   const auto rule = [](const Mesh& m) -> std::string {
     const TemporaryMesh mesh("bad", m);

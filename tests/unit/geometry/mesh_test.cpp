@@ -60,6 +60,10 @@ TEST(Mesh, TextStlSharesItsCorners) {
   const Mesh m = read_mesh_text(text, "a.stl");
   EXPECT_EQ(m.vertices.size(), 4u);
   EXPECT_EQ(m.triangles.size(), 2u);
+  std::string upper = "\n  " + text;
+  for (char& c : upper) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  EXPECT_EQ(read_mesh_text(upper, "a.stl").vertices, m.vertices);
+  EXPECT_EQ(read_mesh_text(upper, "a.stl").triangles, m.triangles);
 }
 
 TEST(Mesh, ObjGroupsPolygonsAndNegativeIndices) {

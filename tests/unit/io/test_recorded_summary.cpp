@@ -436,6 +436,8 @@ TEST(Recorder, TheBlockThatWentFarthestIsThatOfTheLongestWay) {
   EXPECT_EQ(told(0.1, 0, 0.2)[0].substr(0, 32), "B2 went farthest: 200 mm in plan");
   EXPECT_EQ(told(0.1, -0.049, 0)[0].substr(0, 45), "B2 went farthest: 0 m in plan, 49 mm up, at u");
   EXPECT_EQ(told(1e-300, 0, 0)[1], "The run is too short to tell what rests.");
+  EXPECT_EQ(told(0.1, 0, 0)[0], "No block moved.");
+  EXPECT_EQ(told(0.1, 1e-13, 0)[0], "No block moved.");  // round-off of a block of a metre
 }
 
 /// Round-off over the kinetic energy of round-off was told to be 1e14.

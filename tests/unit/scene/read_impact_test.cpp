@@ -52,6 +52,12 @@ TEST(ReadScene, ImpactFromSpeedAndFromATrajectory) {
   EXPECT_EQ(t.impact->point, Vec3(0, 1, 5));
   EXPECT_EQ(t.impact->shape.mass, 3000);
   EXPECT_EQ(t.impact->trajectory, "row 2 (line 3) of " + (place.path() / "paths.csv").string());
+  place.put("upper.csv", "X,Y,Z,VX [km/h],Vy,vz,MASS [t]\n0,1,5,36,0,-2,3\n");
+  const Scene upper = read_scene_text(
+      head + "[impact]\nmaterial = \"rock\"\nshape = \"EOTA111\"\ntrajectories = \"upper.csv\"\n" + structure,
+      place.scene());
+  EXPECT_TRUE(upper.impact->velocity.isApprox(Vec3(10, 0, -2), 1e-14));
+  EXPECT_EQ(upper.impact->shape.mass, 3000);
   const Scene agreeing = read_scene_text(
       head + "[impact]\nmaterial = \"rock\"\nshape = \"EOTA111\"\ntrajectories = \"both.csv\"\nrow = 2\n" +
           structure,

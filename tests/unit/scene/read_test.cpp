@@ -225,6 +225,7 @@ TEST(ReadScene, SlipsOfUnitsAreWarnedOf) {
   expect("f_cm = \"48 MPa\"", "f_cm = \"48 MPa\"\nfracture_energy = 0.15",
          "0.15 N/m is the fracture energy of no rock or concrete");
   expect("friction = \"28 deg\"", "friction = \"28 deg\"\ncohesion = 0.5", "did you mean \"0.5 MPa\"?");
+  expect("friction = \"28 deg\"", "friction = \"28 deg\"\ncohesion = 50", "did you mean \"50 kPa\"?");
   expect("dip = \"29 deg\" }", "dip = 1 }", "this is 57.3 deg; write \"1 deg\"");
   const std::string
       bars = "rebar = \"bars.csv\"",
@@ -390,6 +391,16 @@ TEST(ReadScene, ContactLawForms) {
     return n ==
            "contact rock/slope: force by a table of 3 points, up to 1.5e+06 N at 0.02 m; beyond, its last "
            "slope goes on";
+  }));
+  const Scene h = read_scene_text(
+      changed(full, "restitution = 0.4", "contact_law = { kind = \"hertz\", radius = \"1.5 m\" }"),
+      place.scene());
+  EXPECT_EQ(std::count_if(h.notes.begin(), h.notes.end(),
+                          [](const std::string& n) { return n.starts_with("contact rock/slope: "); }),
+            1);
+  EXPECT_TRUE(std::any_of(h.notes.begin(), h.notes.end(), [](const std::string& n) {
+    return n.starts_with("contact rock/slope: Hertz's law, 4/3 E* sqrt(R) with E* = ") &&
+           n.ends_with(" and R = 1.5 m");
   }));
 }
 
