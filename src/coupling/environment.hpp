@@ -117,6 +117,16 @@ struct Ledger {
   }
 };
 
+/// Where a face was bonded at one of its corners, in the axes of its bodies: the same points of both for as
+/// long as the bond holds, whatever features a search finds there. Of bonds on structures that deform it is
+/// not known.
+struct BondedAt {
+  Vec3 point_a = Vec3::Zero(), point_b = Vec3::Zero();  // [m]
+  Vec3 normal = Vec3::Zero();                           // out of A, in its axes
+  double area = 0;                                      // 0: not known [m^2]
+  int face_a = -1, face_b = -1;                         // of the material, and of the joint
+};
+
 /// What a contact remembers between steps: warm start and shear spring. Plain data, part of the state.
 struct ContactMemory {
   std::uint64_t partner = 0;  // kind and index of body A
@@ -138,6 +148,7 @@ struct ContactMemory {
   Vec3 normal = Vec3::Zero();         // out of the partner
   bool broken = false;                // cohesion and tension lost
   bool glued = false;                 // it has been closed since the start: it holds in tension too
+  BondedAt bonded{};
 };
 
 /// Feature under which a block remembers how deep it was born inside a partner, in `indentation`: pieces of a

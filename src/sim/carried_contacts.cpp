@@ -62,10 +62,14 @@ int second_of(const dda::Model& model, int i, int j) {
 }
 
 /// The same contact as seen by the other block, under a feature that none is found by: those that are take it
-/// over.
-ContactMemory seen_from_the_other(ContactMemory m, std::uint64_t serial) {
+/// over. `a`, `b`: where its two blocks are, as it names them.
+ContactMemory seen_from_the_other(ContactMemory m, std::uint64_t serial, const Pose& a, const Pose& b) {
   if (m.feature != coupling::born_inside) m.feature = coupling::handed_over | serial;
   m.force *= -1, m.shear *= -1, m.shear_way *= -1, m.normal *= -1;
+  coupling::BondedAt& bond = m.bonded;
+  std::swap(bond.point_a, bond.point_b);
+  std::swap(bond.face_a, bond.face_b);
+  bond.normal = -(b.F.transpose() * (a.F.inverse().transpose() * bond.normal).normalized());
   return m;
 }
 
@@ -120,8 +124,8 @@ coupling::KnownPairs restore_contacts(World& w, const FinalState& state) {
       const int second = second_of(model, of.index, with.index);
       if (second < 0) continue;
       if (second != of.index) {
+        m = seen_from_the_other(m, serial++, dda::pose(s.blocks, with.index), dda::pose(s.blocks, of.index));
         std::swap(of, with);
-        m = seen_from_the_other(m, serial++);
       }
     }
     m.partner = with.id();

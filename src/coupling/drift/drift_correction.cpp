@@ -77,12 +77,15 @@ bool DriftCorrection::believed(const Touch& t) const {
   return bound == deepest_of_.end() || -t.at.gap <= bound->second;
 }
 
+/// By how much it is to be closed: a bond both ways [m].
+static double drift_of(const Touch& t) { return t.holds() ? std::abs(t.at.gap) : -t.at.gap; }
+
 void DriftCorrection::measure() {
   std::atomic<double> deepest = 0;  // the largest: the same in whatever order
   contact::in_ranges(static_cast<int>(step_.touches.size()), touches_at_once, [&](int from, int to) {
     double here = 0;
     for (auto i = static_cast<std::size_t>(from); i < static_cast<std::size_t>(to); ++i)
-      if (const Touch& t = step_.touches[i]; believed(t)) here = std::max(here, -t.at.gap);
+      if (const Touch& t = step_.touches[i]; believed(t)) here = std::max(here, drift_of(t));
     for (double most = deepest.load(std::memory_order_relaxed);
          here > most && !deepest.compare_exchange_weak(most, here, std::memory_order_relaxed);) {}
   });
@@ -113,24 +116,25 @@ contact::SolveReport DriftCorrection::solve() {
   std::vector<char> taken(step_.touches.size(), 0);
   step_.each_touch([&](Touch& t) {
     t.row = -1;
-    if (!believed(t) || t.at.gap > within) return;
+    if (!believed(t) || (t.at.gap > within && !t.holds())) return;
     t.mode = Mode::idle;
     taken[static_cast<std::size_t>(&t - step_.touches.data())] = 1;
   });
   for (std::size_t i = 0; i < step_.touches.size(); ++i)
     if (taken[i] != 0) assembly_.take(step_.touches[i], 1, true);
   assembly_.fill_rows(1, true);
+  const double most = std::max(deepest_, drifted_);
   step_.each_touch([&](const Touch& t) {
     if (t.row < 0) return;
     contact::ProblemContact& c = step_.problem.contacts[static_cast<std::size_t>(t.row)];
     c.friction = 0;
-    c.cohesion = c.tension = 0;
+    c.cohesion = 0;
+    c.tension = t.holds() ? 1e6 * most : 0;
     c.bias =
         Vec3(t.at.gap - (t.at.gap < -tolerance_ ? contact::tolerances().bound_aim * tolerance_ : 0), 0, 0);
     c.compliance.setZero();
     c.impulse.setZero();
   });
-  const double most = std::max(deepest_, drifted_);
   std::size_t held = step_.problem.contacts.size();
   add_held_rows(step_.problem, in_.model, step_.bodies, 0, 1e6 * most);
   each_drift(in_.model, in_.state, step_.bodies,

@@ -215,7 +215,7 @@ void write_jacobian(double* to, const Mat3& frame, const Vec3& arm, const Mat3& 
 
 NormalOwner normal_owner(const Touch& t, const dda::Model& model, const Environment& env,
                          const Pose* pose_a) {
-  if (t.a.kind == Partner::Kind::plane) return NormalOwner::a;
+  if (t.a.kind == Partner::Kind::plane || (t.glued && t.bonded.area > 0)) return NormalOwner::a;
   // Edges found across each other by their own search: a face that they border may press on an area with
   // them, but does not carry their normal.
   const bool of_edges =
@@ -457,7 +457,8 @@ void RowAssembly::fill_row(Touch& t, double h, bool first_pass) {
       t.theta = in_.leapfrog() ? 1 : 0.5;
       c.bias = u_end - m.u_ref;
       // An opening left by the drift may close; a crossing is projected, never pushed.
-      if (in_.scale.left_open(t)) c.bias[0] += std::min(0.5 * t.at.gap / h, in_.scale.closing_speed());
+      if (in_.scale.left_open(t) && !t.holds())
+        c.bias[0] += std::min(0.5 * t.at.gap / h, in_.scale.closing_speed());
       break;
     case Mode::end: {
       t.theta = 1;
@@ -498,6 +499,8 @@ void RowAssembly::assemble(double h, bool time_stepped, bool first_pass) {
       } else if (at_structure) {
         if (t.at.gap + h * t.approach < contact::tolerances().structure_near * in_.scale.length)
           t.mode = Mode::end;
+      } else if (t.holds() && (time_stepped || t.approach <= slow_speed(in_, t))) {
+        t.mode = Mode::closed;  // its two points stay together
       } else if (t.at.gap <= in_.scale.touch_gap() ||
                  (t.at.gap <= in_.scale.near_gap() &&
                   std::abs(t.approach) <= (time_stepped ? slow_speed(in_, t) : impact_speed(in_, t)))) {

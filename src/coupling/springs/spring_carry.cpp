@@ -74,11 +74,13 @@ const ContactMemory* nearest_alike(const std::vector<const ContactMemory*>& list
   return nearest;
 }
 
-/// True of a loaded spring that presses much the same way as one that vanished loaded.
+/// True of a loaded spring that presses much the same way as one that vanished loaded, and is no bond's,
+/// which is as stiff as its area.
 bool inherits(const Spring& p, const std::vector<const ContactMemory*>& lost) {
   const ContactLaw::Kind kind = p.touch->law->kind;
   if (kind != ContactLaw::Kind::linear && kind != ContactLaw::Kind::hertz) return false;
-  return p.depth > 0 && std::any_of(lost.begin(), lost.end(), [&](const ContactMemory* m) {
+  return p.depth > 0 && !p.touch->pulls() &&
+         std::any_of(lost.begin(), lost.end(), [&](const ContactMemory* m) {
            return m->normal_energy > 0 && m->normal.dot(p.touch->at.normal) > near_enough;
          });
 }
@@ -185,8 +187,8 @@ void carry_springs(const CandidatePair& pair, std::span<Touch> touches,
     if (p.last != nullptr && p.last->corner_normal == t.corner_normal &&
         std::abs(p.last->stiffness - t.normal_law.stiffness) <=
             contact::tolerances().same_stiffness * t.normal_law.stiffness) {
-      p.depth = p.last->indentation > opened * t.at.gap && p.last->indentation > 0 ? p.last->indentation
-                                                                                   : std::min(0.0, -t.at.gap);
+      const double last = p.last->indentation;
+      p.depth = t.pulls() || (last > 0 && last > opened * t.at.gap) ? last : std::min(0.0, -t.at.gap);
       continue;
     }
     const ContactMemory* model = p.last != nullptr ? p.last : t.at.gap < 0 ? nearest_alike(all, t) : nullptr;

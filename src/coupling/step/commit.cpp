@@ -42,6 +42,7 @@ void remember_row(const IslandContext& in, const Step& step, const Touch& t, dou
   memory.place = t.at.point_a;
   memory.broken = t.broken || bond_breaks(in, step, t);
   memory.glued = t.glued && !memory.broken;
+  memory.bonded = t.bonded;
   if (t.shear_stiffness > 0) {
     memory.shear = shear_at_end(step, t, h);
     memory.shear_way = shear_way(step, t, h);
@@ -70,6 +71,10 @@ void remember_row(const IslandContext& in, const Step& step, const Touch& t, dou
         std::max(0.0, booked_by_craters(t) ? t.indentation
                                            : t.indentation + unseen + (t.indentation > 0 ? led_out : 0.0));
     memory.end_energy = memory.normal_energy;
+    if (t.pulls() && memory.glued) {  // it goes on by its own stretch, as what presses does
+      memory.indentation = t.indentation + led_out;
+      if (memory.indentation < 0) memory.end_energy = pull_energy(t, memory.indentation);
+    }
     if (!own && memory.indentation > 0) {
       contact::NormalLaw law = t.normal_law;
       law.crushed = memory.crushed;

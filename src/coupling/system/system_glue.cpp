@@ -32,6 +32,7 @@ void CoupledSystem::glue(const KnownPairs& known) {
       const bool as_it_was = known && known(pair);
       for (Touch& t : touches) {
         t.glued = t.glued || !as_it_was;
+        if (t.bonded.area == 0 && !at_skin) t.bonded = bonded_here(state_.blocks, t);
         if (!(t.bond() > 0 || t.bond_cohesion > 0)) continue;
         if (t.pulls()) env_.bond_stretch = std::max(env_.bond_stretch, 2 * t.bond() / t.normal_law.stiffness);
         if (as_it_was) continue;
@@ -45,6 +46,7 @@ void CoupledSystem::glue(const KnownPairs& known) {
         memory.place = t.at.point_a;
         memory.normal = t.at.normal;
         memory.glued = true;
+        memory.bonded = t.bonded;
         list.push_back(memory);
       }
       std::sort(list.begin(), list.end(), [](const ContactMemory& x, const ContactMemory& y) {

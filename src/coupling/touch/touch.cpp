@@ -67,7 +67,8 @@ int material_of(const dda::Model& m, const Environment& env, const Partner& a, i
     case Partner::Kind::plane: return env.planes[static_cast<std::size_t>(a.index)].material;
     case Partner::Kind::terrain: {
       const TriangleSurface& s = env.terrain->surface();
-      if (face >= 0 && !s.material.empty()) return s.material[static_cast<std::size_t>(face)];
+      if (face >= 0 && static_cast<std::size_t>(face) < s.material.size())
+        return s.material[static_cast<std::size_t>(face)];
       return s.default_material;
     }
     case Partner::Kind::structure: return env.structures[static_cast<std::size_t>(a.index)].material;
@@ -80,18 +81,13 @@ bool glued_elsewhere(const std::vector<ContactMemory>& memory, std::uint64_t par
                      [&](const ContactMemory& m) { return m.partner == partner && m.glued; });
 }
 
-/// A new contact of a pair that is glued elsewhere is part of the bond: it holds as well. One of a pair that
-/// has come loose is as loose.
-void join_pair(Touch& t, const std::vector<ContactMemory>& memory, std::uint64_t partner) {
-  for (const ContactMemory& m : memory) {
-    if (m.partner != partner) continue;
-    t.glued = t.glued || m.glued;
-    t.broken = t.broken || m.broken;
-  }
-  t.broken = t.broken && !t.glued;
+/// A new contact of a pair whose bonds have torn is as loose as these.
+bool joins_loose(const std::vector<ContactMemory>& memory, std::uint64_t partner) {
+  return std::any_of(memory.begin(), memory.end(),
+                     [&](const ContactMemory& m) { return m.partner == partner && m.broken; });
 }
 
-/// The same on a structure, whose nodes come and go: where what was known nearest still holds, and has not
+/// On a structure nodes come and go: one is bonded where what was known nearest still holds, and has not
 /// parted (`near` [m]).
 bool glued_nearby(const std::vector<ContactMemory>& memory, std::uint64_t partner,
                   const contact::ContactPoint& p, double near) {
@@ -165,7 +161,7 @@ bool presses_on(const StructurePart& part, const ContactMemory& m, std::uint64_t
 /// Joint of the rock mass that a block-block contact lies on, -1 if none.
 int joint_of(const dda::Model& m, const CandidatePair& pair, const contact::ContactPoint& p) {
   const auto of = [](const Polyhedron& shape, int face) {
-    if (face < 0 || shape.face_joint_set.empty()) return -1;
+    if (face < 0 || static_cast<std::size_t>(face) >= shape.face_joint_set.size()) return -1;
     return shape.face_joint_set[static_cast<std::size_t>(face)];
   };
   const int a = of(*m.blocks[static_cast<std::size_t>(pair.a.index)].shape, p.face_a);
@@ -313,6 +309,30 @@ void find_points(const dda::Model& m, const dda::State& s, const Environment& en
   }
 }
 
+BondedAt bonded_here(const dda::State& s, const Touch& t) {
+  const Pose a = t.a.kind == Partner::Kind::block ? dda::pose(s, t.a.index) : Pose{}, b = dda::pose(s, t.b);
+  return {a.F.inverse() * (t.at.point_a - a.c),
+          b.F.inverse() * (t.at.point_b - b.c),
+          a.F.transpose() * t.at.normal,
+          t.at.area,
+          t.at.face_a,
+          t.at.face_b};
+}
+
+contact::ContactPoint bonded_point(const dda::State& s, const CandidatePair& pair, const ContactMemory& m) {
+  const Pose a = pair.a.kind == Partner::Kind::block ? dda::pose(s, pair.a.index) : Pose{};
+  contact::ContactPoint p;
+  p.key = m.feature;
+  p.normal = (a.F.inverse().transpose() * m.bonded.normal).normalized();
+  p.point_a = a.world(m.bonded.point_a);
+  p.point_b = dda::pose(s, pair.b).world(m.bonded.point_b);
+  p.gap = p.normal.dot(p.point_b - p.point_a);
+  p.area = m.bonded.area;
+  p.face_a = m.bonded.face_a;
+  p.face_b = m.bonded.face_b;
+  return p;
+}
+
 void make_touches(const dda::Model& m, const dda::State& s, const Environment& env, const CandidatePair& pair,
                   std::span<const FoundPoint> points, const ContactHistory& history,
                   std::vector<Touch>& out) {
@@ -322,6 +342,9 @@ void make_touches(const dda::Model& m, const dda::State& s, const Environment& e
   const bool at_skin = pair.a.kind == Partner::Kind::structure && !env.structures[of_a].fixed_surface;
   const std::vector<ContactMemory>& memory = history[kb];
   const std::uint64_t partner = pair.a.id();
+  const auto bonded_at_known = [&](const ContactMemory& c) {
+    return c.partner == partner && c.glued && c.bonded.area > 0;
+  };
   const bool at_structure = pair.a.kind == Partner::Kind::structure;
   const bool bonded =
       at_structure &&
@@ -361,9 +384,8 @@ void make_touches(const dda::Model& m, const dda::State& s, const Environment& e
     t.rolls = (t.law->rolling_resistance > 0 || t.law->drilling_resistance > 0) &&
               !at_skin;  // a solid's nodes take no couple
     const ContactMemory* last = recall(memory, partner, t);
-    if (last == nullptr && at_structure)
-      t.glued = bonded && glued_nearby(memory, partner, p, bond_gap(shape_b));
-    if (last == nullptr && !at_structure) join_pair(t, memory, partner);
+    if (last == nullptr && at_skin) t.glued = bonded && glued_nearby(memory, partner, p, bond_gap(shape_b));
+    if (last == nullptr && !at_skin) t.broken = joins_loose(memory, partner);
     t.approach = p.normal.dot(point_velocity(s, pair.b, p.point_b) - partner_velocity(s, env, t));
     if (before.strains())
       t.sooner = p.normal.dot(point_velocity(s, pair.b, p.point_a) + before(p.point_a) -
@@ -383,7 +405,17 @@ void make_touches(const dda::Model& m, const dda::State& s, const Environment& e
     if (at_skin && t.stiffness > 0 && p.area == 0) relieve(t, env.structures[of_a]);
     if (at_skin) last_of.push_back(last);
   };
-  for (const FoundPoint& found : points) take(found);
+  for (const ContactMemory& c : memory)
+    if (bonded_at_known(c)) take({bonded_point(s, pair, c), false});
+  const std::size_t bonds = out.size() - first;
+  // What a search finds within half the width of a bond's share of the face is the bond.
+  for (const FoundPoint& found : points)
+    if (std::none_of(out.begin() + static_cast<std::ptrdiff_t>(first),
+                     out.begin() + static_cast<std::ptrdiff_t>(first + bonds), [&](const Touch& t) {
+                       return t.at.key == found.at.key ||
+                              (t.at.point_b - found.at.point_b).squaredNorm() < 0.25 * t.bonded.area;
+                     }))
+      take(found);
   spare_newborn(std::span(out).subspan(first), memory, partner);
   if (at_skin) {
     go_on(std::span(out).subspan(first), last_of, memory, partner, 0.1 * shape_b.radius);

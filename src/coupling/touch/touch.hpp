@@ -104,6 +104,7 @@ struct Touch : TouchSpring, TouchRow {
   bool persistent = false;  // carried force in the last step
   bool rolls = false;       // it resists rolling or drilling
   bool met = false;         // a solution of this step met it: it is a row
+  BondedAt bonded{};
   double bond_cohesion = 0, bond_tension = 0;  // rock bridge [Pa]
   double width = 0;  // its part of the width of the pair's contact, where the law ploughs [m]
   /// Tension that the bond holds, cut off where the cone of friction and cohesion ends; 0: none, or broken
@@ -115,6 +116,8 @@ struct Touch : TouchSpring, TouchRow {
     return glued && stiffness > 0 && a.kind != Partner::Kind::structure &&
            law->kind == ContactLaw::Kind::linear && bond() > 0;
   }
+  /// A hard bond at known points: both ways, it keeps the gap closed.
+  bool holds() const { return stiffness == 0 && bonded.area > 0 && bond() > 0; }
 };
 
 /// What a crushing bed crushes is told by its craters.
@@ -155,6 +158,11 @@ void find_points(const dda::Model&, const dda::State&, const Environment&, const
                  double margin, std::vector<FoundPoint>& out);
 void make_touches(const dda::Model&, const dda::State&, const Environment&, const CandidatePair&,
                   std::span<const FoundPoint> points, const ContactHistory&, std::vector<Touch>& out);
+
+/// Where a closed face contact is bonded from now on; and that point as a search would find it. The one that
+/// touches first is A.
+BondedAt bonded_here(const dda::State&, const Touch&);
+contact::ContactPoint bonded_point(const dda::State&, const CandidatePair&, const ContactMemory&);
 
 /// Whether a part of a bed stands on four points (touch_bed.hpp), by the one that it would stand on.
 using Tilts = std::function<bool(const Touch&)>;

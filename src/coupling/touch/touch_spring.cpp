@@ -21,6 +21,7 @@ void take_over(const ContactMemory& memory, Touch& t) {
   t.goes_on_from = memory.feature;
   t.broken = memory.broken;
   t.glued = memory.glued;
+  t.bonded = memory.bonded;
   t.persistent = !memory.force.isZero(0);
 }
 
