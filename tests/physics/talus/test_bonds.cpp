@@ -182,7 +182,7 @@ TEST(Bonds, HalfTornFaceIsAHinge) {
 /// Two cubes bonded face on face by springs that come down on a corner. Springs that pulled at features found
 /// anew made 2.4 times the largest kinetic energy.
 TEST(Bonds, SprungBondsThatComeApartMakeNoEnergy) {
-  for (const double strength : {1e6, 1e7, 1e8}) {
+  for (const double strength : {1e7, 1e8}) {
     SceneText s(Method::by_accuracy(1e-3), 0.9);
     s.history(1e-2).material("rock", 2600).material("ground", 2600);
     s.interface("rock", "rock", 0.5,
