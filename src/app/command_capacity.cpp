@@ -139,6 +139,7 @@ int command_capacity(const Options& options) {
   sim::Simulation simulation(final.scene, [](const std::string& line) {
     if (line.starts_with("push-")) tell("{}\n", line);
   });
+  simulation.halve_cells_struck(final.struck_places());
   const std::vector<Structure*> structures = simulation.structures();
   if (std::ranges::none_of(structures, [](const Structure* s) { return s != nullptr; }))
     throw io::bad_file(

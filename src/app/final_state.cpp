@@ -12,6 +12,7 @@ namespace talus::app {
 
 namespace {
 constexpr const char* file_name = "final_state.h5";
+constexpr const char* places = "struck_places";  // where cells were halved
 std::string key_of(int structure) { return fmt::format("structure{}", structure); }
 }  // namespace
 
@@ -44,6 +45,11 @@ std::span<const double> FinalState::of(int structure) const {
   return found->second;
 }
 
+std::vector<double> FinalState::struck_places() const {
+  const auto found = arrays.numbers.find(places);
+  return found == arrays.numbers.end() ? std::vector<double>{} : found->second;
+}
+
 void save_final_state(const std::filesystem::path& directory, sim::Checkpoint state, double time,
                       const std::string& hash) {
   io::Checkpoint out;
@@ -52,6 +58,7 @@ void save_final_state(const std::filesystem::path& directory, sim::Checkpoint st
   for (auto& [key, values] : state.numbers)
     if (key.rfind("structure", 0) == 0) out.numbers[key] = std::move(values);
   if (out.numbers.empty()) return;
+  out.numbers[places] = std::move(state.numbers[places]);
   out.numbers["time"] = {time};
   io::save_checkpoint(directory / file_name, out);
 }

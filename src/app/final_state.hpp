@@ -20,6 +20,8 @@ struct FinalState {
   double time = 0;  // [s]
   io::Checkpoint arrays;
   std::span<const double> of(int structure) const;
+  /// For Simulation::halve_cells_struck().
+  std::vector<double> struck_places() const;
 };
 
 /// Writes DIR/final_state.h5 if the state holds a structure. Throws WriteError.

@@ -216,6 +216,28 @@ Checkpoint Simulation::save() const {
   return c;
 }
 
+void Simulation::halve_cells_struck(const std::vector<double>& places) {
+  World& w = *world_;
+  auto& structures = w.system->environment().structures;
+  Reader struck(places);
+  for (std::size_t left = places.size(); left > 0; left -= 9) {
+    World::StruckPlace place;
+    const double structure = struck.next();
+    if (left < 9 || !(structure >= 0 && structure < static_cast<double>(structures.size())))
+      refuse(fmt::format("{:g}", structure), "names no structure");
+    place.structure = static_cast<int>(structure);
+    struck(place.zone.region.min());
+    struck(place.zone.region.max());
+    struck(place.zone.cell_size);
+    struck(place.energy);
+    w.struck.push_back(place);
+  }
+  const double energy_start = w.energy_start;  // of the run, whatever cells it began with
+  for (std::size_t q = 0; q < structures.size(); ++q)
+    if (structures[q].stepped()) w.refine_structure(static_cast<int>(q));
+  w.energy_start = energy_start;
+}
+
 void Simulation::restore(const Checkpoint& c) {
   World& w = *world_;
   w.restored = true;
@@ -329,26 +351,8 @@ void Simulation::restore(const Checkpoint& c) {
     Reader step(steps->second);
     for (double& h : s.structure_step) step(h);
   }
-  if (const auto found = c.numbers.find("struck_places");
-      found != c.numbers.end()) {  // cells were halved there
-    Reader struck(found->second);
-    for (std::size_t left = found->second.size(); left > 0; left -= 9) {
-      World::StruckPlace place;
-      const double structure = struck.next();
-      if (left < 9 || !(structure >= 0 && structure < static_cast<double>(structures.size())))
-        refuse(fmt::format("{:g}", structure), "names no structure");
-      place.structure = static_cast<int>(structure);
-      struck(place.zone.region.min());
-      struck(place.zone.region.max());
-      struck(place.zone.cell_size);
-      struck(place.energy);
-      w.struck.push_back(place);
-    }
-    const double energy_start = w.energy_start;  // of the run, whatever cells it began with
-    for (std::size_t q = 0; q < structures.size(); ++q)
-      if (structures[q].stepped()) w.refine_structure(static_cast<int>(q));
-    w.energy_start = energy_start;
-  }
+  if (const auto found = c.numbers.find("struck_places"); found != c.numbers.end())
+    halve_cells_struck(found->second);
   for (std::size_t q = 0; q < structures.size(); ++q) {
     coupling::StructurePart& part = structures[q];
     if (!part.stepped()) continue;

@@ -86,6 +86,9 @@ class Simulation {
 
   Checkpoint save() const;
   void restore(const Checkpoint&);
+  /// Halves the cells that were halved where blocks struck, by a checkpoint's "struck_places": its states of
+  /// structures are of that mesh. Throws InputError if they are not such places.
+  void halve_cells_struck(const std::vector<double>& places);
 
   FinalState final_state() const;
   /// Starts blocks and structures of the same names from `state` instead of the scene's own; t stays 0 and

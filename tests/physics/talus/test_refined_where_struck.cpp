@@ -128,6 +128,20 @@ TEST(RefinedWhereStruck, ResumesToTheBit) {
   EXPECT_EQ(whole.ledger.residual, resumed.ledger.residual);
 }
 
+/// The state that a run ends with is one of a structure whose cells were halved, as it is pushed down.
+TEST(RefinedWhereStruck, ItsFinalStateIsPutIntoTheSameCells) {
+  const std::string text = struck_pier("cell_size = 0.25", at_impact);
+  const Outcome run = run_scene(text);
+  const sim::Checkpoint end = run.simulation->save();
+  sim::Simulation again(scene::read_scene_text(text, "/test.toml"));
+  EXPECT_LT(again.structures()[0]->elements(), run.simulation->structures()[0]->elements());
+  again.halve_cells_struck(end.numbers.at("struck_places"));
+  Structure& pier = *again.structures()[0];
+  ASSERT_EQ(pier.elements(), run.simulation->structures()[0]->elements());
+  pier.restore(end.numbers.at("structure0"));
+  EXPECT_EQ(pier.skin().node_position(0), run.simulation->structures()[0]->skin().node_position(0));
+}
+
 /// What cannot be is said by the scene.
 TEST(RefinedWhereStruck, IsRefusedWhereItCannotBe) {
   const auto problems = [](const std::string& cells, const std::string& refine) {
