@@ -1,7 +1,9 @@
 // Nothing may overlap at the start by more than 1e-9 of the block size; no block lies inside a structure, no
 // structure in a block.
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 
 #include <fmt/format.h>
 
@@ -33,6 +35,67 @@ double displaced(const World& world, int structure, int triangle) {
       most = std::max(most, moved[static_cast<std::size_t>(nodes.node[static_cast<std::size_t>(i)])]);
   }
   return most;
+}
+
+/// The part of a triangle that lies deeper than `allowed` in a convex block, clipped by the block's faces one
+/// after the other; its deepest corner, or a depth of 0 [m]. Axes of the block.
+double deepest_part(const Polyhedron& block, std::array<Vec3, 3> triangle, double allowed, Vec3& at) {
+  std::vector<Vec3> part(triangle.begin(), triangle.end()), kept;
+  const auto above = [&](const std::array<int, 3>& face, const Vec3& x) {
+    const auto corner = [&](int i) -> const Vec3& {
+      return block.vertices[static_cast<std::size_t>(face[static_cast<std::size_t>(i)])];
+    };
+    return (corner(1) - corner(0)).cross(corner(2) - corner(0)).normalized().dot(x - corner(0)) + allowed;
+  };
+  for (const auto& face : block.triangles) {
+    kept.clear();
+    for (std::size_t i = 0; i < part.size(); ++i) {
+      const Vec3 &a = part[i], &b = part[(i + 1) % part.size()];
+      const double over_a = above(face, a), over_b = above(face, b);
+      if (over_a < 0) kept.push_back(a);
+      if ((over_a < 0) != (over_b < 0)) kept.push_back(a + over_a / (over_a - over_b) * (b - a));
+    }
+    part.swap(kept);
+    if (part.empty()) return 0;
+  }
+  Vec3 middle = Vec3::Zero();
+  for (const Vec3& x : part) middle += x / static_cast<double>(part.size());
+  part.push_back(middle);
+  double deepest = 0;
+  for (const Vec3& x : part) {
+    double depth = std::numeric_limits<double>::infinity();
+    for (const auto& face : block.triangles) depth = std::min(depth, allowed - above(face, x));
+    if (depth > deepest) deepest = depth, at = x;
+  }
+  return deepest;
+}
+
+/// Of a convex block that a structure's surface passes through, edges across edges included, which touch by
+/// no corner: how deep, and where. As far as the surface has moved from where it was built it may [m].
+double passes_through(const World& world, int structure, int block, double allowed, Vec3& where) {
+  const Polyhedron& shape = *world.system->model().blocks[static_cast<std::size_t>(block)].shape;
+  if (!shape.convex) return 0;
+  const Pose pose = dda::pose(world.system->state().blocks, block);
+  const Box3 box = contact::bounds(shape, pose, 0);
+  const Mat3 inverse = pose.F.inverse();
+  const TriangleSurface& skin =
+      world.system->environment().structures[static_cast<std::size_t>(structure)].index->surface();
+  double deepest = 0;
+  for (std::size_t t = 0; t < skin.triangles.size(); ++t) {
+    std::array<Vec3, 3> corner;
+    Box3 about;
+    for (std::size_t k = 0; k < 3; ++k) {
+      corner[k] = skin.vertices[static_cast<std::size_t>(skin.triangles[t][k])];
+      about.extend(corner[k]);
+      corner[k] = inverse * (corner[k] - pose.c);
+    }
+    if (!about.intersects(box)) continue;
+    Vec3 at;
+    const double may = allowed + displaced(world, structure, static_cast<int>(t)),
+                 depth = deepest_part(shape, corner, may, at);
+    if (depth > deepest) deepest = depth, where = pose.c + pose.F * at;
+  }
+  return deepest;
 }
 
 /// How far a touch has the block moved upwards until it is none [m]; 0 where the partner does not bear it.
@@ -143,6 +206,10 @@ std::vector<Problem> initial_overlaps(World& world, const coupling::KnownPairs& 
                                      env.structures[static_cast<std::size_t>(c.a.index)].index->surface());
       where = state.blocks.c[static_cast<std::size_t>(c.b)];
     }
+    if (!inside && deepest <= allowed && c.a.kind == Kind::structure) {
+      deepest = passes_through(world, c.a.index, c.b, allowed, where);
+      moved_in = false;
+    }
     if (!inside && deepest <= allowed) continue;
     if (!inside && moved_in) {
       start_touching(system, c, touches);
@@ -180,9 +247,11 @@ std::vector<Problem> initial_overlaps(World& world, const coupling::KnownPairs& 
           "raise it by {:.3g} m or more, to z = {:.6g}; touching (up to 1e-9 of its size) is allowed",
           round_up(raise), at.z() + round_up(raise));
     else
-      p.remedy = fmt::format(
-          "move it by [{:.3g}, {:.3g}, {:.3g}] m or farther; touching (up to 1e-9 of its size) is allowed",
-          away.x(), away.y(), away.z());
+      p.remedy = away.isZero() ? "move it out"
+                               : fmt::format(
+                                     "move it by [{:.3g}, {:.3g}, {:.3g}] m or farther; touching (up to 1e-9 "
+                                     "of its size) is allowed",
+                                     away.x(), away.y(), away.z());
     problems.push_back(std::move(p));
   }
   if (buried.blocks > 0) problems.push_back(buried.problem(world.scene));

@@ -60,6 +60,18 @@ TEST(StruckSkins, MeetWhatOnlyTheBlowBringsThemTo) {
   EXPECT_NEAR(coarse.second, fine.second, 0.05 * fine.second);
 }
 
+/// Edges that cross deep inside each other are no touch; the block was taken to be clear of the structure.
+TEST(BadStart, EdgesThatCrossDeepInsideAreAnOverlap) {
+  SceneText s(Method::by_accuracy(1e-3), 0.01, Vec3::Zero());
+  s.material("concrete", 2450, "f_cm = \"38 MPa\"").material("rock", 2600).interface("rock", "concrete", 0.5);
+  s.box("B", Vec3(1.04, 1.13, 0.42), Vec3(-0.281, -0.487, -0.617),
+        "orientation = { rotation_vector = [0.30, -0.35, 1.09] }\n");
+  s.raw(structure_box("beam", Vec3(1.2, 0.6, 0.6), Vec3::Zero(), {4, 2, 2}, "concrete",
+                      "orientation = { rotation_vector = [-0.42, 0.29, 0.89] }\nsupport = [\"-x\"]\n"));
+  const std::string message = refusal(s.str());
+  EXPECT_NE(message.find("overlaps structure beam by 0.05"), std::string::npos) << message;
+}
+
 TEST(BadStart, OverlapNamesTheStructureAndTheDepth) {
   const std::string message = refusal(wall(-0.7, 0.5));
   EXPECT_NE(message.find("block.B.position"), std::string::npos) << message;
