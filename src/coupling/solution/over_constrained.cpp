@@ -24,7 +24,8 @@ bool side_before(const Side& a, const Side& b) { return a.block < b.block; }
 
 }  // namespace
 
-void spare_jammed(std::span<const Touch> touches, double closed, contact::ContactProblem& problem) {
+void spare_jammed(std::span<const Touch> touches, double closed, double kept,
+                  contact::ContactProblem& problem) {
   std::vector<Side> sides;
   bool any = false;
   for (const Touch& t : touches) {
@@ -49,7 +50,7 @@ void spare_jammed(std::span<const Touch> touches, double closed, contact::Contac
   for (const int row : spared) {
     contact::ProblemContact& c = problem.contacts[static_cast<std::size_t>(row)];
     c.bias[0] = 0;
-    c.impulse.setZero();
+    c.impulse *= kept;
   }
 }
 
@@ -68,6 +69,23 @@ bool ask_for_no_motion(std::span<const Touch> touches, contact::ContactProblem& 
     any = true;
   }
   return any;
+}
+
+void give_a_little(std::span<const Touch> touches, double epsilon, contact::ContactProblem& problem) {
+  for (const Touch& t : touches) {
+    if (t.row < 0 || t.b < 0 || t.stiffness > 0) continue;
+    contact::ProblemContact& c = row_of(problem, t);
+    if (c.cohesion > 0 || c.tension > 0) continue;  // a bond does not creep
+    double w = 0;
+    for (int k = c.first_term; k < c.first_term + c.terms; ++k) {
+      const contact::ContactTerm& term = problem.terms[static_cast<std::size_t>(k)];
+      const contact::ProblemBody& body = problem.bodies[static_cast<std::size_t>(term.body)];
+      const Eigen::Map<const VecX, 0, Eigen::InnerStride<3>> normal(problem.jacobians.data() + term.jacobian,
+                                                                    body.ndof);
+      w += normal.dot(Eigen::Map<const MatX>(body.mass_inverse, body.ndof, body.ndof) * normal);
+    }
+    c.compliance.setConstant(epsilon * w);
+  }
 }
 
 }  // namespace talus::coupling

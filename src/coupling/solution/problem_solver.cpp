@@ -96,7 +96,8 @@ bool ProblemSolver::solve(double h, Effort effort) {
     step_.problem.v = step_.problem.v_hat;
     return true;
   }
-  const bool small = !in_.time_stepping && !in_.leapfrog();
+  const bool small =
+      in_.event_driven() || (step_.problem.contacts.size() <= many_contacts && !in_.time_stepping);
   // What is left unsolved of a bond is a motion that the next step stops, by more than the bond may bear.
   const bool bonded =
       std::any_of(step_.problem.contacts.begin(),
@@ -125,13 +126,13 @@ bool ProblemSolver::solve(double h, Effort effort) {
     step.largest_bias = std::max(step.largest_bias, c.bias.cwiseAbs().maxCoeff());
   contact::SolveSettings settings = how_closely(step);
   Counters& n = report_.counters;
-  const bool moves = h > 0 && !small;
+  const bool moves = h > 0 && in_.time_stepped() && !small;
   // A step of blocks among themselves, 2 sqrt(accuracy) L / V, may have accuracy of the kinetic energy as
   // spurious work; shorter ones share it [J].
   const double most =
       in_.settings.accuracy * kinetic_energy(step_, &Body::v0) *
       std::min(1.0, h * in_.scale.speed / (2 * std::sqrt(in_.settings.accuracy) * in_.scale.length));
-  if (moves && in_.time_stepped() && balanced(h)) return true;
+  if (moves && balanced(h)) return true;
   const auto attempt = [&] {
     contact::SolveReport r = solver_.solve(step_.problem, settings);
     // In a tower residuals of one sign add up from block to block, and the projection lifts again what has

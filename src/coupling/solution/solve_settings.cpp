@@ -10,9 +10,9 @@ namespace talus::coupling {
 
 contact::SolveSettings how_closely(const StepToSolve& s) {
   contact::SolveSettings settings;
-  settings.unstressed = s.small;
-  // Impulses (h = 0) and where events are located to round-off; else to a small part of the speed there is,
-  // so that what comes to rest does.
+  settings.unstressed = s.small && !s.sub_step;  // sub-steps begin from what holds, and give a little
+  // Impulses (h = 0) and small islands to round-off; large ones to a small part of the speed they have, so
+  // that what comes to rest does.
   settings.velocity_scale = s.small || s.h == 0 ? s.speed : std::clamp(s.fastest, 1e-4 * s.speed, s.speed);
   // Of an error of accuracy times the block size a tenth is left to the solver, or a thousandth of what moves
   // still. An error of velocity acts on beyond its step: over the time of a fall by half
@@ -28,7 +28,7 @@ contact::SolveSettings how_closely(const StepToSolve& s) {
   const double coarse =
       std::clamp(s.accuracy / 1e-3, 1.0, 100.0);  // round-off is asked for at the finer accuracies alone
   settings.tolerance =
-      s.small ? 1e-12 * coarse
+      s.small ? (s.sub_step ? 1e-9 : 1e-12) * coarse
               : std::max(
                     std::min(allowed, (blocks_in_sub_step ? contact::tolerances().solved : 1.0) * s.accuracy),
                     std::clamp(contact::tolerances().solved * s.accuracy, 1e-8, 1e-4));
@@ -37,7 +37,9 @@ contact::SolveSettings how_closely(const StepToSolve& s) {
   if (s.sprung && !s.small && s.h > 0) settings.tolerance *= std::sqrt(std::min(1.0, s.h / ordinary));
   // Touches that lie close together can keep round-off above the tolerance. Rows linearised about a rough end
   // contradict each other by what that end is off; those of a provisional pass need not be solved closer.
-  if (s.small)
+  if (s.small && s.sub_step)
+    settings.sufficient = std::max(1e-7, 1e-3 * s.accuracy);
+  else if (s.small)
     settings.sufficient = s.provisional ? 1e-7 : 1e-10 * coarse;
   else if (s.blocks && !s.heap && s.h > 0)  // beside a structure
     settings.sufficient = std::max(settings.tolerance, s.accuracy);
