@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "contact/narrow/narrow_math.hpp"
 #include "coupling/touch/touch.hpp"
 #include "geometry/cut.hpp"
 #include "geometry/free_path.hpp"
@@ -37,35 +38,28 @@ double displaced(const World& world, int structure, int triangle) {
   return most;
 }
 
-/// The part of a triangle that lies deeper than `allowed` in a convex block, clipped by the block's faces one
-/// after the other; its deepest corner, or a depth of 0 [m]. Axes of the block.
-double deepest_part(const Polyhedron& block, std::array<Vec3, 3> triangle, double allowed, Vec3& at) {
-  std::vector<Vec3> part(triangle.begin(), triangle.end()), kept;
-  const auto above = [&](const std::array<int, 3>& face, const Vec3& x) {
-    const auto corner = [&](int i) -> const Vec3& {
-      return block.vertices[static_cast<std::size_t>(face[static_cast<std::size_t>(i)])];
-    };
-    return (corner(1) - corner(0)).cross(corner(2) - corner(0)).normalized().dot(x - corner(0)) + allowed;
+/// The deepest corner, or the middle, of what of a triangle lies in a convex block, clipped by its faces; a
+/// depth of 0 if nothing does [m]. Axes of the block.
+double deepest_part(const Polyhedron& block, const std::array<Vec3, 3>& triangle, Vec3& at) {
+  std::vector<contact::narrow::ClipVertex> part, kept;
+  for (const Vec3& x : triangle) part.push_back({x, 0, 0});
+  const auto on = [&](std::size_t face) -> const Vec3& {
+    return block.vertices[static_cast<std::size_t>(
+        block.face_vertices[static_cast<std::size_t>(block.face_offset[face])])];
   };
-  for (const auto& face : block.triangles) {
-    kept.clear();
-    for (std::size_t i = 0; i < part.size(); ++i) {
-      const Vec3 &a = part[i], &b = part[(i + 1) % part.size()];
-      const double over_a = above(face, a), over_b = above(face, b);
-      if (over_a < 0) kept.push_back(a);
-      if ((over_a < 0) != (over_b < 0)) kept.push_back(a + over_a / (over_a - over_b) * (b - a));
-    }
+  for (std::size_t face = 0; face < block.face_normals.size() && !part.empty(); ++face) {
+    contact::narrow::clip_half_space(part, on(face), block.face_normals[face], 0, 0, kept);
     part.swap(kept);
-    if (part.empty()) return 0;
   }
   Vec3 middle = Vec3::Zero();
-  for (const Vec3& x : part) middle += x / static_cast<double>(part.size());
-  part.push_back(middle);
+  for (const auto& v : part) middle += v.x / static_cast<double>(part.size());
+  if (!part.empty()) part.push_back({middle, 0, 0});
   double deepest = 0;
-  for (const Vec3& x : part) {
+  for (const auto& v : part) {
     double depth = std::numeric_limits<double>::infinity();
-    for (const auto& face : block.triangles) depth = std::min(depth, allowed - above(face, x));
-    if (depth > deepest) deepest = depth, at = x;
+    for (std::size_t face = 0; face < block.face_normals.size(); ++face)
+      depth = std::min(depth, block.face_normals[face].dot(on(face) - v.x));
+    if (depth > deepest) deepest = depth, at = v.x;
   }
   return deepest;
 }
@@ -91,9 +85,9 @@ double passes_through(const World& world, int structure, int block, double allow
     }
     if (!about.intersects(box)) continue;
     Vec3 at;
-    const double may = allowed + displaced(world, structure, static_cast<int>(t)),
-                 depth = deepest_part(shape, corner, may, at);
-    if (depth > deepest) deepest = depth, where = pose.c + pose.F * at;
+    const double depth = deepest_part(shape, corner, at);
+    if (depth > deepest && depth > allowed + displaced(world, structure, static_cast<int>(t)))
+      deepest = depth, where = pose.c + pose.F * at;
   }
   return deepest;
 }

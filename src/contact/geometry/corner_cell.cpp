@@ -118,23 +118,6 @@ struct Foot {
   Vec3 place = Vec3::Zero(), normal = Vec3::Zero();
 };
 
-Vec3 closest_on(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& x) {
-  const Vec3 n = (b - a).cross(c - a);
-  const double square = n.squaredNorm();
-  const Vec3 l =
-      Vec3(n.dot((b - x).cross(c - x)), n.dot((c - x).cross(a - x)), n.dot((a - x).cross(b - x))) / square;
-  if (l.minCoeff() >= 0) return l[0] * a + l[1] * b + l[2] * c;
-  Vec3 best = a;
-  double least = std::numeric_limits<double>::infinity();
-  const Vec3* p[3] = {&a, &b, &c};
-  for (int k = 0; k < 3; ++k) {
-    const Vec3 e = *p[(k + 1) % 3] - *p[k];
-    const Vec3 y = *p[k] + std::clamp(e.dot(x - *p[k]) / e.squaredNorm(), 0.0, 1.0) * e;
-    if (const double d = (x - y).squaredNorm(); d < least) least = d, best = y;
-  }
-  return best;
-}
-
 Foot nearest_foot(const SurfaceIndex& surface, const Vec3& x, double within) {
   const SurfaceIndex::Impl& s = surface.impl();
   const double same = tolerances().same_place * within;
@@ -149,7 +132,7 @@ Foot nearest_foot(const SurfaceIndex& surface, const Vec3& x, double within) {
         const Vec3 &a = s.surface.vertices[static_cast<std::size_t>(v[0])],
                    &b = s.surface.vertices[static_cast<std::size_t>(v[1])],
                    &c = s.surface.vertices[static_cast<std::size_t>(v[2])];
-        const Vec3 y = closest_on(a, b, c, x), n = (b - a).cross(c - a).normalized();
+        const Vec3 y = narrow::closest_on(a, b, c, x), n = (b - a).cross(c - a).normalized();
         const double d = (x - y).norm();
         if (d > least + same) return true;
         if (d < least - same || foot.triangle < 0)

@@ -125,6 +125,24 @@ struct Hull {
   }
 };
 
+/// The nearest point of the triangle a, b, c.
+inline Vec3 closest_on(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& x) {
+  const Vec3 n = (b - a).cross(c - a);
+  const double square = n.squaredNorm();
+  const Vec3 l =
+      Vec3(n.dot((b - x).cross(c - x)), n.dot((c - x).cross(a - x)), n.dot((a - x).cross(b - x))) / square;
+  if (l.minCoeff() >= 0) return l[0] * a + l[1] * b + l[2] * c;
+  Vec3 best = a;
+  double least = infinity;
+  const Vec3* p[3] = {&a, &b, &c};
+  for (int k = 0; k < 3; ++k) {
+    const Vec3 e = *p[(k + 1) % 3] - *p[k];
+    const Vec3 y = *p[k] + std::clamp(e.dot(x - *p[k]) / e.squaredNorm(), 0.0, 1.0) * e;
+    if (const double d = (x - y).squaredNorm(); d < least) least = d, best = y;
+  }
+  return best;
+}
+
 /// Closest points of segments p + s d, q + t e, s and t in [0, 1].
 struct SegmentPair {
   double s, t;

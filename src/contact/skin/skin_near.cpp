@@ -120,16 +120,11 @@ double SkinNear::gap(int t, const Vec3& x) const {
 }
 
 double SkinNear::distance(int t, const Vec3& x) const {
-  if (barycentric(t, x).minCoeff() >= 0) return std::abs(gap(t, x));
   const auto& v = skin.surface.triangles[static_cast<std::size_t>(t)];
-  double least = std::numeric_limits<double>::infinity();
-  for (std::size_t k = 0; k < 3; ++k) {
-    const Vec3& a = skin.surface.vertices[static_cast<std::size_t>(v[k])];
-    const Vec3 along = skin.surface.vertices[static_cast<std::size_t>(v[(k + 1) % 3])] - a;
-    const double share = std::clamp(along.dot(x - a) / along.squaredNorm(), 0.0, 1.0);
-    least = std::min(least, (a + share * along - x).norm());
-  }
-  return least;
+  const auto corner = [&](std::size_t k) -> const Vec3& {
+    return skin.surface.vertices[static_cast<std::size_t>(v[k])];
+  };
+  return (narrow::closest_on(corner(0), corner(1), corner(2), x) - x).norm();
 }
 
 bool SkinNear::outside(const Vec3& x) const {

@@ -176,7 +176,7 @@ bool Search::unstressed(const SolveSettings& settings, SolveReport& report) {
                             settings.velocity_scale);  // where rows that repeat each other may hold it
   for (Vec3& impulse : p) impulse *= 0.5;              // of the same region
   system.velocities(p, v);
-  newton(soft, system.contacts() <= few_contacts ? 20 : 8, true);
+  newton(soft, first_try(), true);
   p = best_p;
   swept(6);  // to round-off
   // Rows of walls on both sides of a body, whose normals differ in their last digits, leave by what it slides
@@ -220,7 +220,7 @@ bool Search::run(const SolveSettings& settings, SolveReport& report) {
   begin(settings, report);
   if (settings.at_hand) return newton(strong, 8);
   if ((unstressed_first() || best <= near * settings.velocity_scale) &&
-      (newton(soft, system.contacts() <= few_contacts ? 20 : 8) || polish()))
+      (newton(soft, first_try()) || polish()))
     return true;
   report.method = Method::interior_point;
   p = best_p;

@@ -37,6 +37,8 @@ class Search {
   /// Keeps the candidate if it is better than the best.
   bool consider(const std::vector<Vec3>& candidate, const std::vector<double>& velocities, double residual);
   bool unstressed_first() const { return system.contacts() <= few_contacts || settings_->unstressed; }
+  /// Factorisations that Newton's method may take before others are tried.
+  int first_try() const { return system.contacts() <= few_contacts ? 20 : 8; }
   /// The solution next to half of the warm start, to nothing where there is none: of forces that hold each
   /// other in balance no more than the load asks for.
   bool unstressed(const SolveSettings& settings, SolveReport& report);
