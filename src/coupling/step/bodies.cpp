@@ -119,7 +119,7 @@ void linearise_resting(const IslandContext& in, Step& step, double h) {
         1e-3 * h * in.model.gravity.norm())
       continue;
     b.ref = b.start;
-    b.v_ref = b.v0;
+    b.v_ref.setZero();  // the pose that it is linearised about is reached by no motion
     linearise_about_end(b, b.q0);
   }
 }
