@@ -34,6 +34,7 @@ class FemStructure : public Structure, public RefinableStructure {
   }
   std::string advance_alone(double t, double duration) override { return motion_.advance_alone(t, duration); }
   bool quiet() const override { return motion_.quiet(); }
+  bool free() const override { return body_.supports.none; }
   StructureEnergy energy() const override { return energy_.total(); }
   Damage damage() const override;
   std::vector<BarLine> bars() const override;

@@ -90,7 +90,8 @@ struct SolveSettings {
   bool exact_coulomb = true;    // De Saxce correction
   bool unstressed = true;  // the solution next to half of the warm start: of impulses that hold each other no
                            // more than the load asks for
-  bool at_hand = false;    // a few steps of Newton's method from the impulses given, and no more
+  bool goes_on = false;  // it differs by little from the problem that the impulses given solve: sweeps first
+  bool at_hand = false;  // a few steps of Newton's method from the impulses given, and no more
   int max_outer = 60;
 };
 

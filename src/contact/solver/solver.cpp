@@ -176,6 +176,10 @@ SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& s
   const bool frictionless = std::all_of(system.touch.begin(), system.touch.end(),
                                         [](const Touch& t) { return t.law.mu == 0 && t.law.cohesion == 0; });
   const bool by_normals = !few && frictionless;  // forces that hold each other do not matter there
+  if (!done && !by_normals && settings.goes_on) {
+    sweeps(search, tolerance, report);
+    done = search.best <= tolerance || search.goes_on(settings, report);
+  }
   if (!done && !by_normals && (few || settings.unstressed)) done = search.unstressed(settings, report);
   if (done) {
     // or a figure of the problem is none

@@ -168,13 +168,15 @@ void Search::begin(const SolveSettings& settings, SolveReport& report) {
   hessian_.prepare(system);
 }
 
+void Search::ask_for_tolerance() {
+  round_off_ = std::min(100 * tolerance_, sufficient_);  // where rows that repeat each other may hold it
+  sufficient_ = tolerance_;                              // what else would do depends on where it began
+}
+
 bool Search::unstressed(const SolveSettings& settings, SolveReport& report) {
   begin(settings, report);
-  sufficient_ = tolerance_;  // what else would do depends on where the search began
-  round_off_ = std::min(100 * tolerance_,
-                        std::max(settings.tolerance, settings.sufficient) *
-                            settings.velocity_scale);  // where rows that repeat each other may hold it
-  for (Vec3& impulse : p) impulse *= 0.5;              // of the same region
+  ask_for_tolerance();
+  for (Vec3& impulse : p) impulse *= 0.5;  // of the same region
   system.velocities(p, v);
   newton(soft, first_try(), true);
   p = best_p;
@@ -182,6 +184,15 @@ bool Search::unstressed(const SolveSettings& settings, SolveReport& report) {
   // Rows of walls on both sides of a body, whose normals differ in their last digits, leave by what it slides
   // at most: less is to be had by jamming it alone.
   return best <= round_off_;
+}
+
+bool Search::goes_on(const SolveSettings& settings, SolveReport& report) {
+  begin(settings, report);
+  const double enough = sufficient_;
+  ask_for_tolerance();
+  from_best();
+  newton(soft, first_try());
+  return best <= enough;
 }
 
 bool Search::alternated(std::vector<Vec3> start) {

@@ -42,6 +42,8 @@ class Search {
   /// The solution next to half of the warm start, to nothing where there is none: of forces that hold each
   /// other in balance no more than the load asks for.
   bool unstressed(const SolveSettings& settings, SolveReport& report);
+  /// Newton's method from the best so far: of a problem near to the last one.
+  bool goes_on(const SolveSettings& settings, SolveReport& report);
   /// Before `give_about`, of a new system.
   void prepare() { hessian_.prepare(system); }
   /// From p to the tolerance [m/s] by the interior point of contacts that give about the given impulses.
@@ -66,6 +68,7 @@ class Search {
   /// Nothing that would suffice is to be had.
   bool contradicted() const { return least_ > sufficient_; }
   void begin(const SolveSettings& settings, SolveReport& report);
+  void ask_for_tolerance();  // or to where Newton's method stagnates at round-off
   const SolveSettings* settings_ = nullptr;
   SolveReport* report_ = nullptr;
   double tolerance_ = 0, sufficient_ = 0;  // [m/s]

@@ -321,6 +321,7 @@ class Structure {
 
   /// True if nothing would move it: no load, kinetic energy below 1e-8 of the reference, damage not growing.
   virtual bool quiet() const = 0;
+  virtual bool free() const = 0;  // nothing supports it
   virtual StructureEnergy energy() const = 0;
   struct Damage {
     double largest = 0;  // 0 to 1

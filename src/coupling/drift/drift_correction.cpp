@@ -12,6 +12,7 @@
 #include "coupling/events/step_motion.hpp"
 #include "coupling/rows/assembly.hpp"
 #include "coupling/rows/contact_rows.hpp"
+#include "coupling/rows/spring_rows.hpp"
 #include "coupling/search/contact_search.hpp"
 #include "coupling/step/bodies.hpp"
 #include "coupling/step/update.hpp"
@@ -33,8 +34,12 @@ std::vector<Vec3> DriftCorrection::moments_of_way() {
   }
   for (const Touch& t : step_.touches) {
     if (t.row < 0 || step_.problem.contacts[static_cast<std::size_t>(t.row)].impulse.isZero(0)) continue;
-    pairs.push_back({t.a.kind == Partner::Kind::block ? in_.local[static_cast<std::size_t>(t.a.index)] : -1,
-                     in_.local[static_cast<std::size_t>(t.b)]});
+    const auto a = static_cast<std::size_t>(t.a.index);
+    const int partner = t.a.kind == Partner::Kind::block ? in_.local[a]
+                        : in_.deformable_structure(t) && in_.env.structures[a].structure->free()
+                            ? MovedPair::free_structure
+                            : MovedPair::fixed;
+    pairs.push_back({partner, in_.local[static_cast<std::size_t>(t.b)]});
   }
   const std::vector<Vec3> moments = keep_momenta(moved, pairs);
   for (std::size_t i = 0; i < step_.bodies.size(); ++i)
@@ -57,7 +62,7 @@ std::map<std::pair<std::uint64_t, int>, double> DriftCorrection::deepest_by_moti
   return bounds;
 }
 
-void DriftCorrection::find_scales() {
+void DriftCorrection::find_scales(double h) {
   double far = 0;
   thinnest_ = in_.scale.length;
   for (const Body& b : step_.bodies) {
@@ -66,30 +71,64 @@ void DriftCorrection::find_scales() {
     far = std::max(far, in_.state.c[k].cwiseAbs().maxCoeff() + in_.model.blocks[k].shape->radius);
   }
   tolerance_ = 0.5 * std::max(contact::tolerances().drift * thinnest_, contact::tolerances().far_off * far);
+  shows_ = std::max(tolerance_,
+                    contact::tolerances().drift_at_structures * in_.settings.accuracy * 0.5 * thinnest_);
   deepest_of_ = deepest_by_motion();
+  allowed_.clear();
+  for (const Body& b : step_.bodies)
+    allowed_.push_back(farthest_way(in_.model, b.block, b.start, dda::pose(in_.state, b.block)) +
+                       h * h * in_.model.gravity.norm());
+  led_out_ = contact::tolerances().led_out * h * step_.fastest;
+}
+
+double DriftCorrection::kept(const Touch& t) const {
+  if (t.at.gap >= 0 || t.holds()) return 0;
+  if (in_.deformable_structure(t)) return std::max(t.at.gap, std::min(-shows_, t.at.gap + led_out_));
+  double way = 0;
+  for (const int block : {t.b, t.a.kind == Partner::Kind::block ? t.a.index : -1}) {
+    const int l = block < 0 ? -1 : in_.local[static_cast<std::size_t>(block)];
+    if (l >= 0) way += allowed_[static_cast<std::size_t>(l)];
+  }
+  return std::min(0.0, t.at.gap + std::max(0.0, way));
 }
 
 /// Of pieces with hollows a feature can look as deep as the piece is wide, though the two have hardly moved:
 /// corrected along it, they would fly into others.
 bool DriftCorrection::believed(const Touch& t) const {
-  if (t.stiffness > 0 || in_.deformable_structure(t)) return false;
+  if (t.stiffness > 0 || t.b < 0) return false;
+  if (in_.deformable_structure(t)) return in_.leapfrog() && !t.holds();
   const auto bound = deepest_of_.find({t.a.id(), t.b});
   return bound == deepest_of_.end() || -t.at.gap <= bound->second;
 }
 
-/// By how much it is to be closed: a bond both ways [m].
-static double drift_of(const Touch& t) { return t.holds() ? std::abs(t.at.gap) : -t.at.gap; }
+double DriftCorrection::drift_of(const Touch& t) const {
+  return t.holds() ? std::abs(t.at.gap) : kept(t) - t.at.gap;
+}
 
 void DriftCorrection::measure() {
-  std::atomic<double> deepest = 0;  // the largest: the same in whatever order
+  std::atomic<double> deepest = 0, overlap = 0, inside = 0;  // the largest: the same in whatever order
+  const auto raise = [](std::atomic<double>& largest, double here) {
+    for (double most = largest.load(std::memory_order_relaxed);
+         here > most && !largest.compare_exchange_weak(most, here, std::memory_order_relaxed);) {}
+  };
   contact::in_ranges(static_cast<int>(step_.touches.size()), touches_at_once, [&](int from, int to) {
-    double here = 0;
-    for (auto i = static_cast<std::size_t>(from); i < static_cast<std::size_t>(to); ++i)
-      if (const Touch& t = step_.touches[i]; believed(t)) here = std::max(here, drift_of(t));
-    for (double most = deepest.load(std::memory_order_relaxed);
-         here > most && !deepest.compare_exchange_weak(most, here, std::memory_order_relaxed);) {}
+    double corrects = 0, overlaps = 0, depth = 0;
+    for (auto i = static_cast<std::size_t>(from); i < static_cast<std::size_t>(to); ++i) {
+      const Touch& t = step_.touches[i];
+      if (!believed(t)) continue;
+      overlaps = std::max(overlaps, t.holds() ? std::abs(t.at.gap) : -t.at.gap);
+      if (in_.deformable_structure(t))
+        depth = std::max(depth, -t.at.gap);
+      else
+        corrects = std::max(corrects, drift_of(t));
+    }
+    raise(deepest, corrects);
+    raise(overlap, overlaps);
+    raise(inside, depth);
   });
   deepest_ = deepest.load();
+  overlap_ = overlap.load();
+  inside_ = inside.load();
   drifted_ = 0;
   each_drift(in_.model, in_.state, step_.bodies,
              [&](const Vec3& drift) { drifted_ = std::max(drifted_, drift.norm()); });
@@ -109,10 +148,11 @@ contact::SolveReport DriftCorrection::solve() {
     b.free.mass /= block.mass;
     b.free.inverse *= block.mass;
   }
-  assembly_.begin();
+  assembly_.begin_correction();
   // Of a time-stepped island only what is as near as a column of blocks could move becomes a row.
   const double near = contact::tolerances().drift_near * in_.scale.length,
-               within = 4 * deepest_ + (in_.time_stepped() ? std::min(near, 100 * deepest_) : near);
+               within = 4 * std::max(deepest_, led_out_) +
+                        (in_.time_stepped() ? std::min(near, 100 * deepest_) : near);
   std::vector<char> taken(step_.touches.size(), 0);
   step_.each_touch([&](Touch& t) {
     t.row = -1;
@@ -123,16 +163,17 @@ contact::SolveReport DriftCorrection::solve() {
   for (std::size_t i = 0; i < step_.touches.size(); ++i)
     if (taken[i] != 0) assembly_.take(step_.touches[i], 1, true);
   assembly_.fill_rows(1, true);
-  const double most = std::max(deepest_, drifted_);
+  const double most = std::max({deepest_, drifted_, led_out_});
   step_.each_touch([&](const Touch& t) {
     if (t.row < 0) return;
     contact::ProblemContact& c = step_.problem.contacts[static_cast<std::size_t>(t.row)];
     c.friction = 0;
     c.cohesion = 0;
     c.tension = t.holds() ? 1e6 * most : 0;
-    c.bias =
-        Vec3(t.at.gap - (t.at.gap < -tolerance_ ? contact::tolerances().bound_aim * tolerance_ : 0), 0, 0);
-    c.compliance.setZero();
+    const double beyond = t.at.gap - kept(t);
+    c.bias = Vec3(beyond - (beyond < -tolerance_ ? contact::tolerances().bound_aim * tolerance_ : 0), 0, 0);
+    // Between sides that cannot both be left no way is large enough: at a structure half of it is gone.
+    c.compliance.setConstant(in_.deformable_structure(t) ? normal_compliance(in_, step_, c) : 0.0);
     c.impulse.setZero();
   });
   std::size_t held = step_.problem.contacts.size();
@@ -166,6 +207,7 @@ void DriftCorrection::move() {
     in_.state.c[k] += d.head<3>();
     in_.state.q[k] = (dda::rotation_by(d.segment<3>(3)) * in_.state.q[k]).normalized();
     if (b.ndof == 12) in_.state.eps[k] += d.tail<6>();
+    allowed_[i] -= farthest_way(in_.model, b.block, last_[i], dda::pose(in_.state, b.block));
     fall[i] = in_.model.blocks[k].mass * in_.model.gravity.dot(d.head<3>());
     set_spin(in_, b.block, momentum - moments[i], in_.model.blocks[k].deformable);
     turning[i] = in_.internal_energy(b.block) - before_it;
@@ -177,20 +219,16 @@ void DriftCorrection::move() {
 }
 
 double DriftCorrection::correct(double h) {
-  find_scales();
+  find_scales(h);
   search_.find(h);
   search_.keep_late_overlaps();
   measure();
   // Sub-steps at a structure drift by a ten-millionth of a block each: corrected once it shows, to a tenth of
   // that.
-  const double shows = in_.leapfrog() ? std::max(tolerance_, contact::tolerances().drift_at_structures *
-                                                                 in_.settings.accuracy * 0.5 * thinnest_)
-                                      : tolerance_;
-  if (deepest_ <= shows && drifted_ <= shows) return deepest_;
+  const double shows = in_.leapfrog() ? shows_ : tolerance_;
+  if (deepest_ <= shows && drifted_ <= shows && inside_ <= shows_) return overlap_;
   const double left = in_.leapfrog() ? std::max(tolerance_, 0.1 * shows) : tolerance_;
   std::vector<double> carried(in_.island->pairs.size(), 0.0);
-  std::vector<Pose> before;
-  for (const Body& b : step_.bodies) before.push_back(dda::pose(in_.state, b.block));
   last_.resize(step_.bodies.size());
   double least = std::max(deepest_, drifted_);  // so far
   int fruitless = 0;  // passes in a row that did not halve it, those without a solution twice:
@@ -212,14 +250,14 @@ double DriftCorrection::correct(double h) {
                      [](double d) { return std::isfinite(d); }))
       break;  // nothing to go by
     move();
+    led_out_ = 0;
     search_.find_moved(last_, carried);
     measure();
     fruitless = std::max(deepest_, drifted_) < 0.5 * least ? 0 : fruitless + (r.converged ? 1 : 2);
     least = std::min(least, std::max(deepest_, drifted_));
   }
   if (search_.carried()) step_.found_for = -1;
-  search_.carry_at_structures(before);
-  return deepest_;
+  return overlap_;
 }
 
 }  // namespace talus::coupling

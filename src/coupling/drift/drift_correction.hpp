@@ -27,7 +27,12 @@ class DriftCorrection {
   /// Clusters that nothing fixed holds keep their centre of mass; of each body, what its spin gives back for
   /// its way.
   std::vector<Vec3> moments_of_way();
-  void find_scales();
+  void find_scales(double h);
+  /// Gap that a contact may keep [m]: it closes by no more than its bodies have moved in the step, into a
+  /// structure by a part of that. What is deeper, a feature that was hidden until now, takes several steps.
+  double kept(const Touch& t) const;
+  /// By how much it is to be closed, a bond both ways [m].
+  double drift_of(const Touch& t) const;
   bool believed(const Touch& t) const;
   void measure();  // the deepest overlap and the farthest fixed point
   contact::SolveReport solve();
@@ -40,9 +45,13 @@ class DriftCorrection {
   RowAssembly& assembly_;
   ProblemSolver& solver_;
   double thinnest_ = 0, tolerance_ = 0;  // least width of a block, overlap that is none [m]
-  double deepest_ = 0, drifted_ = 0;     // overlap, way of a fixed point from its place [m]
+  double deepest_ = 0, drifted_ = 0;     // overlap to be closed, way of a fixed point from its place [m]
+  double overlap_ = 0;                   // of all that is believed, closed or not [m]
+  double inside_ = 0, shows_ = 0;        // depth in a structure, and what of it is not led out [m]
   std::map<std::pair<std::uint64_t, int>, double> deepest_of_;
-  std::vector<Pose> last_;  // of the bodies before a pass
+  std::vector<double> allowed_;  // ways that the correction may still take, per body [m]
+  double led_out_ = 0;           // out of a structure in this pass [m]
+  std::vector<Pose> last_;       // of the bodies before a pass
 };
 
 }  // namespace talus::coupling

@@ -94,12 +94,6 @@ double lever(const dda::Model::Block& block) {
   return 0.5 * (1 + std::sqrt(1 + block.shape->radius * block.shape->radius / gyration_sq));
 }
 
-/// Way of the farthest point of a body between two of its poses [m].
-double farthest_way(const IslandContext& in, const Body& body, const Pose& from, const Pose& to) {
-  return (to.c - from.c).norm() +
-         in.model.blocks[static_cast<std::size_t>(body.block)].shape->radius * (to.F - from.F).norm();
-}
-
 }  // namespace
 
 bool DriftGuard::beyond_motion(double h) {
@@ -109,7 +103,7 @@ bool DriftGuard::beyond_motion(double h) {
   for (std::size_t i = 0; i < step_.bodies.size(); ++i) {
     const dda::BlockState& start = step_.saved[i];
     const Pose from{start.c, start.q.toRotationMatrix() * (Mat3::Identity() + dda::strain_tensor(start.eps))};
-    way[i] = allowed[i] = farthest_way(in_, step_.bodies[i], from, before_.poses[i]) + fall;
+    way[i] = allowed[i] = farthest_way(in_.model, step_.bodies[i].block, from, before_.poses[i]) + fall;
     allowed[i] += 2 * contact::tolerances().overlap_none *
                   in_.model.blocks[static_cast<std::size_t>(step_.bodies[i].block)].shape->radius;
     corrected =
@@ -137,7 +131,7 @@ bool DriftGuard::beyond_motion(double h) {
   worst_ = {};
   for (std::size_t i = 0; i < step_.bodies.size(); ++i) {
     const int block = step_.bodies[i].block;
-    const double went = farthest_way(in_, step_.bodies[i], before_.poses[i], dda::pose(in_.state, block)),
+    const double went = farthest_way(in_.model, block, before_.poses[i], dda::pose(in_.state, block)),
                  explained = lever(in_.model.blocks[static_cast<std::size_t>(block)]) *
                              (allowed[i] + before_.overlaps);
     if (went - explained > worst_.way - worst_.explained) worst_ = {block, went, explained};

@@ -10,7 +10,8 @@ std::vector<Vec3> keep_momenta(std::span<MovedBody> bodies, std::span<const Move
   const std::size_t fixed = bodies.size();  // stands for all that is
   const int at_fixed = static_cast<int>(fixed);
   DisjointSets clusters(at_fixed + 1);
-  for (const MovedPair& p : pairs) clusters.join(p.b, p.a < 0 ? at_fixed : p.a);
+  for (const MovedPair& p : pairs)
+    if (p.a != MovedPair::free_structure) clusters.join(p.b, p.a < 0 ? at_fixed : p.a);
   for (int i = 0; i < at_fixed; ++i)
     if (bodies[static_cast<std::size_t>(i)].held) clusters.join(i, at_fixed);
   const auto cluster_of = [&](std::size_t i) {
@@ -28,6 +29,11 @@ std::vector<Vec3> keep_momenta(std::span<MovedBody> bodies, std::span<const Move
     m.way += bodies[i].mass * bodies[i].way;
     m.velocity += bodies[i].mass * bodies[i].velocity;
   }
+  for (const MovedPair& p : pairs)
+    if (p.a == MovedPair::free_structure) {
+      Mean& m = means[cluster_of(static_cast<std::size_t>(p.b))];
+      m.way = m.velocity = Vec3::Zero();
+    }
   std::vector<Vec3> moments(fixed, Vec3::Zero());
   for (std::size_t i = 0; i < fixed; ++i) {
     const std::size_t cluster = cluster_of(i);

@@ -7,7 +7,9 @@
 ///   d - <d>,    <d> = sum m d / sum m
 ///
 /// and each body's spin gives back m d x (v - <v>), which sums to what is gained, the same for every
-/// observer. What is fixed takes up any momentum.
+/// observer. What is fixed takes up any momentum. A structure that nothing supports does not, nor can it be
+/// moved: of a cluster at one the ways stay and the spins give back m d x v, so that the momenta about the
+/// origin of the scene are what they were.
 #pragma once
 #include <span>
 #include <vector>
@@ -24,9 +26,10 @@ struct MovedBody {
   Vec3 velocity = Vec3::Zero();  // [m/s]
 };
 
-/// Two bodies that a contact pushed apart; a: -1 is fixed.
+/// Two bodies that a contact pushed apart; a: none is fixed, or a structure that nothing supports.
 struct MovedPair {
-  int a = -1, b = 0;
+  static constexpr int fixed = -1, free_structure = -2;
+  int a = fixed, b = 0;
 };
 
 /// Takes <d> from the ways; angular momentum that each body has gained by its way, to be taken from its spin

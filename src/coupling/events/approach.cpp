@@ -83,8 +83,4 @@ bool any_contact(const IslandContext& in, const Step& step) {
   return false;
 }
 
-double left_inside(const IslandContext& in, const Step& step, double gap, double h) {
-  return coupling::left_inside(gap, in.island->blocks.empty() ? in.scale.speed : step.fastest, h);
-}
-
 }  // namespace talus::coupling

@@ -39,7 +39,4 @@ bool rebound_waits(const IslandContext& in, const Step& step);
 /// Whether anything is in contact, or held by fixed points, at the start of the step.
 bool any_contact(const IslandContext& in, const Step& step);
 
-/// Gap that a contact at a structure may be left at by a step of length h, from the gap that it has [m].
-double left_inside(const IslandContext& in, const Step& step, double gap, double h);
-
 }  // namespace talus::coupling

@@ -43,9 +43,6 @@ struct RowMotion {
 };
 namespace {
 
-constexpr double jams_last =
-    0.02;  // impulses between the sides of a jam that nothing but their start holds up [s]
-
 /// The point of a skin that weights name.
 Vec3 on_nodes(const Structure& structure, const SurfaceWeights& w) {
   Vec3 x = Vec3::Zero();
@@ -137,11 +134,9 @@ void set_strength(const IslandContext& in, Touch& t, contact::ProblemContact& c,
 /// A gap that may close within the step: g + h u_n >= 0 at its end.
 void onset_row(const IslandContext& in, const Step& step, Touch& t, contact::ProblemContact& c,
                const ContactPath& path, double h, bool first_pass, const Vec3& u_ref) {
-  c.bias[0] = (t.gap_ref - (!path.structure ? 0.0
-                            : t.glued       ? t.at.gap
-                                            : left_inside(in, step, t.at.gap, h))) /
-                  h -
-              u_ref[0];  // what is bonded stays where it is
+  // At a structure what is bonded stays where it is, and what is inside is led out by its correction.
+  const double end = !path.structure ? 0.0 : t.glued ? t.at.gap : std::min(0.0, t.at.gap);
+  c.bias[0] = (t.gap_ref - end) / h - u_ref[0];
   if (!first_pass) c.bias.tail<2>().setZero();
   if (path.structure) return;
   // The step ends at x + h v^+ (apply): what the linearisation's own displacement has beyond h v_ref is
@@ -257,6 +252,7 @@ void RowAssembly::clear() {
 
 Vec3 RowAssembly::add_structure_terms(int row, int structure, const SurfaceWeights& w, const Mat3& frame,
                                       double sign, Vec3& u_ref, std::span<const Vec3> tilt) {
+  if (surfaces_stand_) return Vec3::Zero();
   if (in_.condensed) return add_condensed_terms(row, structure, w, frame, sign, u_ref);
   const Structure& s = *in_.env.structures[static_cast<std::size_t>(structure)].structure;
   Vec3 velocity = Vec3::Zero();
@@ -314,7 +310,7 @@ void RowAssembly::add_surface_row(Touch& t, double h, bool first_pass) {
   t.u_ref = u_ref[0];
   t.gap_ref = t.at.gap + h * t.normal.dot(b - a);
   if (t.mode == Mode::end)
-    c.bias[0] = (t.gap_ref - left_inside(in_, step_, t.at.gap, h)) / h - t.u_ref;
+    c.bias[0] = (t.gap_ref - std::min(0.0, t.at.gap)) / h - t.u_ref;
   else
     secant_row(in_, step_, t, c, h, first_pass);
   if (t.shear_stiffness > 0 && t.mode != Mode::end && c.friction + c.cohesion > 0)
@@ -323,7 +319,8 @@ void RowAssembly::add_surface_row(Touch& t, double h, bool first_pass) {
   step_.problem.contacts.push_back(c);
 }
 
-void RowAssembly::begin() {
+void RowAssembly::begin(bool surfaces_stand) {
+  surfaces_stand_ = surfaces_stand;
   if (in_.island->structures.empty()) {
     std::vector<double> jacobians = std::move(step_.problem.jacobians);
     step_.problem.clear();
@@ -539,11 +536,6 @@ void RowAssembly::assemble(double h, bool time_stepped, bool first_pass) {
         [&](const Touch& t) { return t.mode == Mode::end && t.at.gap + h * t.approach < 0; },
         [](Body& b) { b.about = b.start.c; });
   fill_rows(h, first_pass);
-  const bool give = in_.leapfrog() && step_.problem.contacts.size() >
-                                          many_contacts;  // of many rows the least impulses are the solution,
-                                                          // and those of the step before near to them
-  if (in_.leapfrog())
-    spare_jammed(step_.touches, in_.scale.touch_gap(), give ? std::exp(-h / jams_last) : 0.0, step_.problem);
   add_rolling_rows(in_, step_);
   limit_rolling(step_,
                 [&](const Touch& t) { return first_pass ? h * t.frame.col(0).dot(t.warm) : t.impulse[0]; });
@@ -553,7 +545,6 @@ void RowAssembly::assemble(double h, bool time_stepped, bool first_pass) {
                 1e6 * mass * (in_.scale.speed + h * in_.model.gravity.norm()));
   add_rocking_rows(in_, step_, h, first_pass);
   finish_bodies();
-  if (give) give_a_little(step_.touches, contact::tolerances().solved * in_.settings.accuracy, step_.problem);
 }
 
 void RowAssembly::finish_bodies() {

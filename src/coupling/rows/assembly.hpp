@@ -22,7 +22,9 @@ class RowAssembly {
   void clear();
   /// Rows of touches begin. Without structures the pool of Jacobians keeps its size: all of it is written
   /// anew.
-  void begin();
+  void begin() { begin(false); }
+  /// The same of a correction of positions, in which the surfaces of structures stay where they are.
+  void begin_correction() { begin(true); }
   /// A row of the problem under assembly: at once, or without structures its place alone.
   void take(Touch& t, double h, bool first_pass);
   void add_row(Touch& t, double h, bool first_pass);
@@ -34,6 +36,7 @@ class RowAssembly {
  private:
   /// The next row, its terms and the room for their Jacobians; at a skin that moves the terms follow from the
   /// nodes that it names.
+  void begin(bool surfaces_stand);
   void place_row(Touch& t);
   void fill_row(Touch& t, double h, bool first_pass);
   /// Jacobian of both sides at the place where the impulse acts, and what it makes of their velocities.
@@ -52,6 +55,7 @@ class RowAssembly {
   const IslandContext& in_;
   Step& step_;
   NodePlaces node_places_;
+  bool surfaces_stand_ = false;
   std::size_t jacobians_ = 0;  // entries of the Jacobians of the rows that have their place
   std::vector<double> pool_;   // masses and inverses of the problem's bodies
   std::vector<std::size_t> pool_offset_;

@@ -154,7 +154,6 @@ void ContactSearch::find_moved(const std::vector<Pose>& last, std::vector<double
   std::atomic<bool> searched = false, any_carried = false;
   each_pair([&](std::size_t i) {
     const CandidatePair& pair = in_.island->pairs[i];
-    if (in_.moving_surface(pair.a)) return;
     const Way b = way_of(pair.b), a = pair.a.kind == Partner::Kind::block ? way_of(pair.a.index) : Way{};
     const double moved = (b.shift - a.shift).norm() + b.turn + a.turn;
     if (moved == 0 && b.shift.isZero(0)) return;
@@ -209,28 +208,6 @@ void ContactSearch::carry_pair(std::size_t pair, const std::vector<Pose>& last) 
     t.at.point_a += of_a;
     t.at.gap += t.at.normal.dot(of_b - of_a);
   }
-}
-
-void ContactSearch::carry_at_structures(const std::vector<Pose>& before) {
-  bool any = false;
-  for (std::size_t i = 0; i < in_.island->pairs.size(); ++i) {
-    const CandidatePair& pair = in_.island->pairs[i];
-    if (!in_.moving_surface(pair.a) || touches_of_[i].empty()) continue;
-    const Pose& from = before[static_cast<std::size_t>(in_.local[static_cast<std::size_t>(pair.b)])];
-    const Pose to = dda::pose(in_.state, pair.b);
-    if (to.c == from.c && to.F == from.F) continue;
-    any = true;
-    const Mat3 carry = to.F * from.F.inverse();
-    double farthest = 0;
-    for (Touch& t : touches_of_[i]) {
-      const Vec3 way = to.c + carry * (t.at.point_b - from.c) - t.at.point_b;
-      t.at.point_b += way;
-      t.at.gap += t.at.normal.dot(way);
-      farthest = std::max(farthest, way.norm());
-    }
-    if (farthest > contact::tolerances().same_point * in_.scale.length) search_pair(i);
-  }
-  if (any) gather();
 }
 
 void ContactSearch::keep_late_overlaps() {

@@ -31,9 +31,6 @@ class ContactSearch {
   /// of this step can have made is not thrown out, which would be a blow that nobody struck: it stays where
   /// it is, as where a piece was born inside another.
   void keep_late_overlaps();
-  /// Touches of moved blocks at structures: what a projection moves is far below the reach, so points and
-  /// gaps go along with the block; only after more than that they are searched again.
-  void carry_at_structures(const std::vector<Pose>& before);
   /// Rows for what a solution met: the touches of pairs ahead that lay beyond the reach of the step, at its
   /// start, and the features that it met unforeseen. `features`: per pair. All others keep the impulses of
   /// the last solution.

@@ -25,6 +25,7 @@ class ProblemSolver {
 
  private:
   bool solve(double h, Effort effort);
+  double weight() const;  // of the bodies [N]
   /// Looks for impulses under which all blocks stand still, where what moves is too slow to matter. True if
   /// it has them, as the step's solution; otherwise the problem is as it was.
   bool balanced(double h);

@@ -10,9 +10,11 @@ namespace talus::coupling {
 
 contact::SolveSettings how_closely(const StepToSolve& s) {
   contact::SolveSettings settings;
-  settings.unstressed = s.small && !s.sub_step;  // sub-steps begin from what holds, and give a little
-  // Impulses (h = 0) and small islands to round-off; large ones to a small part of the speed they have, so
-  // that what comes to rest does.
+  settings.unstressed = s.small;
+  // What springs press Newton's method finds at once.
+  settings.goes_on = s.sub_step && !s.gives;
+  // Impulses (h = 0) and where events are located to round-off; else to a small part of the speed there is,
+  // so that what comes to rest does.
   settings.velocity_scale = s.small || s.h == 0 ? s.speed : std::clamp(s.fastest, 1e-4 * s.speed, s.speed);
   // Of an error of accuracy times the block size a tenth is left to the solver, or a thousandth of what moves
   // still. An error of velocity acts on beyond its step: over the time of a fall by half
@@ -27,21 +29,19 @@ contact::SolveSettings how_closely(const StepToSolve& s) {
       s.h > 0 ? contact::tolerances().solved * s.accuracy * s.length / lasting / settings.velocity_scale : 0;
   const double coarse =
       std::clamp(s.accuracy / 1e-3, 1.0, 100.0);  // round-off is asked for at the finer accuracies alone
-  settings.tolerance =
-      s.small ? (s.sub_step ? 1e-9 : 1e-12) * coarse
-              : std::max(
-                    std::min(allowed, (blocks_in_sub_step ? contact::tolerances().solved : 1.0) * s.accuracy),
-                    std::clamp(contact::tolerances().solved * s.accuracy, 1e-8, 1e-4));
+  settings.tolerance = s.small ? 1e-12 * coarse
+                       : s.sub_step
+                           ? 1e-9 * coarse * s.speed / settings.velocity_scale
+                           : std::max(std::min(allowed, s.accuracy),
+                                      std::clamp(contact::tolerances().solved * s.accuracy, 1e-8, 1e-4));
   // Where springs make hundreds of steps of one, what they leave adds up, of one sign here and of the other
   // there: so much less is left by each.
   if (s.sprung && !s.small && s.h > 0) settings.tolerance *= std::sqrt(std::min(1.0, s.h / ordinary));
   // Touches that lie close together can keep round-off above the tolerance. Rows linearised about a rough end
   // contradict each other by what that end is off; those of a provisional pass need not be solved closer.
-  if (s.small && s.sub_step)
-    settings.sufficient = std::max(1e-7, 1e-3 * s.accuracy);
-  else if (s.small)
+  if (s.small)
     settings.sufficient = s.provisional ? 1e-7 : 1e-10 * coarse;
-  else if (s.blocks && !s.heap && s.h > 0)  // beside a structure
+  else if (s.sub_step)
     settings.sufficient = std::max(settings.tolerance, s.accuracy);
   else if (s.h > 0 && s.heap)  // half of all that a step may be off, or twice the part of what moves
     settings.sufficient = std::max(2 * settings.tolerance,

@@ -2,9 +2,9 @@
 ///
 /// A residual is a contact velocity that the solution leaves [m/s]; it is asked for relative to a scale,
 ///
-///   scale = speed of the island,      small problems and impulses of no duration
-///         = its fastest block's,      large ones, against the blocks' mean motion; at least 1e-4 of the
-///                                     island's
+///   scale = speed of the island,      where events are located, and for impulses of no duration
+///         = its fastest block's,      in steps that locate none, against the blocks' mean motion; at least
+///                                     1e-4 of the island's
 ///
 #pragma once
 #include "contact/solver/problem.hpp"
@@ -13,13 +13,14 @@ namespace talus::coupling {
 
 struct StepToSolve {
   double h = 0;        // [s]; 0: an impulse of no duration
-  bool small = false;  // few contacts, or events are located: solved to round-off
+  bool small = false;  // events are located, or the structures' steps are condensed: solved to round-off
   double located = 0;  // what its solution may leave where events are located, and the step's error is known;
                        // 0: they are not [m/s]
   bool provisional = false;  // its rows are made again about its solution
   bool heap = false;         // many blocks, no structure
   bool sub_step = false;     // explicit, at a structure
   bool blocks = false;       // some take part
+  bool gives = false;        // some of its contacts
   bool sprung =
       false;  // contacts on springs among blocks, which make steps far shorter than the accuracy asks for
   double speed = 0, fastest = 0;  // that the island can have, of its blocks against their mean motion [m/s]

@@ -24,6 +24,12 @@ inline bool all_slow(const dda::Model& model, const dda::State& state, std::span
   });
 }
 
+/// Bound on the way of the farthest point of a block between two of its poses [m].
+inline double farthest_way(const dda::Model& model, int block, const Pose& from, const Pose& to) {
+  return (to.c - from.c).norm() +
+         model.blocks[static_cast<std::size_t>(block)].shape->radius * (to.F - from.F).norm();
+}
+
 /// Free flow of all bodies over h, from the present state; h = 0: for an impulse of no duration, or a
 /// correction of positions. `frozen_strain`: no block strains in it.
 void begin_step(const IslandContext& in, Step& step, double h, bool frozen_strain);

@@ -10,9 +10,6 @@
 
 namespace talus::coupling {
 
-/// Contacts of a problem at a structure, beyond which it is solved to what the accuracy asks.
-constexpr std::size_t many_contacts = 150;
-
 /// Constant over a macro step, but for the state and the regime.
 struct IslandContext {
   const dda::Model& model;

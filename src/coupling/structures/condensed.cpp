@@ -188,10 +188,7 @@ double approach_left(const IslandContext& in, const Step& step, const Touch& t, 
   const bool between_blocks = !in.deformable_structure(t);
   if (between_blocks && t.at.gap <= in.scale.touch_gap() && t.approach < -in.gentle_speed())
     return t.law->restitution_at(t.approach) * t.approach;
-  const double start = t.normal.dot(t.slip);
-  if (between_blocks || t.at.gap >= 0) return std::max(0.0, 2 * std::max(t.at.gap, 0.0) / h + start);
-  const double out = (left_inside(in, step, t.at.gap, h) - t.at.gap) / h;
-  return std::max(-out, start - 2 * out);
+  return std::max(0.0, 2 * std::max(t.at.gap, 0.0) / h + t.normal.dot(t.slip));
 }
 
 double condensed_error(const IslandContext& in, const Step& step, double h) {
