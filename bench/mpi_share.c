@@ -1,12 +1,13 @@
 /* What a rank of `mpirun talus` spends inside MPI: preloaded, it times the calls and writes one line at the end.
 
-     LD_PRELOAD=libtalus_mpi_share.so MPI_SHARE_OUT=FILE     FILE.<rank>: cpu, cpu in MPI, wall in MPI [s], calls
+     LD_PRELOAD=libtalus_mpi_share.so MPI_SHARE_OUT=FILE     FILE.<rank>: cpu, cpu in MPI, wall in MPI [s], calls, peak of memory [MB]
 
    CPU of the main thread, which alone calls MPI. A rank that waits spins: its CPU time less that in MPI is what it computed. */
 #define _GNU_SOURCE
 #include <mpi.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <sys/resource.h>
 #include <time.h>
 
 static double cpu_in_mpi, wall_in_mpi;
@@ -36,5 +37,7 @@ __attribute__((destructor)) static void tell(void) {
   char name[4096];
   snprintf(name, sizeof name, "%s.%s", base, rank);
   FILE* out = fopen(name, "w");
-  if (out) fprintf(out, "%.6f %.6f %.6f %ld\n", now(CLOCK_THREAD_CPUTIME_ID), cpu_in_mpi, wall_in_mpi, calls), fclose(out);
+  struct rusage use;
+  getrusage(RUSAGE_SELF, &use);
+  if (out) fprintf(out, "%.6f %.6f %.6f %ld %.0f\n", now(CLOCK_THREAD_CPUTIME_ID), cpu_in_mpi, wall_in_mpi, calls, (double)use.ru_maxrss * 1024e-6), fclose(out);
 }

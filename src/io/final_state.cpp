@@ -12,7 +12,8 @@ constexpr std::size_t block_numbers = 25;  // 3 c, 3 v, 3 w, 4 q, 6 strain, 6 st
 
 constexpr const char *names_path = "/state/bodies", *forms_path = "/state/forms",
                      *keys_path = "/state/contact_keys", *contacts_path = "/state/contacts";
-constexpr std::size_t contact_keys = 4;  // body, partner, feature, bond
+constexpr std::size_t contact_keys = 4;    // body, partner, feature, bond
+constexpr std::size_t halved_numbers = 8;  // 3 least, 3 greatest corner, cell size, energy
 
 std::string state_key(const char* group, const std::string& name) {
   return std::string("/state/") + group + "/" + safe_name(name);
@@ -100,6 +101,17 @@ void write_final_state(Hdf5File& file, const sim::FinalState& state) {
                        "reference positions");
     file.write<double>(state_key("structures", name) + "/history", s.history, {s.history.size()}, "",
                        "state of the structure, for initial_state");
+    if (s.halved.empty()) continue;
+    x.clear();
+    for (const auto& [zone, energy] : s.halved) {
+      const Box3& box = zone.region;
+      x.insert(x.end(), box.min().data(), box.min().data() + 3);
+      x.insert(x.end(), box.max().data(), box.max().data() + 3);
+      x.insert(x.end(), {zone.cell_size, energy});
+    }
+    file.write<double>(state_key("structures", name) + "/halved", x, {s.halved.size(), halved_numbers}, "",
+                       "where cells were halved before blocks struck: corners of the zone, edge of its cells "
+                       "[m], energy of the block [J]");
   }
   write_contacts(file, state);
 }
@@ -133,6 +145,15 @@ sim::FinalState read_final_state(const std::filesystem::path& results) {
     for (std::size_t i = 0; i < nodes.rows(); ++i)
       s.nodes.emplace_back(nodes.values[3 * i], nodes.values[3 * i + 1], nodes.values[3 * i + 2]);
     s.history = file.read<double>(path + "/history").values;
+    if (file.exists(path + "/halved")) {
+      const Array<double> halved = file.read<double>(path + "/halved");
+      if (halved.stride() != halved_numbers)
+        throw bad_file(results, path + "/halved", "has another shape than zones have", remedy);
+      for (std::size_t i = 0; i < halved.rows(); ++i) {
+        const double* x = &halved.values[halved_numbers * i];
+        s.halved.push_back({{Box3(Vec3(x), Vec3(x + 3)), x[6]}, x[7]});
+      }
+    }
     state.structures[file.text_attribute(path, "name")] = std::move(s);
   }
   read_contacts(file, results, remedy, state);

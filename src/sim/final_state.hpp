@@ -20,6 +20,12 @@ struct FinalState {
   struct Structure {
     std::vector<Vec3> nodes;      // reference positions: the mesh this history belongs to [m]
     std::vector<double> history;  // Structure::save
+    /// Where its cells were halved before blocks struck, in the order of their finding.
+    struct Halved {
+      StructureSpec::Refinement zone;
+      double energy = 0;  // of the block [J]
+    };
+    std::vector<Halved> halved;
   };
   /// Whatever may be touched: a block, a structure, a plane, the terrain. A later run knows it again by its
   /// name and its undeformed form.

@@ -70,6 +70,8 @@ FinalState Simulation::final_state() const {
     FinalState::Structure& out = state.structures[world_->scene.structures[q].name];
     out.nodes = parts[q].structure->built_nodes();
     parts[q].structure->save(out.history);
+    for (const World::StruckPlace& place : world_->struck)
+      if (place.structure == static_cast<int>(q)) out.halved.push_back({place.zone, place.energy});
   }
   keep_contacts(*world_, state);
   return state;
@@ -102,11 +104,17 @@ std::vector<std::string> Simulation::start_from(const FinalState& state, const s
     const std::string& name = w.scene.structures[q].name;
     const auto found = state.structures.find(name);
     if (found == state.structures.end() || !parts[q].stepped()) continue;
+    for (const auto& [zone, energy] : found->second.halved)
+      w.struck.push_back({static_cast<int>(q), zone, energy});
+    w.refine_structure(static_cast<int>(q));
     Structure& structure = *parts[q].structure;
     const std::vector<Vec3> nodes = structure.built_nodes();
     if (nodes != found->second.nodes) {
       problem(other_mesh(name, found->second.nodes, nodes),
-              "give the structure the place, geometry and cell size it had in that run");
+              found->second.halved.empty()
+                  ? "give the structure the place, geometry and cell size it had in that run"
+                  : "give the structure the place, geometry, cell size and refine (where = \"impact\", by "
+                    "which its cells were halved) it had in that run");
       continue;
     }
     try {

@@ -62,8 +62,12 @@ bool World::advance(double end, std::span<const double> rows, const std::atomic<
   if (!arrived) return false;
   energy_peak = std::max(energy_peak, system->state().kinetic_peak);
   // With that of structures, which costs as much as a step, where rows are taken.
-  if (rows_end_steps() && !rows.empty() && rows.front() <= time())
-    energy_peak = std::max(energy_peak, ledger(now()).kinetic);
+  if (rows_end_steps() && !rows.empty() && rows.front() <= time()) {
+    const LedgerRow l = ledger(now());
+    if (!std::isfinite(l.residual))
+      throw NumericalFailure(fmt::format("t = {:.6g} s: the motion of a structure is no number", time()));
+    energy_peak = std::max(energy_peak, l.kinetic);
+  }
   return true;
 }
 

@@ -58,6 +58,7 @@ class Bearings {
   /// springs act on, or may come to act on.
   std::vector<int> cells() const;
   std::vector<int> nodes() const;
+  double friction() const { return law_.front().parameters().friction; }
   bool holds(std::size_t site) const { return old_[site].lost == 0; }
   /// Ends of a span of which no spring holds any more.
   int ends_unseated(int deck) const;

@@ -275,11 +275,15 @@ WatchedNodes::WatchedNodes(std::vector<int> nodes, Partition& partition)
   const double owned = static_cast<double>(own_.size());
   for (const double value : partition.collect({&owned, 1})) count_.push_back(static_cast<int>(value));
   for (const double value : partition.collect(mine)) place_.push_back(static_cast<int>(value));
+  if (nodes_.empty()) return;
+  place_of_.assign(static_cast<std::size_t>(nodes_.back()) + 1, -1);
+  for (std::size_t i = 0; i < nodes_.size(); ++i)
+    place_of_[static_cast<std::size_t>(nodes_[i])] = static_cast<int>(i);
 }
 
 int WatchedNodes::place(int whole) const {
-  const auto at = std::lower_bound(nodes_.begin(), nodes_.end(), whole);
-  return at == nodes_.end() || *at != whole ? -1 : static_cast<int>(at - nodes_.begin());
+  const auto n = static_cast<std::size_t>(whole);
+  return n < place_of_.size() ? place_of_[n] : -1;
 }
 
 void WatchedNodes::gather(std::span<const AlignedVector* const> fields, std::vector<double>& values) const {

@@ -152,7 +152,7 @@ class WatchedNodes {
   /// Three numbers of each, of fields with four per node; `values`: 3 x fields for each node.
   void gather(std::span<const AlignedVector* const> fields, std::vector<double>& values) const;
   std::size_t memory_consumption() const {
-    return (nodes_.capacity() + own_.capacity() + place_.capacity()) * sizeof(int);
+    return (nodes_.capacity() + own_.capacity() + place_.capacity() + place_of_.capacity()) * sizeof(int);
   }
 
  private:
@@ -161,6 +161,7 @@ class WatchedNodes {
   std::vector<int> own_;  // those owned here, by their numbers here
   std::vector<int> place_,
       count_;  // of what the ranks send, one after the other: place in nodes_; how many each sends
+  std::vector<int> place_of_;  // in nodes_, of a node of the whole: asked for thrice a node and sub-step
 };
 
 }  // namespace talus::fem

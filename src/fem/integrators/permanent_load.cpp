@@ -28,11 +28,11 @@ struct StaticBalance {
 /// where cells turn (stretching is stiffer than bending by more than the square of the turn), and slowly
 /// where pads lift off or slide.
 ///
-/// `left(r)`: writes r [N] and returns its norm over that of f; `solve(r, d)`; `move(w)`: u += w [m];
-/// `product(a, b)`: of vectors of `n` free degrees of freedom, over all ranks. What finds no balance is left
-/// where it came nearest.
-template <class Left, class Solve, class Move, class Product>
-StaticBalance find_balance(int n, Left&& left, Solve&& solve, Move&& move, Product&& product) {
+/// `left(r)`: writes r [N] and returns its norm over that of f; `solve(r, d)`; `place()`: u at the free
+/// degrees of freedom [m], `put(u)`; `product(a, b)`: over all ranks. What finds no balance is left where it
+/// came nearest.
+template <class Left, class Solve, class Place, class Put, class Product>
+StaticBalance find_balance(Left&& left, Solve&& solve, Place&& place, Put&& put, Product&& product) {
   constexpr double exact = 1e-12;                  // forces left over those that act
   constexpr int most_passes = 400, patience = 30;  // the latter: passes that do not halve what is left
   constexpr int remembered = 8;                    // passes
@@ -40,15 +40,15 @@ StaticBalance find_balance(int n, Left&& left, Solve&& solve, Move&& move, Produ
     VecX force, way, moved;  // what it changed of r and d, and how far it went
   };
   std::vector<Pass> before;
-  VecX force(n), way = VecX::Zero(n), last_force, last_way, moved;
+  VecX u = place(), best = u, force(u.size()), way = VecX::Zero(u.size()), last_force, last_way, moved;
   double least = std::numeric_limits<double>::infinity(), nearest = least;
-  VecX beyond = VecX::Zero(n);  // the way since what was left was least
   int fruitless = 0, pass = 0;
   for (; pass < most_passes; ++pass) {
     const double residual = left(force);
+    if (!std::isfinite(residual)) break;
     fruitless = residual < 0.5 * least ? 0 : fruitless + 1;
     if (fruitless == 0) least = residual;
-    if (residual <= nearest) nearest = residual, beyond.setZero();
+    if (residual <= nearest) nearest = residual, best = u;
     if (residual <= exact || (fruitless > 0 && residual <= balanced_enough)) return {true, pass};
     if (fruitless > patience) break;
     solve(force, way);
@@ -73,10 +73,9 @@ StaticBalance find_balance(int n, Left&& left, Solve&& solve, Move&& move, Produ
       const VecX share = gram.completeOrthogonalDecomposition().solve(against);
       for (int j = 0; j < count; ++j) moved -= share[j] * (before[j].moved + before[j].way);
     }
-    move(moved);
-    beyond += moved;
+    put(u += moved);
   }
-  move(-beyond);
+  put(best);
   return {false, pass};
 }
 
@@ -87,12 +86,6 @@ VecX PermanentLoad::at_free(const AlignedVector& field) const {
   VecX values(body_.dofs.size);
   gather(body_.dofs, field, values);
   return values;
-}
-
-void PermanentLoad::move_by(const VecX& way) {
-  for (std::size_t i = 0; i < body_.mesh.nodes.size(); ++i)
-    for (int c = 0; c < 3; ++c)
-      if (const int d = body_.dofs.number[i][c]; d >= 0) fields_.u[4 * i + c] += way[d];
 }
 
 /// a . b over the free degrees of freedom of all ranks.
@@ -155,8 +148,8 @@ bool PermanentLoad::find_elastic(const VecX& left, double pressed) {
         force.data(), way.data(),
         once ? 1e-12 : 1e-4);  // no closer than a pass that is not linear comes to its balance
   };
-  const auto move = [&](const VecX& way) {
-    move_by(way);
+  const auto put = [&](const VecX& u) {
+    scatter(body_.dofs, u, fields_.u);
     if (body_.partition) body_.partition->exchange(fields_.u);
     body_.discretisation.distribute(fields_.u);
   };
@@ -173,15 +166,16 @@ bool PermanentLoad::find_elastic(const VecX& left, double pressed) {
   };
   bool balanced = true;
   if (once || scale == 0) {
-    VecX way = VecX::Zero(body_.dofs.size);
-    solve(left, way);
-    move(way);
+    VecX u = VecX::Zero(body_.dofs.size);
+    solve(left, u);
+    put(u);
   } else {
     double before = 0;
     do {
       before = remaining;
-      find_balance(body_.dofs.size, unbalanced, solve, move,
-                   [&](const VecX& a, const VecX& b) { return product_of(a, b); });
+      find_balance(
+          unbalanced, solve, [&] { return at_free(fields_.u); }, put,
+          [&](const VecX& a, const VecX& b) { return product_of(a, b); });
       VecX force(body_.dofs.size);
       if (body_.bearings) {
         unbalanced(force);  // where it came nearest
@@ -198,11 +192,15 @@ bool PermanentLoad::find_elastic(const VecX& left, double pressed) {
   fields_.still = balanced && body_.spec.initial_velocity.isZero();
   if (!balanced)
     body_.report(fmt::format(
-        "warning: under its permanent load no state at rest was found, {:.2g} of the load is left (bars that "
-        "yield, a deck that slides): it moves from t = 0 by itself, and what it suffers "
-        "by that is in all that the run tells, before any block arrives; see by a run without blocks how "
-        "much that is, and correct section, bars, prestress or supports",
-        remaining));
+        "warning: under its permanent load no state at rest was found, {:.2g} of the load is left ({}): it "
+        "moves from t = 0 by itself, and what it suffers by that is in all that the run tells, before any "
+        "block arrives; see by a run without blocks how much that is, and correct {}section, bars, prestress "
+        "or supports",
+        remaining,
+        body_.bearings ? fmt::format("bars that yield, a deck that slides on bearings whose friction is {:g}",
+                                     body_.bearings->friction())
+                       : "bars that yield",
+        body_.bearings ? "bearing_friction, " : ""));
   return balanced;
 }
 
@@ -233,8 +231,8 @@ bool PermanentLoad::find_cracked(bool balanced, double pressed) {
     forces_.moved();
     forces_.evaluate(0);
   };
-  const auto move = [&](const VecX& way) {
-    move_by(way);
+  const auto put = [&](const VecX& u) {
+    scatter(body_.dofs, u, fields_.u);
     evaluate();
   };
   const bool affordable =
@@ -244,8 +242,9 @@ bool PermanentLoad::find_cracked(bool balanced, double pressed) {
   constexpr int most_turns = 30;
   int passes = 0, turns = 0;
   for (bool found = balanced && affordable; found && turns < most_turns; ++turns) {
-    const StaticBalance cracked = find_balance(body_.dofs.size, left, solve, move,
-                                               [](const VecX& a, const VecX& b) { return a.dot(b); });
+    const StaticBalance cracked = find_balance(
+        left, solve, [&] { return at_free(fields_.u); }, put,
+        [](const VecX& a, const VecX& b) { return a.dot(b); });
     found = cracked.found && spent_cells(body_).empty();
     passes += cracked.passes;
     if (!found) break;

@@ -24,7 +24,6 @@ class PermanentLoad : protected MovingStructure {
 
  private:
   VecX at_free(const AlignedVector& field) const;
-  void move_by(const VecX& way);
   double product_of(const VecX& a, const VecX& b) const;
   bool find_elastic(const VecX& left, double pressed);
   long cracked_cells() const;

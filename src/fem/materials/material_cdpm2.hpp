@@ -25,6 +25,11 @@
 /// return to the apex where that is admissible. Near the tensile apex kappa grows from 0 to 1 within a strain
 /// of 1e-5 and Newton can fail: then kappa is found by bisection, with a return to the surface of that kappa
 /// inside; then by halved strain increments (up to 1024 parts).
+///
+/// In cells that lean strain and stress go through the crack's row (crack_row.hpp). The share is the damage
+/// that came in tension, int (1 - alpha_c) dw_t, since w_t grows in compression, too, without any crack; the
+/// normal is the principal direction where the first of it came, of increments that are more than all before.
+/// A normal that went on turning as the crack opened would make energy.
 #pragma once
 #include "fem/materials/material_damage.hpp"
 #include "fem/materials/material_eigen.hpp"
@@ -57,8 +62,9 @@ class Cdpm2 {
     double t = 0, t1 = 0, t2 = 0;             ///< kappa_t, kappa_t1, kappa_t2
     double c = 0, c1 = 0, c2 = 0;
     double w_t = 0, w_c = 0;
-    double size = 0, factor = 0;  ///< h and rate factor, 0 until damage starts
-    double fallbacks = 0;         ///< substeps that ended on the surface by scaling, since Newton failed
+    double size = 0, factor = 0;      ///< h and rate factor, 0 until damage starts
+    double cracked = 0, normal[3]{};  ///< w_t that came in tension; normal of the crack
+    double fallbacks = 0;             ///< substeps that ended on the surface by scaling, since Newton failed
   };
   static_assert(sizeof(State) % sizeof(double) == 0);
 

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fem/materials/crack_row.hpp"
 #include "fem/materials/material_cdpm2.hpp"
 #include "fem/materials/material_eigen.hpp"
 
@@ -129,8 +130,16 @@ void Cdpm2::damage_step(const Sym& effective, const Principal<double>& values, c
     s.c = s.equivalent_c;
   }
   if (!p_.damage || s.size == 0) return;
-  if (moved_t && s.t > onset)
+  if (moved_t && s.t > onset) {
+    const double before = s.w_t;
     s.w_t = solve_damage(c.young, f_t, s.t, s.t1, s.t2, c.fracture_energy / (f_t * s.size), s.w_t, p_.cap);
+    const double grown = (1 - share) * (s.w_t - before);
+    if (cell.leans && grown > s.cracked) {
+      const std::array<double, 3> n = principal_direction(effective, values.first);
+      std::copy(n.begin(), n.end(), s.normal);
+    }
+    s.cracked += grown;
+  }
   if (moved_c && s.c > onset) s.w_c = solve_damage(c.young, f_t, s.c, s.c1, s.c2, p_.eps_fc, s.w_c, p_.cap);
 }
 
@@ -215,9 +224,20 @@ bool Cdpm2::stress8(const double* strain, StrainRates* rates, const CellFrame& c
       }
     }
     const double kappa = old[i].kappa, w_t = old[i].w_t, w_c = old[i].w_c;
+    const bool turns = cell.leans && old[i].cracked > 0;
+    CrackRow<double> row{};
+    double seen[6];
+    if (turns) {
+      row = row_along(cell, old[i].normal, old[i].cracked);
+      std::copy(e.begin(), e.end(), seen);
+      row.see_crack(seen);
+      std::copy(seen, seen + 6, e.begin());
+    }
     const Response r = respond(e, v, cell, old[i], next[i]);
     grew = grew || next[i].kappa > kappa || next[i].w_t > w_t || next[i].w_c > w_c;
-    for (int k = 0; k < 6; ++k) stress[8 * k + i] = r.stress[k];
+    std::copy(r.stress.begin(), r.stress.end(), seen);
+    if (turns) row.press_row(seen);
+    for (int k = 0; k < 6; ++k) stress[8 * k + i] = seen[k];
     if (energy) energy[i] = r.energy;
     if (dissipation) dissipation[i] = r.dissipation - r.returned;
   }

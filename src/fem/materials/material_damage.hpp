@@ -42,13 +42,9 @@
 /// p, M = 6 sin phi / (3 - sin phi) with tan phi 0.7 (that of a rough face by EN 1992-1-1, 6.2.5), by radial
 /// return, without change of volume; the work of e_f is dissipated.
 ///
-/// A crack that crosses a row of leaning cells, normal m, opens it by a jump over the row's thickness, eps =
-/// sym(delta m). The law is to see the crack, not the row: in cells that lean the strain and the stress go
-/// through
-///   eps' = eps + d_t (c sym(delta n) - sym(delta m)),   delta = 2 eps m - (m . eps m) m,   c = m . n,
-///   sigma: the transpose of that,
-/// so that pure opening is neither slip nor compression along the crack. Cells with right angles are left as
-/// they are: there the row and the crack differ only where the crack steps.
+/// In cells that lean strain and stress go through the crack's row (crack_row.hpp), so that pure opening is
+/// neither slip nor compression along the crack. Cells with right angles are left as they are: there the row
+/// and the crack differ only where the crack steps.
 ///
 /// Interlock: the faces of a crack carry shear beside the damage law, and press each other apart. While
 /// damage grows the crack's plane follows the principal direction; at an opening of 5 G_F / f_t, where the
@@ -168,10 +164,6 @@ class ConcreteDamage {
                     const CellFrame& cell, const Rate& rate, Lanes<R>& s) const;
   template <class R>
   void effective_stress(const R (&strain)[6], R poisson, R (&stress)[6]) const;
-  template <class R>
-  struct Row;
-  template <class R>
-  Row<R> row_of(const CellFrame& cell, const Lanes<R>& s) const;
   void start_tension(const Sym& stress, double tau, double largest, const Sym* rate, const CellFrame& cell,
                      State& s) const;
   void start_compression(const Sym& stress, double tau, double least, const Sym* rate, const CellFrame& cell,

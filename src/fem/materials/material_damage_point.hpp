@@ -2,6 +2,7 @@
 /// Included by the files that make it for one of them, each with its own instruction set, and by nothing
 /// else: nothing here may exist for the same R in two of them.
 #pragma once
+#include "fem/materials/crack_row.hpp"
 #include "fem/materials/material_damage.hpp"
 #include "fem/materials/material_eigen.hpp"
 
@@ -87,23 +88,6 @@ struct Parts {
            (1.0 - d_c) * ((1.0 + poisson) * square_c - poisson * sum_c * sum);
   }
 };
-}  // namespace
-
-namespace {
-/// The part of a symmetric tensor's product with n that lies in the plane normal to n; `normal_part` the
-/// rest.
-template <class R>
-inline void in_plane(const R (&s)[6], const R (&n)[3], double shear, R (&t)[3], R& normal_part) {
-  t[0] = s[0] * n[0] + shear * (s[5] * n[1] + s[4] * n[2]);
-  t[1] = s[1] * n[1] + shear * (s[5] * n[0] + s[3] * n[2]);
-  t[2] = s[2] * n[2] + shear * (s[4] * n[0] + s[3] * n[1]);
-  normal_part = t[0] * n[0] + t[1] * n[1] + t[2] * n[2];
-  for (int i = 0; i < 3; ++i) t[i] = t[i] - normal_part * n[i];
-}
-template <class R>
-inline R dot(const R (&a)[3], const R (&b)[3]) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
 }  // namespace
 
 namespace {
@@ -380,59 +364,6 @@ inline __attribute__((always_inline)) bool ConcreteDamage::point(const R (&strai
   return grows_t || grows_c;
 }
 
-/// The row of leaning cells that a crack runs along, in each lane; share 0: no crack.
-template <class R>
-struct ConcreteDamage::Row {
-  R m[3], n[3], c, share;
-
-  /// eps' of the head of material_damage.hpp.
-  void see_crack(R (&e)[6]) const {
-    R v[3], normal;
-    in_plane(e, m, 0.5, v, normal);  // e m = v + normal m
-    R jump[3];
-    for (int i = 0; i < 3; ++i) jump[i] = 2.0 * v[i] + normal * m[i];
-    R turned[3];
-    for (int i = 0; i < 3; ++i) turned[i] = share * (c * n[i] - m[i]);
-    for (int i = 0; i < 3; ++i) {
-      const int y = (i + 1) % 3, z = (i + 2) % 3;
-      e[i] = e[i] + jump[i] * turned[i];
-      e[3 + i] = e[3 + i] + jump[y] * turned[z] + jump[z] * turned[y];
-    }
-  }
-  /// Its transpose, of the stress.
-  void press_row(R (&s)[6]) const {
-    R turned[3], r[3];
-    for (int i = 0; i < 3; ++i) turned[i] = share * (c * n[i] - m[i]);
-    r[0] = s[0] * turned[0] + s[5] * turned[1] + s[4] * turned[2];
-    r[1] = s[5] * turned[0] + s[1] * turned[1] + s[3] * turned[2];
-    r[2] = s[4] * turned[0] + s[3] * turned[1] + s[2] * turned[2];
-    const R across = dot(r, m);
-    for (int i = 0; i < 3; ++i) {
-      const int y = (i + 1) % 3, z = (i + 2) % 3;
-      s[i] = s[i] + (2.0 * r[i] - across * m[i]) * m[i];
-      s[3 + i] = s[3 + i] + r[y] * m[z] + r[z] * m[y] - across * m[y] * m[z];
-    }
-  }
-};
-
-template <class R>
-inline auto ConcreteDamage::row_of(const CellFrame& cell, const Lanes<R>& s) const -> Row<R> {
-  const R zero = spread(0.0, s.d_t);
-  Row<R> row{{zero, zero, zero}, {s.normal[0], s.normal[1], s.normal[2]}, zero, s.d_t};
-  R most = spread(-1.0, zero);
-  for (const auto& g : cell.dual) {
-    const double size = std::sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]);
-    const R along = g[0] * s.normal[0] + g[1] * s.normal[1] + g[2] * s.normal[2],
-            way = maximum(along, zero - along);
-    const auto better = way > most;
-    const R sign = select(along < 0.0, spread(-1 / size, zero), spread(1 / size, zero));
-    for (int i = 0; i < 3; ++i) row.m[i] = select(better, g[i] * sign, row.m[i]);
-    row.c = select(better, way * (1 / size), row.c);
-    most = maximum(most, way);
-  }
-  return row;
-}
-
 /// The points of a cell, as many at once as R holds. Arrays as in stress8.
 template <class R>
 inline bool ConcreteDamage::stress_by(const double* strain, StrainRates* rates, const CellFrame& cell,
@@ -466,7 +397,7 @@ inline bool ConcreteDamage::stress_by(const double* strain, StrainRates* rates, 
       return true;
     };
     if (cell.leans && any(s.d_t > 0.0)) {
-      const Row<R> row = row_of(cell, s);
+      const CrackRow<R> row = row_along(cell, s.normal, s.d_t);
       row.see_crack(e);
       grew = point(e, s, cell, rate_at, out, stored, lost) || grew;
       row.press_row(out);

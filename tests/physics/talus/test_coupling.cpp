@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <limits>
 #include <set>
 
 #include "core/error.hpp"
@@ -286,6 +287,20 @@ TEST(InitialState, AnotherMeshIsRefused) {
                     aside = said("position = [0.0, 0.0, 1.0]", "position = [0.125, 0.0, 1.0]");
   EXPECT_NE(finer.find("another mesh"), std::string::npos) << finer;
   EXPECT_NE(aside.find("its nodes elsewhere there, by up to 0.125 m"), std::string::npos) << aside;
+}
+
+/// A displacement that is no number reaches every energy: the run fails, whatever else went well.
+TEST(Failure, AMotionThatIsNoNumberEndsTheRun) {
+  const std::string text = struck_column(-0.9, 0.02);
+  sim::Checkpoint state = sim::Simulation(scene::read_scene_text(text, "/test.toml")).save();
+  std::vector<double>& column = state.numbers.at("structure0");
+  column[column.size() / 2] = std::numeric_limits<double>::quiet_NaN();
+  sim::Simulation run(scene::read_scene_text(text, "/test.toml"));
+  run.restore(state);
+  sim::Sink sink;
+  const sim::RunResult result = run.run(sink);
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_NE(result.message.find("is no number"), std::string::npos) << result.message;
 }
 
 TEST(Audit, EachGateFailsTheRun) {

@@ -37,8 +37,8 @@ std::string boulder(const std::string& name, const Vec3& at, const Vec3& v) {
          "\ndeformable = false\norientation = { rotation_vector = [0.3, 0.2, 0.1] }\n";
 }
 
-std::string struck_pier(const std::string& cells, const std::string& refine) {
-  return struck_scene(0.015)
+std::string struck_pier(const std::string& cells, const std::string& refine, double end = 0.015) {
+  return struck_scene(end)
       .raw(pier(cells, refine))
       .raw(boulder("B", Vec3(-1.15, 0.05, 2.6), Vec3(15, 0, 0)))
       .str();
@@ -140,6 +140,28 @@ TEST(RefinedWhereStruck, ItsFinalStateIsPutIntoTheSameCells) {
   ASSERT_EQ(pier.elements(), run.simulation->structures()[0]->elements());
   pier.restore(end.numbers.at("structure0"));
   EXPECT_EQ(pier.skin().node_position(0), run.simulation->structures()[0]->skin().node_position(0));
+}
+
+/// A later run begins with the cells that the earlier one halved, in the state and with the contacts that it
+/// ended with, and keeps its books; a structure that could not have them is refused.
+TEST(RefinedWhereStruck, ALaterRunGoesOnInItsCells) {
+  const std::string text = struck_pier("cell_size = 0.25", at_impact, 0.0121);
+  const Outcome first = run_scene(text);
+  const sim::FinalState state = first.simulation->final_state();
+  sim::Simulation second(scene::read_scene_text(text, "/test.toml"));
+  second.start_from(state, "first.h5");
+  EXPECT_EQ(second.structures()[0]->elements(), first.simulation->structures()[0]->elements());
+  test::LastRow sink;
+  EXPECT_EQ(second.run(sink).exit_code, 0);
+  EXPECT_EQ(second.structures()[0]->elements(), first.simulation->structures()[0]->elements());
+  EXPECT_LT(std::abs(sink.last.ledger.residual), 1e-9 * first.rows.front().ledger.kinetic);
+  sim::Simulation plain(scene::read_scene_text(struck_pier("cell_size = 0.25", ""), "/test.toml"));
+  try {
+    plain.start_from(state, "first.h5");
+    ADD_FAILURE() << "accepted";
+  } catch (const InputError& e) {
+    EXPECT_NE(std::string(e.what()).find("where = \"impact\""), std::string::npos) << e.what();
+  }
 }
 
 /// What cannot be is said by the scene.

@@ -105,10 +105,12 @@ TEST(Damage, PullsApartWithTheFractureEnergyOfOneCrack) {
 // Rows of cells that lean against the crack: pure opening is neither slip nor compression along it, and its
 // band is the row. The ends are guided. Aligned rows take 1.00; without the crack's own strain 15 to 45
 // degrees take 0.77 to 2.5. Tolerance: half of the spread that tests of G_F have.
-TEST(Damage, RowsThatLeanTakeTheSameFractureEnergy) {
+class LeaningRows : public testing::TestWithParam<const char*> {};
+TEST_P(LeaningRows, TakeTheSameFractureEnergy) {
   for (const int cells : {9, 15})
     for (const int degrees : {15, 30, 45}) {
       StructureSpec s = concrete_bar(cells);
+      s.damage = GetParam();
       s.kind = "mesh";
       s.file = notched_bar(cells, degrees);
       s.supports[0] = {"", "LEFT", {}, {true, true, true}};
@@ -133,6 +135,7 @@ TEST(Damage, RowsThatLeanTakeTheSameFractureEnergy) {
           << cells << " cells, " << degrees << " degrees";
     }
 }
+INSTANTIATE_TEST_SUITE_P(Laws, LeaningRows, testing::Values("concrete", "concrete-cdpm2"));
 
 TEST(Damage, DetachedPartTakesExactlyItsMassAndMomenta) {
   // A bar torn in the middle: what is left plus what came off is what was there.

@@ -93,6 +93,27 @@ struct Triaxial {
   }
 };
 
+/// Damage in tension grows in compression, too, where nothing is cracked: a cell that leans is pressed as
+/// another.
+TEST(Cdpm2, CellsThatLeanArePressedAsOthers) {
+  const Cdpm2 law(reference());
+  Triaxial free{law, 0};
+  Mat3 edges = 0.1 * Mat3::Identity();
+  edges(2, 0) = 0.08;
+  const CellFrame leaning = CellFrame::of(edges);
+  ASSERT_TRUE(leaning.leans);
+  Cdpm2::State cell[8]{};
+  for (int i = 1; i <= 600; ++i) {
+    const double pressed = free.step(-1e-5 * i);
+    double strain[6][8]{}, stress[6][8];
+    for (int q = 0; q < 8; ++q) strain[0][q] = -1e-5 * i, strain[1][q] = strain[2][q] = free.lateral;
+    law.stress8(&strain[0][0], nullptr, leaning, cell, cell, &stress[0][0], nullptr, nullptr);
+    ASSERT_NEAR(stress[0][0] / pressed, 1, 1e-5) << i;
+    ASSERT_NEAR(stress[2][0], 0, 1e3) << i;
+  }
+  EXPECT_GT(cell[0].w_t, 0.1);
+}
+
 TEST(Cdpm2, SimulatedUniaxialCompressionAndConfinement) {
   const Cdpm2 law(reference());
   for (const auto& [pressure, expected] : {std::pair{0.0, 30e6}, {3e6, 45.6e6}, {10e6, 72.9e6}}) {

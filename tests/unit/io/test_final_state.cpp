@@ -12,7 +12,8 @@ sim::FinalState sample_state() {
   sim::FinalState s;
   s.blocks["B 1"] = {Vec3(1, 2, 3),        Vec3(4, 5, 6),    Vec3(7, 8, 9), Quat(0.5, 0.5, 0.5, 0.5),
                      Vec6::Constant(1e-3), Vec6::Constant(2)};
-  s.structures["wall"] = {{Vec3(1, 0, 0), Vec3(0, 1, 0)}, {3, 1, 4, 1, 5}};
+  s.structures["wall"] = {
+      {Vec3(1, 0, 0), Vec3(0, 1, 0)}, {3, 1, 4, 1, 5}, {{{Box3(Vec3(1, 2, 3), Vec3(4, 5, 6)), 0.1}, 7e3}}};
   s.bodies = {{"block B 1", -5}, {"structure wall", std::int64_t{1} << 62}};
   sim::FinalState::Contact c{0, 1, {}};
   c.memory.feature = ~std::uint64_t{0};
@@ -39,6 +40,12 @@ TEST(FinalState, ComesBackBitForBit) {
   const sim::FinalState s = io::read_final_state(scratch.path() / "a.h5");
   EXPECT_EQ(s.blocks.at("B 1").w, Vec3(7, 8, 9));
   EXPECT_EQ(s.structures.at("wall").history, sample_state().structures.at("wall").history);
+  ASSERT_EQ(s.structures.at("wall").halved.size(), 1U);
+  const auto& [zone, energy] = s.structures.at("wall").halved[0];
+  EXPECT_EQ(zone.region.min(), Vec3(1, 2, 3));
+  EXPECT_EQ(zone.region.max(), Vec3(4, 5, 6));
+  EXPECT_EQ(zone.cell_size, 0.1);
+  EXPECT_EQ(energy, 7e3);
   EXPECT_EQ(s.bodies, sample_state().bodies);
   ASSERT_EQ(s.contacts.size(), 2U);
   const coupling::ContactMemory &m = s.contacts[0].memory, expected = sample_state().contacts[0].memory;
