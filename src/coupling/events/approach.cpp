@@ -6,7 +6,6 @@
 
 #include "contact/tolerances.hpp"
 #include "coupling/rows/contact_rows.hpp"
-#include "coupling/solution/over_constrained.hpp"
 
 namespace talus::coupling {
 namespace {

@@ -11,7 +11,6 @@
 #include "coupling/rows/contact_rows.hpp"
 #include "coupling/rows/rolling.hpp"
 #include "coupling/rows/spring_rows.hpp"
-#include "coupling/solution/over_constrained.hpp"
 #include "coupling/step/update.hpp"
 #include "coupling/structures/condensed.hpp"
 #include "coupling/structures/leapfrog.hpp"

@@ -8,7 +8,6 @@
 #include "coupling/rows/contact_rows.hpp"
 #include "coupling/rows/rolling.hpp"
 #include "coupling/rows/spring_rows.hpp"
-#include "coupling/solution/over_constrained.hpp"
 #include "coupling/solution/solve_settings.hpp"
 #include "coupling/solution/unearned.hpp"
 #include "coupling/step/accelerations.hpp"
