@@ -6,6 +6,8 @@
 
 Reading needs h5py and NumPy alone; plots need Matplotlib; running needs the extension that `make build` puts beside this package.
 """
+import json as _json
+import numbers as _numbers
 import pathlib as _pathlib
 import re as _re
 
@@ -29,17 +31,25 @@ def _extension():
     return _talus
 
 
-def _toml(value):
-    """A value of `set` as TOML: "45 deg" is a text, [0, 0, 1] a list."""
+def _toml(value, within=False):
+    """A value of `set` as TOML: "45 deg" is a text, which needs no quotes unless it stands within another value, [0, 0, 1] a list, {"dip": 30} a table."""
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, _pathlib.PurePath):
+        value = str(value)
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
-        return value
-    if hasattr(value, "tolist"):
-        value = value.tolist()
+        return _json.dumps(value, ensure_ascii=False) if within else value
     if isinstance(value, (list, tuple)):
-        return "[" + ", ".join('"' + v + '"' if isinstance(v, str) else _toml(v) for v in value) + "]"
-    return repr(value)
+        return "[" + ", ".join(_toml(v, True) for v in value) + "]"
+    if isinstance(value, dict):
+        return "{ " + ", ".join(_json.dumps(str(k), ensure_ascii=False) + " = " + _toml(v, True) for k, v in value.items()) + " }"
+    if isinstance(value, _numbers.Integral):
+        return str(int(value))
+    if isinstance(value, _numbers.Real):
+        return repr(float(value))
+    raise TypeError(f"{value!r}: a value of `set` is a number, a text, True, False, a path, or a list or dict of these")
 
 
 def _overrides(values):

@@ -33,6 +33,8 @@ class Group:
 
     def __getitem__(self, name):
         if name not in self._read:
+            if name not in self._group:
+                raise KeyError(f"{self._group.name} has no {name}; it has {', '.join(self._group) or 'nothing'}")
             item = self._group[name]
             self._read[name] = _array(item) if isinstance(item, h5py.Dataset) else Group(item)
         return self._read[name]
@@ -42,8 +44,8 @@ class Group:
             raise AttributeError(name)
         try:
             return self[name]
-        except KeyError:
-            raise AttributeError(f"{self._group.name} has no {name}; it has {', '.join(self)}") from None
+        except KeyError as missing:
+            raise AttributeError(missing.args[0]) from None
 
     def __contains__(self, name):
         return name in self._group
@@ -147,6 +149,12 @@ def _instead(directory, opener, file):
     return "name the output directory of Talus"
 
 
+def _open(file):
+    if not h5py.is_hdf5(file):
+        raise OSError(f"{file}: no HDF5 file, or one cut short; name the output directory of Talus")
+    return h5py.File(file, "r", locking=False) if h5py.version.hdf5_version_tuple >= (1, 12, 1) else h5py.File(file, "r")
+
+
 class _Opened:
     """A results file that a `with` closes."""
 
@@ -169,7 +177,7 @@ class Results(_Opened):
         if not file.is_file():
             raise FileNotFoundError(f"{directory}: no results.h5; {_instead(self.directory, 'talus.open_ensemble', 'ensemble.h5')}")
         self.directory = file.parent
-        self.file = h5py.File(file, "r", locking=False) if h5py.version.hdf5_version_tuple >= (1, 12, 1) else h5py.File(file, "r")
+        self.file = _open(file)
         self._root = Group(self.file)
 
     @property
@@ -235,6 +243,10 @@ class Results(_Opened):
         return self._attribute(path, "description")
 
     def _attribute(self, path, name):
+        if path not in self.file:
+            raise KeyError(f"{self.file.filename} has no {path}; r.file.visit(print) lists what it has")
+        if name not in self.file[path].attrs:
+            raise KeyError(f"{path} has no {name}")
         value = self.file[path].attrs[name]
         return value.decode() if isinstance(value, bytes) else str(value)
 
@@ -292,7 +304,7 @@ class EnsembleResults(_Opened):
         if not file.is_file():
             raise FileNotFoundError(f"{directory}: no ensemble.h5; {_instead(self.directory, 'talus.open', 'results.h5')}")
         self.directory = file.parent
-        self.file = h5py.File(file, "r")
+        self.file = _open(file)
         self._root = Group(self.file)
         self.members = self._root.members
 

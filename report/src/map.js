@@ -119,7 +119,7 @@ export function complete() {
 
   trajectories(g);
   g.globalAlpha = 1;
-  const places = [];
+  const places = [], east = new Map();   // eastern edge of a structure on the map [px]
   for (const s of structures) {
     const nodes = s.epochs.length ? array(`${s.epochs[0]}_nodes`) : [], points = [];
     for (let i = 0; i < nodes.length; i += 3) points.push([nodes[i], nodes[i + 1]]);
@@ -130,9 +130,13 @@ export function complete() {
     g.closePath();
     g.fillStyle = dark ? "#e8ebefcc" : "#1d2127cc";
     g.fill();
-    if (!piers.some((p) => p.structure === s.name)) places.push({ lines: [s.name, coordinates(...middle(h))], x: px(h.reduce((a, p) => Math.max(a, p[0]), -Infinity)) + 5, y: py(h[0][1]) - 4 });
+    east.set(s.name, px(h.reduce((a, p) => Math.max(a, p[0]), -Infinity)));
+    if (!piers.some((p) => p.structure === s.name)) places.push({ lines: [s.name, coordinates(...middle(h))], x: east.get(s.name) + 5, y: py(h[0][1]) - 4 });
   }
-  for (const p of piers) places.push({ lines: [p.name, coordinates(p.base[0] - origin[0], p.base[1] - origin[1])], x: px(p.base[0] - origin[0]) + 6, y: py(p.base[1] - origin[1]) - 6, foot: p });
+  for (const p of piers) {
+    const alone = piers.filter((q) => q.structure === p.structure).length === 1 && east.get(p.structure);   // beside it; of several each beside its foot
+    places.push({ lines: [p.name, coordinates(p.base[0] - origin[0], p.base[1] - origin[1])], x: (alone || px(p.base[0] - origin[0])) + 6, y: py(p.base[1] - origin[1]) - 6, foot: p });
+  }
   for (let b = 0; b < nb; b++) {
     const i = ((nf - 1) * nb + b) * 3, x = frames.position[i], y = frames.position[i + 1];
     if (!(x === x)) continue;

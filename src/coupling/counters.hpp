@@ -64,7 +64,7 @@ struct StructureContact {
   int block = 0, structure = 0;
   Vec3 point = Vec3::Zero(), force = Vec3::Zero(), normal = Vec3::Zero();
   double area = 0;
-  Arrival arrival;
+  Arrival arrival = {};
 };
 
 /// Sums over both sides of the interface, from the impulses that were really applied.

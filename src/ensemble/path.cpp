@@ -15,6 +15,23 @@
 #include "sim/world.hpp"
 
 namespace talus::ensemble {
+
+/// A part of a line, from p to p + d.
+struct Segment {
+  static constexpr double same = 1e-9;  // places as near to each other are one [m, or of its length]
+  int line = 0;
+  Eigen::Vector2d p, d;
+  int start = -1, end = -1;  // vertices that it shares with the segments before and after it; -1: none
+  double side(const Vec3& c) const { return d.x() * (c.y() - p.y()) - d.y() * (c.x() - p.x()); }
+  double slack() const { return same * (1 + d.norm()); }
+  double along(const Vec3& c) const { return d.dot(c.head<2>() - p) / d.norm(); }
+  bool holds(const Vec3& c) const { return along(c) >= -slack() && along(c) <= d.norm() + slack(); }
+  /// The shared vertex that c lies on; -1: none.
+  int vertex(const Vec3& c) const {
+    return along(c) <= slack() ? start : along(c) >= d.norm() - slack() ? end : -1;
+  }
+};
+
 namespace {
 
 constexpr double piece =
@@ -56,21 +73,6 @@ std::optional<double> blow_time(const Moment& a, const Moment& b, const Vec3& g)
 }
 
 double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
-
-struct Segment {
-  static constexpr double same = 1e-9;  // places as near to each other are one [m, or of its length]
-  int line = 0;
-  Eigen::Vector2d p, d;
-  int start = -1, end = -1;  // vertices that it shares with the segments before and after it; -1: none
-  double side(const Vec3& c) const { return cross(d, c.head<2>() - p); }
-  double slack() const { return same * (1 + d.norm()); }
-  double along(const Vec3& c) const { return d.dot(c.head<2>() - p) / d.norm(); }
-  bool holds(const Vec3& c) const { return along(c) >= -slack() && along(c) <= d.norm() + slack(); }
-  /// The shared vertex that c lies on; -1: none.
-  int vertex(const Vec3& c) const {
-    return along(c) <= slack() ? start : along(c) >= d.norm() - slack() ? end : -1;
-  }
-};
 
 /// Times in (a, b] at which the parabola through a changes sides, ascending.
 std::vector<double> parabola_times(const Moment& a, const Moment& b, const Segment& s, const Vec3& g) {

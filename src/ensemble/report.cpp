@@ -402,7 +402,8 @@ class Page {
                        number(s["probability"]["low"]) + " to " + number(s["probability"]["high"]) + ").</p>";
     if (s.value("crossings", 0L) == 0) return text;
     text +=
-        "<table><tr><th scope=\"col\"></th><th scope=\"col\">p50</th><th scope=\"col\">p90</th><th "
+        "<table><tr><th scope=\"col\">largest of a member</th><th scope=\"col\">p50</th><th "
+        "scope=\"col\">p90</th><th "
         "scope=\"col\">p95</th><th scope=\"col\">p99</th></tr>";
     const std::array<std::pair<const char*, double>, 3> units{std::pair{"kinetic energy, kJ", 1e-3},
                                                               std::pair{"speed, m/s", 1.0},
@@ -505,7 +506,8 @@ class Page {
     for (std::size_t q = 0; q < std::min<std::size_t>(12, order.size()); ++q) {
       const std::size_t k = order[q].second;
       text += fmt::format(
-          "<tr><td>{}</td>{}<td>{:.2f}</td><td>{:.3g}</td><td>{:.3g}</td><td>{:.0f}</td><td>{:.1f}, {:.1f}, "
+          "<tr><td>{}</td>{}<td>{:.2f}</td><td>{:.3g}</td><td>{:.3g}</td><td>{:.0f}</"
+          "td><td>{:.1f},&nbsp;{:.1f},&nbsp;"
           "{:.1f}</td></tr>",
           member[k], struck.empty() ? "" : "<td class=\"text\">" + io::xml_text(struck[k]) + "</td>", time[k],
           mass[k] / 1e3, std::sqrt(-2 * order[q].first / mass[k]), -order[q].first / 1e3, point[3 * k],

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include <nlohmann/json.hpp>
 
@@ -12,12 +13,27 @@ namespace {
 
 using nlohmann::json;
 
+/// False for a ring whose corners lie on one line: nothing is inside of it. By the triangles of its edges
+/// with its first corner.
+bool encloses_area(const std::vector<Eigen::Vector2d>& ring) {
+  double twice = 0, longest_sq = 0;
+  for (std::size_t i = 1; i < ring.size(); ++i) {
+    const Eigen::Vector2d a = ring[i - 1] - ring[0], b = ring[i] - ring[0];
+    twice += std::abs(a.x() * b.y() - a.y() * b.x());
+    longest_sq = std::max(longest_sq, b.squaredNorm());
+  }
+  return twice > 1e-12 * longest_sq;  // round-off of map coordinates
+}
+
 void add_polygon(const json& rings, Area& area) {
   Area::Polygon polygon;
   for (const json& ring : rings) {
     std::vector<Eigen::Vector2d> points;
     for (const json& p : ring) points.emplace_back(p.at(0).get<double>(), p.at(1).get<double>());
-    if (points.size() >= 3) polygon.push_back(std::move(points));
+    if (encloses_area(points))
+      polygon.push_back(std::move(points));
+    else if (polygon.empty())
+      return;
   }
   if (!polygon.empty()) area.polygons.push_back(std::move(polygon));
 }
@@ -208,7 +224,7 @@ Area read_area(const std::string& path) {
   if (area.polygons.empty())
     throw InputError(Problem{.file = path,
                              .key = "geojson",
-                             .rule = "holds no polygon",
+                             .rule = "holds no polygon that encloses an area",
                              .remedy = "give Polygon or MultiPolygon geometries"});
   return area;
 }

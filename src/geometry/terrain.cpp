@@ -44,6 +44,12 @@ Problem too_high(const std::string& path, int row, int column, double z) {
 /// Keeps the nodes within the crop box and one cell round it: what lies outside is no part of the scene, and
 /// nothing is said of it. Returns the row and column of the file that the first kept node has.
 std::pair<int, int> crop(Raster& r, const TerrainOptions& options, const std::string& path) {
+  if (r.columns < 2 || r.rows < 2)
+    throw InputError(Problem{.file = path,
+                             .key = "site.terrain",
+                             .value = fmt::format("{} columns, {} rows", r.columns, r.rows),
+                             .rule = "is no grid of a surface, which has two of each at least",
+                             .remedy = "give the grid of the whole slope"});
   const double dx = r.transform[1], dy = -r.transform[5];
   const double west = r.transform[0] + 0.5 * dx - options.origin.x(),
                north = r.transform[3] - 0.5 * dy - options.origin.y();

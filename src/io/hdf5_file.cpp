@@ -195,7 +195,8 @@ void Hdf5File::write_parts(const std::string& path, const Dims& dims,
   if (dataset < 0) write_failed(path_, path);
   std::size_t stride = 1, first = 0;
   for (std::size_t k = 1; k < dims.size(); ++k) stride *= dims[k];
-  parts([&](std::span<const T> values) {  // with the dataset open: chunks are deflated once they are full
+  // With the dataset open: chunks are deflated once they are full.
+  parts([&, dataset = static_cast<hid_t>(dataset)](std::span<const T> values) {
     const std::size_t rows = stride > 0 ? values.size() / stride : 0;
     if (rows * stride != values.size() || !write_hyperslab(dataset, first, rows, values.data()))
       write_failed(path_, path);

@@ -14,7 +14,8 @@ std::vector<Key> structure_keys() {
               "structure.NAME.enabled=false."},
       {.path = "structure.name",
        .type = Type::text,
-       .doc = "Name in histories and reports. Omitted: S and its place, from 1."},
+       .doc = "Name in histories and reports, which no block and no other structure has. Omitted: S and its "
+              "place, from 1."},
       {.path = "structure.kind",
        .type = Type::choice,
        .doc = "Parametric viaduct, column (base, section, height), box (position, size), or a mesh file.",

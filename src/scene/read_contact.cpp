@@ -364,20 +364,6 @@ Needs needed_pairs(const Scene& scene) {
   return needs;
 }
 
-double young_of(const Material& m) {
-  if (m.young > 0) return m.young;
-  return m.f_cm > 0 ? 21.5e9 * std::cbrt(m.f_cm / 10e6)
-                    : 0;  // fib Model Code 2010, eq. 5.1-20, quartzite aggregate
-}
-
-/// E* of two half-spaces; a material without a modulus does not give. 0 if neither has one [Pa].
-double hertz_modulus(const Material& a, const Material& b) {
-  double compliance = 0;
-  for (const Material* m : {&a, &b})
-    if (young_of(*m) > 0) compliance += (1 - m->poisson * m->poisson) / young_of(*m);
-  return compliance > 0 ? 1 / compliance : 0;
-}
-
 /// Size of the smallest block of either material, 0 if none is known.
 double least_block(const Scene& scene, int a, int b) {
   double least = 0;
@@ -403,7 +389,7 @@ void choose_stiffness(Scene& scene, int a, int b, ContactLaw& law) {
   const Material& first = scene.materials[static_cast<std::size_t>(a)];
   const Material& second = scene.materials[static_cast<std::size_t>(b)];
   law.chosen = true;
-  const double ea = young_of(first), eb = young_of(second);
+  const double ea = first.modulus(), eb = second.modulus();
   const double soft = ea > 0 && eb > 0 ? std::min(ea, eb) : std::max(ea, eb);
   const bool penalty = scene.simulation.method == Simulation::Method::dda1988;
   if (!(soft > 0)) {
@@ -493,9 +479,9 @@ void read_interfaces(Reading& in, const View& root) {
                         "its last slope goes on",
                         first, second, law.table.size(), law.table.back().second, law.table.back().first));
       if (law.kind == ContactLaw::Kind::hertz) {
-        law.hertz_modulus = hertz_modulus(scene.materials[static_cast<std::size_t>(a)],
-                                          scene.materials[static_cast<std::size_t>(b)]);
-        if (!(law.hertz_modulus > 0))
+        const double modulus = hertz_modulus(scene.materials[static_cast<std::size_t>(a)],
+                                             scene.materials[static_cast<std::size_t>(b)]);
+        if (!(modulus > 0))
           entry->view.problem(
               "contact_law",
               fmt::format("neither \"{}\" nor \"{}\" has a Young's modulus, and Hertz's law needs one", first,
@@ -504,7 +490,7 @@ void read_interfaces(Reading& in, const View& root) {
         else if (!root.has("resolved"))
           scene.notes.push_back(
               fmt::format("contact {}/{}: Hertz's law, 4/3 E* sqrt(R) with E* = {:.4g} GPa and R = {:.4g} m",
-                          first, second, law.hertz_modulus / 1e9, law.hertz_radius));
+                          first, second, modulus / 1e9, law.hertz_radius));
       }
       put(a, b, law);
       in.law_uses.push_back({entry->view, a, b});
@@ -559,6 +545,13 @@ void read_interfaces(Reading& in, const View& root) {
   }
   scene.law_pairs.assign(set.begin(), set.end());
   scene.law_pairs.insert(scene.law_pairs.end(), lent_pairs.begin(), lent_pairs.end());
+}
+
+double hertz_modulus(const Material& a, const Material& b) {
+  double compliance = 0;
+  for (const Material* m : {&a, &b})
+    if (m->modulus() > 0) compliance += (1 - m->poisson * m->poisson) / m->modulus();
+  return compliance > 0 ? 1 / compliance : 0;
 }
 
 }  // namespace talus::scene

@@ -3,6 +3,7 @@
 #pragma once
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -46,7 +47,14 @@ struct Material {
   std::optional<Roughness> roughness;  // of ground
   bool declared =
       true;  // false: named by a terrain or plane and an interface only, no [[material]] of its own
+  /// Young's modulus as given, else that of concrete of the strength f_cm, 21.5 GPa (f_cm / 10 MPa)^(1/3)
+  /// [fib Model Code 2010, eq. 5.1-20, quartzite aggregate]; 0: rigid [Pa].
+  double modulus() const { return young > 0 || !(f_cm > 0) ? young : 21.5e9 * std::cbrt(f_cm / 10e6); }
 };
+
+/// E* of two half-spaces, 1/E* = sum (1 - nu^2) / E; a material without a modulus does not give [hertz1882].
+/// 0 if neither has one [Pa].
+double hertz_modulus(const Material& a, const Material& b);
 
 /// Site: terrain file and its treatment; the mesh itself is built by geometry.
 struct Site {

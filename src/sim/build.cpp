@@ -63,6 +63,7 @@ std::unique_ptr<World> Builder::build() {
           .remedy = "start the members by talus ensemble"}});
   model_.gravity = s.simulation.gravity;
   add_terrain();
+  for (const StructureSpec& spec : s.structures) names_.insert(spec.name);
   for (const scene::Block& b : s.blocks) add_block(b);
   single_blocks_ = model_.blocks.size();
   add_rock_mass();

@@ -75,8 +75,9 @@ std::vector<Problem> other_unit(const scene::Block& b) {
 
 void Builder::push(dda::Model::Block b, const Vec3& c, const Mat3& rotation, const Vec3& v, const Vec3& w) {
   if (!names_.insert(b.name).second)
-    problem("block." + b.name, b.name, "two blocks have this name",
-            "rename one: copies of a release area are called NAME-1, NAME-2, ..., imported blocks as their "
+    problem("block." + b.name, b.name, "another block or a structure has this name",
+            "rename one, so that it is plain which struck which: copies of a release area are called NAME-1, "
+            "NAME-2, ..., imported blocks as their "
             "groups");
   dda::State& s = state_.blocks;
   s.c.push_back(c);

@@ -172,7 +172,8 @@ void Builder::check_buried_mass() {
 void Builder::check_release_areas() {
   const scene::Scene& s = world_->scene;
   for (const scene::Block& b : s.blocks) {
-    if (!b.release || b.release->at) continue;
+    const bool placed = names_.count(b.name + "-1") > 0;  // else an error has told that none finds a place
+    if (!b.release || b.release->at || !placed) continue;
     const geometry::AreaExtent extent =
         geometry::extent_of(geometry::read_area(b.release->polygon), s.site->origin, [&](double x, double y) {
           return std::isfinite(uppermost_ground(env_.terrain.get(), s.planes, x, y)) &&

@@ -75,21 +75,15 @@ void Builder::complete_laws() {
       const scene::Material &a = s.materials[static_cast<std::size_t>(i)],
                             &b = s.materials[static_cast<std::size_t>(j)];
       const std::string key = fmt::format("interface.{}/{}.contact_law", a.name, b.name);
-      if (law.kind == ContactLaw::Kind::hertz) {
-        const double soft = (a.young > 0 ? (1 - a.poisson * a.poisson) / a.young : 0) +
-                            (b.young > 0 ? (1 - b.poisson * b.poisson) / b.young : 0);
-        if (!(soft > 0) && i <= j)
-          problem(key, "hertz", "needs Young's modulus of at least one of the two materials",
-                  "give material.young (a material without it counts as rigid)");
-        if (soft > 0) law.normal_stiffness = 4.0 / 3.0 / soft * std::sqrt(law.hertz_radius);
-      }
+      if (law.kind == ContactLaw::Kind::hertz)
+        law.normal_stiffness = 4.0 / 3.0 * scene::hertz_modulus(a, b) * std::sqrt(law.hertz_radius);
       if (law.curved()) {
         if (law.chosen)
           law.shear_stiffness = 0;  // Coulomb friction without a shear spring, unless one is given
         law.stiffness = ContactLaw::Stiffness::per_contact;
         law.chosen = false;
       }
-      if (law.kind == ContactLaw::Kind::crushing && law.stiffness == ContactLaw::Stiffness::hard && i <= j)
+      if (law.crushes() && law.stiffness == ContactLaw::Stiffness::hard && i <= j)
         problem(key, "crushing", "a contact that crushes must be elastic before it does",
                 "give the interface a normal_stiffness, or the materials Young's moduli");
     }
@@ -134,8 +128,8 @@ double settles(const ContactLaw& law, const dda::Model::Block& block, double gra
   const double weight = block.mass * gravity;
   if (law.stiffness == ContactLaw::Stiffness::hard) return 0;
   if (law.kind == ContactLaw::Kind::table) return depth_by_table(law.table, weight / 3);
-  if (law.kind == ContactLaw::Kind::hertz) return std::pow(weight / (3 * law.normal_stiffness), 2.0 / 3.0);
-  if (law.stiffness == ContactLaw::Stiffness::per_contact) return weight / (3 * law.normal_stiffness);
+  if (law.stiffness == ContactLaw::Stiffness::per_contact)
+    return std::pow(weight / (3 * law.normal_stiffness), 1 / law.exponent());
   const double r = block.shape->inradius;
   return weight / (law.normal_stiffness * std::max(largest_face(*block.shape), 0.6 * r * r));
 }
@@ -172,8 +166,7 @@ void Builder::check_stiffness() {
                            worst->name, depth, 100 * part, part > refused ? "; 10 % at most" : "");
       p.remedy = table ? "look at the table's units: bare numbers are in m and N"
                        : fmt::format("take {:.2g} times the stiffness{}",
-                                     std::pow(part / (part > refused ? refused : told),
-                                              law.kind == ContactLaw::Kind::hertz ? 1.5 : 1.0),
+                                     std::pow(part / (part > refused ? refused : told), law.exponent()),
                                      part > refused ? " or more, or \"hard\""
                                                     : " for a hundredth of it, or accept it");
       if (part > refused) {

@@ -1,6 +1,7 @@
 #include "sim/builder.hpp"
 
 #include <algorithm>
+#include <array>
 #include <string_view>
 
 #include <fmt/format.h>
@@ -35,9 +36,9 @@ namespace {
 
 /// Parts of a mesh file that lie on each other without common nodes; of a structure without supports any
 /// parts that share none. A part that nothing holds where others are is an error of its own.
-std::vector<Problem> unmerged_parts(const StructureSpec& spec) {
-  if (spec.kind != "mesh" || !is_solid_mesh_file(spec.file)) return {};
-  const UnmergedNodes found = unmerged_nodes(read_solid_mesh(spec.file));
+std::vector<Problem> unmerged_parts(const StructureSpec& spec, const SolidMesh& mesh) {
+  if (mesh.nodes.empty()) return {};
+  const UnmergedNodes found = unmerged_nodes(mesh);
   Problem p;
   p.severity = Problem::Severity::warning;
   p.file = spec.file;
@@ -63,22 +64,30 @@ std::vector<Problem> unmerged_parts(const StructureSpec& spec) {
   return {p};
 }
 
-/// Mean edge of the faces of a surface [m].
-double mean_edge(const TriangleSurface& s) {
+/// Mean edge of the faces of a surface, of each triangle its two shorter ones: the longest may be the
+/// diagonal of a face of four corners [m].
+double mean_edge(const std::vector<Vec3>& nodes, const std::vector<std::array<int, 3>>& triangles) {
   double sum = 0;
-  for (const auto& t : s.triangles)
-    sum += (s.vertices[static_cast<std::size_t>(t[1])] - s.vertices[static_cast<std::size_t>(t[0])]).norm();
-  return sum / static_cast<double>(std::max<std::size_t>(1, s.triangles.size()));
+  for (const auto& t : triangles) {
+    std::array<double, 3> edge;
+    for (std::size_t k = 0; k < 3; ++k)
+      edge[k] =
+          (nodes[static_cast<std::size_t>(t[(k + 1) % 3])] - nodes[static_cast<std::size_t>(t[k])]).norm();
+    sum += 0.5 * (edge[0] + edge[1] + edge[2] - *std::max_element(edge.begin(), edge.end()));
+  }
+  return sum / static_cast<double>(std::max<std::size_t>(1, triangles.size()));
 }
 
 /// A structure of a mesh file larger than any that is built, thicker in all directions than any pier, or of
 /// cells that are, is one in millimetres or centimetres, whatever its head says of its unit or not. Numbers
 /// of a scene are refused by the same limits (scene/plausible.cpp).
-std::vector<Problem> mesh_unit_problems(const StructureSpec& spec, const contact::SurfaceIndex& skin) {
+std::vector<Problem> mesh_unit_problems(const StructureSpec& spec, const std::vector<Vec3>& nodes,
+                                        const std::vector<std::array<int, 3>>& triangles) {
   constexpr double longest = 3000, thickest = 100;  // [m]
   constexpr double coarsest = 5;                    // [m]: with such cells no pier or slab has two across
-  if (spec.kind != "mesh") return {};
-  const Vec3 size = skin.bounds().sizes();
+  Box3 box;
+  for (const Vec3& x : nodes) box.extend(x);
+  const Vec3 size = box.sizes();
   Problem p;
   p.severity = Problem::Severity::warning;
   p.file = spec.file;
@@ -89,15 +98,15 @@ std::vector<Problem> mesh_unit_problems(const StructureSpec& spec, const contact
     p.remedy = fmt::format("scale it by {:g} in the program that made it", unit.metres);
     return {p};
   }
-  const double edge = mean_edge(skin.surface());
+  const double edge = mean_edge(nodes, triangles);
   if (size.maxCoeff() <= longest && size.minCoeff() <= thickest && edge <= coarsest) return {};
   p.value = fmt::format("{:.4g} x {:.4g} x {:.4g} m", size.x(), size.y(), size.z());
   p.rule = size.maxCoeff() > longest    ? std::string("no structure is that large")
            : size.minCoeff() > thickest ? std::string("no structure is that thick")
                                         : fmt::format("no structure is computed by cells of {:.3g} m", edge);
   p.remedy = fmt::format(
-      "lengths of mesh files are metres: in millimetres it would be {:.3g} x {:.3g} x {:.3g} m; "
-      "scale it in the program that made it",
+      "lengths of mesh files are metres: in millimetres it would be {:.3g} x {:.3g} x {:.3g} m, in "
+      "centimetres ten times that; scale it in the program that made it",
       1e-3 * size.x(), 1e-3 * size.y(), 1e-3 * size.z());
   return {p};
 }
@@ -149,10 +158,23 @@ void Builder::add_structures() {
     part.material = spec.material;
     part.fixed_surface = world_->scene.coupling.scheme != scene::Coupling::Scheme::two_way;
     part.one_way = world_->scene.coupling.scheme == scene::Coupling::Scheme::one_way;
+    SolidMesh mesh;
+    std::vector<Problem> unit;
     try {
+      if (spec.kind == "mesh" && is_solid_mesh_file(spec.file)) {
+        mesh = read_solid_mesh(spec.file);
+        unit = mesh_unit_problems(spec, mesh.nodes, outer_triangles(mesh));
+      }
       part.structure = load_structure(spec, model_.gravity, report_of(spec.name));
+      if (const TriangleSurface& skin = part.structure->skin().surface();
+          spec.kind == "mesh" && mesh.nodes.empty())  // of a format that the finite elements read alone
+        unit = mesh_unit_problems(spec, skin.vertices, skin.triangles);
     } catch (const InputError& e) {
-      add_problems_of(e, spec);
+      if (unit.empty()) add_problems_of(e, spec);
+      for (Problem& p : unit) {  // whatever else is wrong with it follows from that
+        p.severity = Problem::Severity::error;
+        problems_.push_back(std::move(p));
+      }
       continue;
     }
     if (part.stepped() && part.structure->dofs() == 0)
@@ -164,8 +186,8 @@ void Builder::add_structures() {
                      ? std::make_unique<contact::SurfaceIndex>(part.structure->skin().surface())
                      : coupling::moving_index(part.structure->skin().surface());
     check_probes(spec, part.index->bounds());
-    add_warnings(mesh_unit_problems(spec, *part.index));
-    add_warnings(unmerged_parts(spec));
+    add_warnings(unit);
+    add_warnings(unmerged_parts(spec, mesh));
     add_warnings(fineness_problems(spec));
     if (!part.stepped() && !spec.loads.empty()) warn_of_unused_loads(spec);
     if (part.fixed_surface && impact_refinement(spec).cell_size > 0) warn_of_no_strikes(spec);

@@ -61,7 +61,7 @@ std::string html(const Report& report) {
   std::string s = fmt::format(
       "<!doctype html>\n<html lang=\"en\"><meta charset=\"utf-8\"><meta name=\"viewport\" "
       "content=\"width=device-width,initial-scale=1\"><title>Talus "
-      "verification</title><style>{}</style>\n<h1>Verification</h1>\n",
+      "verification</title><style>{}</style>\n<main><h1>Verification</h1>\n",
       style);
   s += fmt::format(
       "<p><b class=\"{}\">{}</b>: {} comparisons passed, {} fell short, {} not available, {} shown for "
@@ -73,7 +73,8 @@ std::string html(const Report& report) {
   for (const std::string& suite : suites) {
     s += fmt::format(
         "<h2>{}</h2>\n<div "
-        "class=\"wide\"><table><tr><th><th>case<th>quantity<th>method<th>expected<th>measured<th>error<th>"
+        "class=\"wide\"><table><tr><th>result<th>case<th>quantity<th>method<th>expected<th>measured<th>error<"
+        "th>"
         "allowed<th>order<th>CPU s<th>energy defect<th>reference</tr>\n",
         escaped(suite));
     for (const CaseResult& r : report.results) {
@@ -100,7 +101,7 @@ std::string html(const Report& report) {
       if (q.case_id == p.case_id) own.push_back(q);
     s += svg_plot(escaped(p.title), own);
   }
-  return s + (drawn.empty() ? "" : "</div>\n") + "</html>\n";
+  return s + (drawn.empty() ? "" : "</div>\n") + "</main></html>\n";
 }
 
 }  // namespace talus::verify

@@ -331,6 +331,13 @@ const tests = {
       const folded = () => page.locator("details:not([open])").count(), before = await folded();
       await page.evaluate(() => dispatchEvent(new Event("beforeprint")));
       assert.equal(await folded(), 0, "on paper nothing is folded");
+      // A4 of 19 cm between its margins: no column beyond them, in type that is set for paper.
+      await page.emulateMedia({ media: "print" });
+      await page.setViewportSize({ width: 718, height: 1000 });
+      const beyond = await page.evaluate(() => [...document.querySelectorAll("table.data")].filter((t) => t.getBoundingClientRect().right > innerWidth + 1 || parseFloat(getComputedStyle(t).fontSize) > 10).map((t) => t.closest(".table").querySelector("b").textContent));
+      assert.deepEqual(beyond, [], "tables wider than the paper");
+      await page.emulateMedia({ media: "screen" });
+      await page.setViewportSize({ width: 390, height: 844 });
       await page.evaluate(() => dispatchEvent(new Event("afterprint")));
       assert.equal(await folded(), before);
       await page.locator("#plots summary").first().click();

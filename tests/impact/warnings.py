@@ -173,6 +173,11 @@ for head, scale, z, part, absent in (("** Units: mm\n", 1, 7, "mm: is the unit t
                                      ("", 1, 7, "Structure M: 4 elements", ["the unit that", "no structure is"]), ("** cells of 500 mm\n", 1, 7, "Structure M: 4 elements", ["the unit that"])):
     (out / "plate.inp").write_text(plate(head, scale))
     expect(f"a mesh headed {head!r}, of {scale} m", check(meshed % z), 0, part, absent=absent)
+# By the mesh as it stands in the file, and before all that follows from its size.
+(out / "plate.inp").write_text(plate("", 1000))
+expect("a mesh in millimetres", check(meshed % 6000), 0, "warning: structure.M.file = 1000 x 1000 x 100 m: no structure is computed by cells of")
+got = check(meshed % 6000 + 'damage = "concrete"\n')
+expect("a concrete mesh in millimetres", got, 2, "error: structure.M.file = 1000 x 1000 x 100 m: no structure", "in millimetres it would be 1 x 1 x 0.1 m", absent=["snap back"])
 # An area of copies of which a part lies beside the ground; a rock mass beside it: one fault, one warning.
 ring = lambda a, b: {"type": "Polygon", "coordinates": [[[a, 20], [b, 20], [b, 80], [a, 80], [a, 20]]]}
 copies = base.replace('position = [80, 80, 40]', 'release = { polygon = "copies.geojson", count = 3 }')
@@ -290,6 +295,21 @@ for word, remedy in [("chek", 'did you mean "check"?'), ("scene.toml", "for exam
 released = base.replace("slope.asc", "comma.asc").replace("position = [80, 80, 40]", 'release = { polygon = "source.geojson" }')
 got = check(released)
 expect("a grid with decimal commas", got, 2, "has a decimal comma", absent=["no place of the area", "2 errors"])
+
+# A source area beside the terrain, or of corners on a line: one cause, told once.
+released = released.replace("comma.asc", "slope.asc")
+square = (out / "source.geojson").read_text()
+(out / "source.geojson").write_text(square.replace("[70,", "[970,").replace("[90,", "[990,"))
+expect("an area beside the terrain", check(released), 2, "no place of the area lies over the terrain", absent=["warning"])
+(out / "source.geojson").write_text(square.replace("90]", "70]"))
+expect("an area of no width", check(released), 2, "holds no polygon that encloses an area", absent=["degrees", "warning"])
+
+# A grid of one row is no surface, crop or not.
+(out / "row.asc").write_text("ncols 11\nnrows 1\nxllcenter 0\nyllcenter 0\ncellsize 10\n" + " ".join("1" for _ in range(11)) + "\n")
+expect("a grid of one row", check(base.replace("slope.asc", "row.asc")), 2, "11 columns, 1 rows: is no grid of a surface", absent=["site.crop"])
+
+# A block by the name of a structure: no sentence could tell which struck which.
+expect("a block by the name of a structure", check((base + column % ("6", "1 m")).replace('name = "B"', 'name = "P"')), 2, "another block or a structure has this name")
 
 # [impact] in a run without it.
 impact = """[impact]

@@ -192,6 +192,18 @@ class Running(unittest.TestCase):
         with self.assertRaises(FileNotFoundError):
             talus.open(self.root)
 
+    def test_values_of_set_are_what_python_has(self):
+        plan = lambda key, value: talus.check(SLIDE, {key: value})
+        turned = {"rotation_vector": [np.float32(0), "35 deg", np.float64(0)]}
+        self.assertEqual(plan("block.B1.orientation", turned).plan, plan("title", "x").plan)
+        self.assertEqual(plan("title", 'a "b"').title, 'a "b"')
+        with self.assertRaises(talus.SceneError) as caught:
+            plan("site", {"terrain": self.root / "none.asc", "material": "slope"})
+        self.assertIn("no file " + str(self.root / "none.asc"), str(caught.exception))
+        for value in (None, {"a": None}, object()):
+            with self.assertRaisesRegex(TypeError, "a value of `set` is"):
+                plan("title", value)
+
     def test_stopped_and_resumed_to_the_same_bits(self):
         class Enough(Exception):
             pass
@@ -271,6 +283,17 @@ class Running(unittest.TestCase):
         with talus.run(SLIDE, self.root / "slide") as r:
             with self.assertRaisesRegex(KeyError, "no block B7; there are B1"):
                 r.blocks["B7"]
+            with self.assertRaisesRegex(KeyError, "/ledger has no heat; it has algorithmic"):
+                r.ledger["heat"]
+            with self.assertRaisesRegex(KeyError, "has no /ledger/heat"):
+                r.unit("/ledger/heat")
+            with self.assertRaisesRegex(AttributeError, "/ledger has no heat; it has algorithmic"):
+                r.ledger.heat
+        text = self.root / "scene.toml"
+        text.write_text(SLIDE)
+        for opener in (talus.open, talus.open_ensemble):
+            with self.assertRaisesRegex(OSError, "scene.toml: no HDF5 file"):
+                opener(text)
         with self.assertRaisesRegex(FileNotFoundError, "talus.open reads it"):
             talus.open_ensemble(self.root / "slide")
 

@@ -30,7 +30,6 @@ struct ContactLaw {
   enum class Kind { linear, hertz, crushing, table };
   Kind kind = Kind::linear;
   double hertz_radius = 0;       // [m], Kind::hertz
-  double hertz_modulus = 0;      // E* of the two materials [Pa], Kind::hertz
   double crushing_pressure = 0;  // [Pa], Kind::crushing
   double yield_gradient = 0;     // by which that pressure grows with the depth crushed [Pa/m], Kind::crushing
   double yield_thickness = 0;    // of what crushes, 0: without end [m], Kind::crushing
@@ -47,8 +46,13 @@ struct ContactLaw {
 
   bool operator==(const ContactLaw&) const = default;
 
-  /// Its force follows a curve of its own, which takes the place of `normal_stiffness`.
+  /// Its force follows a curve of its own, which takes the place of `normal_stiffness`. What is not curved is
+  /// springs of a stiffness, at a face by its area.
   bool curved() const { return kind == Kind::hertz || kind == Kind::table; }
+  /// It keeps a part of its indentation for good, so that its force depends on what was reached before.
+  bool crushes() const { return kind == Kind::crushing; }
+  /// n of a force that grows as x^n, up to where it crushes; 0: another curve [1].
+  double exponent() const { return kind == Kind::table ? 0.0 : kind == Kind::hertz ? 1.5 : 1.0; }
   /// It presses by a spring; else the contact is hard.
   bool sprung() const { return stiffness != Stiffness::hard || curved(); }
   /// Newton's restitution of a contact that comes on with a normal speed v [m/s]: restitution / (1 + (v /
@@ -60,7 +64,7 @@ struct ContactLaw {
   }
   /// It has a ground law of its own: one that yields, ploughs, or changes with the way slid.
   bool yields() const {
-    return kind == Kind::crushing &&
+    return crushes() &&
            (yield_gradient > 0 || yield_thickness > 0 || ploughing_pressure > 0 || ploughing_density > 0);
   }
   bool changes_with_way() const { return friction_most > 0; }

@@ -140,7 +140,7 @@ double NormalLaw::work(double x) const {
 
 double NormalLaw::stored(double x) const {
   if (bed) return bed->stored(x);
-  if (law->kind != ContactLaw::Kind::crushing) return work(x);
+  if (!law->crushes()) return work(x);
   if (x <= crushed) return 0;
   const double back = crushed_after(x);  // it springs back to there
   return elastic_energy(x) - elastic_energy(back) - elastic(back) * (x - back);
@@ -148,7 +148,7 @@ double NormalLaw::stored(double x) const {
 
 double NormalLaw::crushed_after(double x) const {
   if (bed) return bed->crushed_after(x);
-  if (law->kind != ContactLaw::Kind::crushing) return 0.0;
+  if (!law->crushes()) return 0.0;
   return plain() ? std::max(crushed, x - yield()) : std::max(crushed, inverse(lost(x)));
 }
 
@@ -156,6 +156,26 @@ double NormalLaw::depth_of(double energy) const {
   if (law->kind == ContactLaw::Kind::crushing)  // p A/k f(x - p A/k) < W
     return yield() + inverse(energy / yield());
   return corner ? corner->depth_of_square(energy / stiffness) : std::sqrt(2 * energy / stiffness);
+}
+
+double NormalLaw::stiffest(double energy, double weight, double least) const {
+  switch (law->kind) {
+    case ContactLaw::Kind::linear:
+    case ContactLaw::Kind::crushing:
+      if (!corner) return stiffness;
+      return elastic_slope(
+          std::max({least, corner->depth_of(weight / stiffness), depth_of(work(least) + energy)}));
+    case ContactLaw::Kind::hertz:  // 2/5 k x^(5/2) = W, k x^(3/2) = m g
+      return slope(std::max(
+          {least, std::pow(2.5 * energy / stiffness, 0.4), std::pow(weight / stiffness, 2.0 / 3.0)}));
+    case ContactLaw::Kind::table: {
+      double most = 0;
+      for (std::size_t i = 1; i < law->table.size(); ++i)
+        most = std::max(most, slope(0.5 * (law->table[i - 1].first + law->table[i].first)));
+      return most;
+    }
+  }
+  return stiffness;
 }
 
 double NormalLaw::mean_force(double x0, double x1, double& derivative) const {

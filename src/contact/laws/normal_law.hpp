@@ -51,7 +51,7 @@ struct NormalLaw {
   /// A leapfrog's step begins at x; what the skin and turning add to the way that the last step was told is
   /// no crushing of this one.
   void begin_step(double x) {
-    if (bed || law->kind != ContactLaw::Kind::crushing) return;
+    if (bed || !law->crushes()) return;
     start = x;
     crushed = std::max(crushed, x - yield());
   }
@@ -70,6 +70,9 @@ struct NormalLaw {
   double pressed_area(double x) const { return limit / law->crushing_pressure * part(x); }  // crushing [m^2]
   double depth_of(double energy) const;  // linear: x at which it stores that; crushing: no less than x at
                                          // which it has taken that, nothing crushed before [m]
+  /// Greatest slope on the way to the depth that an approach of that energy, after what was done up to
+  /// `least`, and a weight lead to, no less than `least` [N/m].
+  double stiffest(double energy, double weight, double least) const;
   /// Mean force over a step from x0 to x1, and its derivative by x1.
   double mean_force(double x0, double x1, double& derivative) const;
   /// The same with no force below 0 for the linear law too, and x0 on the way that led to the present place:
@@ -104,7 +107,7 @@ struct NormalLaw {
   double reached(double crushed) const;  // x on that way at which so much is crushed [m]
   double yield() const { return limit / stiffness; }  // crushing: p A/k [m]
   bool yields() const {
-    return law->kind == ContactLaw::Kind::crushing && start - crushed >= yield() * (1 - 1e-3);
+    return law->crushes() && start - crushed >= yield() * (1 - 1e-3);
   }  // what the skin gives way meanwhile left apart
 };
 

@@ -28,8 +28,7 @@ double friction_now(const dda::State& s, const Touch& t, double ahead) {
 
 void share_width(std::span<Touch> touches) {
   const auto ploughs = [](const Touch& t) {
-    return t.law->kind == ContactLaw::Kind::crushing &&
-           (t.law->ploughing_pressure > 0 || t.law->ploughing_density > 0) && t.at.gap < 0;
+    return (t.law->ploughing_pressure > 0 || t.law->ploughing_density > 0) && t.at.gap < 0;
   };
   double all = 0;
   for (Touch& t : touches) {

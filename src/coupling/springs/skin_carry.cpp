@@ -82,7 +82,7 @@ void leave_to_others(std::uint64_t partner, std::span<Touch> touches,
     });
   };
   for (Touch& t : touches) {
-    const bool springs_back = t.stiffness > 0 && t.law->kind != ContactLaw::Kind::crushing;
+    const bool springs_back = t.stiffness > 0 && !t.law->crushes();
     if (!springs_back || !(t.at.gap < 0) || !alike(t)) continue;
     Heir& heir = heirs.emplace_back(Heir{&t, -t.at.gap, -before(t) * (t.approach + t.sooner), 0});
     heir.energy = heir.energy_at(1);

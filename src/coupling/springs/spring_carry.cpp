@@ -20,7 +20,7 @@ struct Spring {
   Touch* touch;
   const ContactMemory* last;  // null: it has appeared
   double depth;               // indentation [m]
-  bool crushes() const { return touch->law->kind == ContactLaw::Kind::crushing; }
+  bool crushes() const { return touch->law->crushes(); }
   /// Indentation where those of all are scaled by s; what crushes goes no deeper than it is, or yields.
   double scaled(double s) const {
     const contact::NormalLaw& law = touch->normal_law;
@@ -48,14 +48,11 @@ struct Spring {
 /// power law, else by bisection.
 double scale_to(const std::vector<Spring*>& springs, double energy, double now) {
   if (!(energy > 0) || !(now > 0)) return 0;
-  const ContactLaw::Kind kind = springs.front()->touch->law->kind;
-  const bool power = std::all_of(springs.begin(), springs.end(),
-                                 [&](const Spring* p) {
-                                   return p->touch->law->kind == kind && !p->touch->normal_law.corner;
-                                 }) &&
-                     (kind == ContactLaw::Kind::linear || kind == ContactLaw::Kind::hertz);
-  if (power)
-    return std::min(most_growth, std::pow(energy / now, kind == ContactLaw::Kind::linear ? 0.5 : 0.4));
+  const double n = springs.front()->touch->law->exponent();
+  const bool power = n > 0 && std::all_of(springs.begin(), springs.end(), [&](const Spring* p) {
+                       return p->touch->law->exponent() == n && !p->crushes() && !p->touch->normal_law.corner;
+                     });
+  if (power) return std::min(most_growth, std::pow(energy / now, 1 / (n + 1)));
   const auto too_much = [&](double s) {
     double sum = 0;
     for (const Spring* p : springs) sum += p->stored_at(s);
@@ -77,9 +74,7 @@ const ContactMemory* nearest_alike(const std::vector<const ContactMemory*>& list
 /// True of a loaded spring that presses much the same way as one that vanished loaded, and is no bond's,
 /// which is as stiff as its area.
 bool inherits(const Spring& p, const std::vector<const ContactMemory*>& lost) {
-  const ContactLaw::Kind kind = p.touch->law->kind;
-  if (kind != ContactLaw::Kind::linear && kind != ContactLaw::Kind::hertz) return false;
-  return p.depth > 0 && !p.touch->pulls() &&
+  return p.touch->law->exponent() > 0 && !p.crushes() && p.depth > 0 && !p.touch->pulls() &&
          std::any_of(lost.begin(), lost.end(), [&](const ContactMemory* m) {
            return m->normal_energy > 0 && m->normal.dot(p.touch->at.normal) > near_enough;
          });

@@ -261,7 +261,7 @@ void remember_all(const IslandContext& in, Step& step, IslandReport& report, boo
 void report_crushing(const IslandContext& in, const Step& step, IslandReport& report) {
   Counters& n = report.counters;
   for (const Touch& t : step.touches) {
-    if (t.row < 0 || t.stiffness == 0 || t.law->kind != ContactLaw::Kind::crushing) continue;
+    if (t.row < 0 || t.stiffness == 0 || !t.law->crushes()) continue;
     const double depth = t.normal_law.crushed_after(t.indentation);
     n.crush_depth = std::max(n.crush_depth, depth);
     if (!(t.law->yield_thickness > 0) || depth / t.law->yield_thickness <= n.crush_share) continue;

@@ -62,7 +62,7 @@ struct ContactLoss {
 /// on that way only the rest of it went into crushing: what the last half step holds tells how much was
 /// stored.
 double crushed_by_half(const Touch& t, double before) {
-  if (t.law->kind != ContactLaw::Kind::crushing) return 0;
+  if (!t.law->crushes()) return 0;
   const double stored_before = 2 * (t.stored - t.sheared) - t.normal_law.stored(-t.at.gap);
   const double last =
       std::clamp(stored_before - t.normal_law.before(before), 0.0, -t.normal_law.crushing_before(before));

@@ -22,6 +22,13 @@
 #include "coupling/system/island_run.hpp"
 
 namespace talus::coupling {
+
+/// Where a structure's skin was as a stretch began.
+struct SkinBefore {
+  std::uint64_t revision = 0;
+  std::vector<Vec3> vertices;
+};
+
 namespace {
 
 constexpr int few_blocks = 12;         // in motion, up to which a stretch beside a structure is not shortened
@@ -122,12 +129,6 @@ std::vector<StructureContact> resting_rows(const SystemState& state, const std::
   }
   return rows;
 }
-
-/// Where a structure's skin was as a stretch began.
-struct SkinBefore {
-  std::uint64_t revision = 0;
-  std::vector<Vec3> vertices;
-};
 
 /// Farthest that a vertex of the skin is from where it was; of one that has lost cells since, unknown and
 /// none [m].

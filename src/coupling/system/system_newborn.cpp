@@ -83,7 +83,7 @@ void start_touching(CoupledSystem& system, const CandidatePair& pair, std::span<
   double deepest = 0;
   for (const Touch& t : touches) {
     if (t.at.gap >= 0) continue;
-    if (t.normal_law.bed == nullptr || t.law->kind != ContactLaw::Kind::linear) {
+    if (t.normal_law.bed == nullptr || t.law->crushes()) {
       deepest = std::max(deepest, t.offset - t.at.gap);
       continue;
     }

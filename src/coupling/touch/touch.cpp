@@ -146,15 +146,14 @@ bool presses_on(const StructurePart& part, const ContactMemory& m, std::uint64_t
         return false;
     }
   }
-  at = FoundPoint{};
-  at.at.key = m.feature;
-  at.at.normal = m.normal;
-  at.at.point_a = x;
-  at.at.gap = -m.indentation;
-  at.at.point_b = x - m.indentation * m.normal;
-  at.at.face_a = triangle;
-  at.at.face_b = -1;
-  at.on_edge = true;
+  at = {.at = {.point_a = x,
+               .point_b = x - m.indentation * m.normal,
+               .normal = m.normal,
+               .gap = -m.indentation,
+               .area = 0,
+               .key = m.feature,
+               .face_a = triangle},
+        .on_edge = true};
   return true;
 }
 
@@ -422,7 +421,7 @@ void make_touches(const dda::Model& m, const dda::State& s, const Environment& e
     const ContactLaw& law = env.laws(env.structures[of_a].material, m.blocks[kb].material);
     FoundPoint pressed;
     for (const ContactMemory& c : memory)
-      if (law.kind != ContactLaw::Kind::crushing && !is_bed(law) &&
+      if (!law.crushes() && !is_bed(law) &&
           presses_on(env.structures[of_a], c, partner, std::span(out).subspan(first), shape_b,
                      dda::pose(s, pair.b), pressed)) {
         take(pressed);

@@ -121,9 +121,7 @@ struct Touch : TouchSpring, TouchRow {
 };
 
 /// What a crushing bed crushes is told by its craters.
-inline bool booked_by_craters(const Touch& t) {
-  return t.normal_law.bed && t.law->kind == ContactLaw::Kind::crushing;
-}
+inline bool booked_by_craters(const Touch& t) { return t.normal_law.bed && t.law->crushes(); }
 
 /// Energy of a spring that pulls, stretched by -depth [J].
 inline double pull_energy(const Touch& t, double depth) {

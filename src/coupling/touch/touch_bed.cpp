@@ -260,8 +260,7 @@ void stand_on_points(const TriangleSurface& skin, const Touch& whole, const cont
 }  // namespace
 
 bool is_bed(const ContactLaw& law) {
-  return law.stiffness == ContactLaw::Stiffness::per_area &&
-         (law.kind == ContactLaw::Kind::linear || law.kind == ContactLaw::Kind::crushing);
+  return law.stiffness == ContactLaw::Stiffness::per_area && !law.curved();
 }
 
 bool is_crater(const ContactMemory& m) { return contact::form_of(m.feature) == Form::crater; }
@@ -309,7 +308,7 @@ void find_bed(const TriangleSurface& skin, const contact::SurfaceIndex& index, c
               const std::vector<ContactMemory>& memory, const Tilts& tilts, std::vector<Touch>& out) {
   thread_local std::vector<contact::Footprint> parts;
   parts.clear();
-  const bool crushes = law.kind == ContactLaw::Kind::crushing;
+  const bool crushes = law.crushes();
   const double limit =
       crushes ? law.crushing_pressure / law.normal_stiffness : std::numeric_limits<double>::infinity();
   contact::skin_bed(index, shape, pose, margin, limit, parts);

@@ -60,15 +60,6 @@ double damping_ratio(const ContactLaw& law, bool lasts) {
   return contact::damping_ratio_for(*law.restitution);
 }
 
-/// Slope of a corner's law where this approach and the weight lead to at most [N/m].
-double deepest_slope(const Touch& t, const Stopped& by) {
-  const contact::NormalLaw& law = t.normal_law;
-  const double now = std::max(0.0, -t.at.gap),
-               energy = law.work(now) + 0.5 * by.mass * t.approach * t.approach,
-               rest = law.corner->depth_of(by.weight / law.stiffness);
-  return law.stiffness * law.part(std::max({now, rest, law.depth_of(energy), by.least_depth()}));
-}
-
 }  // namespace
 
 double mass_in_series(const dda::Model& m, const Touch& t) {
@@ -80,8 +71,7 @@ double mass_in_series(const dda::Model& m, const Touch& t) {
 }
 
 bool presses_by_area(const ContactLaw& law) {
-  return (law.stiffness == ContactLaw::Stiffness::per_area && law.kind == ContactLaw::Kind::linear) ||
-         law.kind == ContactLaw::Kind::crushing;
+  return (law.stiffness == ContactLaw::Stiffness::per_area && !law.curved()) || law.crushes();
 }
 
 const ContactMemory* recall(const std::vector<ContactMemory>& memory, std::uint64_t partner, Touch& t) {
@@ -96,7 +86,7 @@ const ContactMemory* recall(const std::vector<ContactMemory>& memory, std::uint6
 }
 
 void hold_on(Touch& t, const ContactMemory* last, bool grows) {
-  if (t.stiffness == 0 || t.law->kind == ContactLaw::Kind::crushing) return;
+  if (t.stiffness == 0 || t.law->crushes()) return;
   double indentation = std::max(0.0, -t.at.gap);
   if (last != nullptr && last->indentation > 0) {
     const bool point = t.at.area == 0 && t.law->kind == ContactLaw::Kind::linear;
@@ -176,29 +166,10 @@ void set_spring(Touch& t, const Stopped& by, const contact::CornerCell& cell, do
   t.normal_law.crushed = crushed;
   t.shear_stiffness = law.shear_stiffness * share;
   if (cell.triangles.empty() || !presses_by_area(law)) t.corner_normal.setZero();
-  switch (law.kind) {
-    case ContactLaw::Kind::crushing:
-    case ContactLaw::Kind::linear:
-      t.stiffness = t.normal_law.stiffness;
-      if (!cell.triangles.empty() && presses_by_area(law)) {
-        t.normal_law.corner = std::make_shared<const contact::CornerArea>(cell.triangles);
-        t.stiffness = deepest_slope(t, by);
-      }
-      break;
-    case ContactLaw::Kind::hertz: {
-      // The deepest that this approach and the weight reach: 2/5 k x^(5/2) = m v^2 / 2, k x^(3/2) = m g.
-      const double k = t.normal_law.stiffness;
-      const double impact = std::pow(1.25 * by.mass * t.approach * t.approach / k, 0.4),
-                   rest = std::pow(by.weight / k, 2.0 / 3.0);
-      t.stiffness = t.normal_law.slope(std::max({impact, rest, -t.at.gap, by.least_depth()}));
-      break;
-    }
-    case ContactLaw::Kind::table:
-      for (std::size_t i = 1; i < law.table.size(); ++i)
-        t.stiffness =
-            std::max(t.stiffness, t.normal_law.slope(0.5 * (law.table[i - 1].first + law.table[i].first)));
-      break;
-  }
+  if (!cell.triangles.empty() && presses_by_area(law))
+    t.normal_law.corner = std::make_shared<const contact::CornerArea>(cell.triangles);
+  t.stiffness = t.normal_law.stiffest(0.5 * by.mass * t.approach * t.approach, by.weight,
+                                      std::max(-t.at.gap, by.least_depth()));
 }
 
 bool gives_less_than_cell(const ContactLaw& law, double stiffness, double cell) {
