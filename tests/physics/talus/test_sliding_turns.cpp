@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "sim/world.hpp"
 #include "verify/measures.hpp"
 #include "verify/scene_text.hpp"
 
