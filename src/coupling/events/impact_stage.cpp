@@ -126,7 +126,9 @@ bool ImpactStage::resolve(double time) {
     if (!meets_hard(in_, t)) continue;
     along = along || t.law->restitution_tangential.value_or(0) != 0;
     const bool closes = in_.scale.left_open(t) && t.approach > -2 * in_.scale.closing_speed();
-    if (t.approach < -impact_speed(in_, t) && !closes && !spring_presses(in_, t)) {
+    // What a bond's two points approach by is the error of the last step, and comes with either sign.
+    const bool held = t.holds() && t.persistent;
+    if (t.approach < -impact_speed(in_, t) && !closes && !held && !spring_presses(in_, t)) {
       approaching = true;
       given = given || t.law->restitution.has_value();
     }

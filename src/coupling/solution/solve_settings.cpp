@@ -46,6 +46,13 @@ contact::SolveSettings how_closely(const StepToSolve& s) {
   else if (s.h > 0 && s.heap)  // half of all that a step may be off, or twice the part of what moves
     settings.sufficient = std::max(2 * settings.tolerance,
                                    std::min(0.5 / contact::tolerances().solved * allowed, 2 * s.accuracy));
+  // A bond is judged by what it bears, r m/h of a residual r, times the levers of all that hangs on it: as
+  // close as it can be had, down to the motion by which one breaks.
+  if (s.heap && s.bonded && !s.small && s.h > 0) {
+    settings.sufficient = std::max(settings.sufficient, settings.tolerance);
+    settings.tolerance =
+        std::min(settings.tolerance, contact::tolerances().still * s.speed / settings.velocity_scale);
+  }
   // A loaded spring's row holds its elongation over h: of short steps that leaves no more than round-off of
   // it.
   const double round_off = std::numeric_limits<double>::epsilon() * s.largest_bias / settings.velocity_scale;

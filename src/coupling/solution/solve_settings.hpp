@@ -18,6 +18,7 @@ struct StepToSolve {
                        // 0: they are not [m/s]
   bool provisional = false;  // its rows are made again about its solution
   bool heap = false;         // many blocks, no structure
+  bool bonded = false;       // hard bonds hold
   bool sub_step = false;     // explicit, at a structure
   bool blocks = false;       // some take part
   bool sprung =
