@@ -171,6 +171,7 @@ bool ImpactStage::resolve(double time) {
     t.approach = t.at.normal.dot(point_velocity(in_.state, t.b, t.at.point_b) -
                                  partner_velocity(in_.state, in_.env, t));
     if (t.row >= 0 && std::abs(t.approach) < contact::tolerances().still * in_.scale.speed) t.approach = 0;
+    if (t.holds() && t.approach > slow_speed(in_, t)) t.persistent = false;  // the blow tears it
     t.row = -1;
   }
   return true;
