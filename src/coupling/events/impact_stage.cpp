@@ -126,7 +126,9 @@ bool ImpactStage::resolve(double time) {
     if (!meets_hard(in_, t)) continue;
     along = along || t.law->restitution_tangential.value_or(0) != 0;
     const bool closes = in_.scale.left_open(t) && t.approach > -2 * in_.scale.closing_speed();
-    if (t.approach < -impact_speed(in_, t) && !closes && !spring_presses(in_, t)) {
+    // What a bond's two points approach by is the error of the last step, and comes with either sign.
+    const bool held = t.holds() && t.persistent;
+    if (t.approach < -impact_speed(in_, t) && !closes && !held && !spring_presses(in_, t)) {
       approaching = true;
       given = given || t.law->restitution.has_value();
     }
@@ -169,6 +171,7 @@ bool ImpactStage::resolve(double time) {
     t.approach = t.at.normal.dot(point_velocity(in_.state, t.b, t.at.point_b) -
                                  partner_velocity(in_.state, in_.env, t));
     if (t.row >= 0 && std::abs(t.approach) < contact::tolerances().still * in_.scale.speed) t.approach = 0;
+    if (t.holds() && t.approach > slow_speed(in_, t)) t.persistent = false;  // the blow tears it
     t.row = -1;
   }
   return true;

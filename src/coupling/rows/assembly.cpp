@@ -498,8 +498,8 @@ void RowAssembly::assemble(double h, bool time_stepped, bool first_pass) {
       } else if (at_structure) {
         if (t.at.gap + h * t.approach < contact::tolerances().structure_near * in_.scale.length)
           t.mode = Mode::end;
-      } else if (t.holds() && (time_stepped || t.approach <= slow_speed(in_, t))) {
-        t.mode = Mode::closed;  // its two points stay together
+      } else if (t.holds() && (time_stepped || t.persistent || t.approach <= slow_speed(in_, t))) {
+        t.mode = Mode::closed;  // its points stay together: they part by the error of the last step
       } else if (t.at.gap <= in_.scale.touch_gap() ||
                  (t.at.gap <= in_.scale.near_gap() &&
                   std::abs(t.approach) <= (time_stepped ? slow_speed(in_, t) : impact_speed(in_, t)))) {

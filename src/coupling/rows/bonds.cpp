@@ -25,13 +25,9 @@ bool bond_breaks(const IslandContext& in, const Step& step, const Touch& t) {
   const bool torn = c.impulse[0] <= -least + nearly * least,
              slid = c.cohesion > 0 && c.impulse.tail<2>().norm() >= (1 - nearly) * most;
   if (!torn && !slid) return false;
-  const double shows = step.solution.stagnated
-                           ? in.settings.accuracy * in.scale.length / step.length
-                           : 0.0;  // where the search has stalled, what the accuracy asked for tells
   const Vec3 moves = row_velocity(step, t);
-  return std::max(moves[0], moves.tail<2>().norm()) >
-         std::max({contact::tolerances().still * in.scale.speed,
-                   times_unsolved * step.solution.unsolved_speed, shows});
+  return std::max(moves[0], moves.tail<2>().norm()) > std::max(contact::tolerances().still * in.scale.speed,
+                                                               times_unsolved * step.solution.unsolved_speed);
 }
 
 bool spring_bond_gives_way(const Step& step, const Touch& t) {

@@ -101,20 +101,21 @@ bool ProblemSolver::solve(double h, Effort effort) {
       std::any_of(step_.problem.contacts.begin(),
                   step_.problem.contacts.end() - static_cast<std::ptrdiff_t>(step_.rocking_rows),
                   [](const contact::ProblemContact& c) { return c.cohesion > 0 || c.tension > 0; });
-  StepToSolve step{.h = h,
-                   .small = small,
-                   .provisional = effort == Effort::provisional,
-                   .heap = in_.time_stepped(),
-                   // Explicit sub-steps at structures lie far below what the accuracy asks, and nothing is
-                   // located within them: no round-off either.
-                   .sub_step = h > 0 && !in_.condensed && !in_.island->structures.empty(),
-                   .blocks = !in_.island->blocks.empty(),
-                   .sprung = step_.sprung,
-                   .speed = in_.scale.speed,
-                   .fastest = fastest_among(in_, step_),
-                   .length = in_.scale.length,
-                   .gravity = in_.model.gravity.norm(),
-                   .accuracy = in_.settings.accuracy};
+  StepToSolve step{
+      .h = h,
+      .small = small,
+      .provisional = effort == Effort::provisional,
+      .heap = in_.time_stepped(),
+      .bonded = std::ranges::any_of(step_.touches, [](const Touch& t) { return t.row >= 0 && t.holds(); }),
+      // Explicit sub-steps at structures lie far below what the accuracy asks, and nothing is
+      // located within them: no round-off either.
+      .sub_step = h > 0 && !in_.condensed && !in_.island->structures.empty(),
+      .sprung = step_.sprung,
+      .speed = in_.scale.speed,
+      .fastest = fastest_among(in_, step_),
+      .length = in_.scale.length,
+      .gravity = in_.model.gravity.norm(),
+      .accuracy = in_.settings.accuracy};
   if (in_.event_driven() && !bonded)  // a hundredth of the error of velocity that a step may have
     for (const Body& b : step_.bodies) {
       const double part = 0.01 * step_error(in_, b.block) / std::max(fall_time(in_, b.block), h);

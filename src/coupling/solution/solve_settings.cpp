@@ -19,14 +19,11 @@ contact::SolveSettings how_closely(const StepToSolve& s) {
   // Of an error of accuracy times the block size a tenth is left to the solver, or a thousandth of what moves
   // still. An error of velocity acts on beyond its step: over the time of a fall by half
   // the size, as in the error of a step: blocks that hardly move are hit by those that do.
-  // Of blocks in sub-steps what one leaves the next may leave as well: as much as a step of theirs among
-  // themselves may.
-  const bool blocks_in_sub_step = s.sub_step && s.blocks;
   const double fall = std::sqrt(s.length / s.gravity);       // [s]
   const double ordinary = 2 * std::sqrt(s.accuracy) * fall;  // a step of blocks among themselves [s]
-  const double lasting = std::max({s.h, fall, blocks_in_sub_step ? ordinary : 0.0});
-  const double allowed =
-      s.h > 0 ? contact::tolerances().solved * s.accuracy * s.length / lasting / settings.velocity_scale : 0;
+  const double allowed = s.h > 0 ? contact::tolerances().solved * s.accuracy * s.length /
+                                       std::max(s.h, fall) / settings.velocity_scale
+                                 : 0;
   const double coarse =
       std::clamp(s.accuracy / 1e-3, 1.0, 100.0);  // round-off is asked for at the finer accuracies alone
   settings.tolerance = s.small ? 1e-12 * coarse
@@ -46,6 +43,13 @@ contact::SolveSettings how_closely(const StepToSolve& s) {
   else if (s.h > 0 && s.heap)  // half of all that a step may be off, or twice the part of what moves
     settings.sufficient = std::max(2 * settings.tolerance,
                                    std::min(0.5 / contact::tolerances().solved * allowed, 2 * s.accuracy));
+  // A bond is judged by what it bears, r m/h of a residual r, times the levers of all that hangs on it: as
+  // close as it can be had, down to the motion by which one breaks.
+  if (s.heap && s.bonded && !s.small && s.h > 0) {
+    settings.sufficient = std::max(settings.sufficient, settings.tolerance);
+    settings.tolerance =
+        std::min(settings.tolerance, contact::tolerances().still * s.speed / settings.velocity_scale);
+  }
   // A loaded spring's row holds its elongation over h: of short steps that leaves no more than round-off of
   // it.
   const double round_off = std::numeric_limits<double>::epsilon() * s.largest_bias / settings.velocity_scale;

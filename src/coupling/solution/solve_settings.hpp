@@ -18,8 +18,8 @@ struct StepToSolve {
                        // 0: they are not [m/s]
   bool provisional = false;  // its rows are made again about its solution
   bool heap = false;         // many blocks, no structure
+  bool bonded = false;       // hard bonds hold
   bool sub_step = false;     // explicit, at a structure
-  bool blocks = false;       // some take part
   bool gives = false;        // some of its contacts
   bool sprung =
       false;  // contacts on springs among blocks, which make steps far shorter than the accuracy asks for

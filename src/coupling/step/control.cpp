@@ -217,7 +217,11 @@ bool StepControl::cut_at_break(Trial& trial) {
   const bool found = trial.breaks - trial.holds <= sharp;
   if (found && broken) return false;
   restore_bodies(in_, step_);
-  trial.h = found ? trial.breaks : 0.5 * (trial.holds + trial.breaks);
+  // Most bonds that break are overloaded from the start of the step on, since something else broke there.
+  if (found)
+    trial.h = trial.breaks;
+  else
+    trial.h = trial.holds > 0 ? 0.5 * (trial.holds + trial.breaks) : sharp;
   return true;
 }
 

@@ -81,10 +81,11 @@ bool glued_elsewhere(const std::vector<ContactMemory>& memory, std::uint64_t par
                      [&](const ContactMemory& m) { return m.partner == partner && m.glued; });
 }
 
-/// A new contact of a pair whose bonds have torn is as loose as these.
-bool joins_loose(const std::vector<ContactMemory>& memory, std::uint64_t partner) {
-  return std::any_of(memory.begin(), memory.end(),
-                     [&](const ContactMemory& m) { return m.partner == partner && m.broken; });
+/// A new contact of a pair that is or was bonded is none of the bonds, which have all of the face's area.
+bool beside_bonds(const std::vector<ContactMemory>& memory, std::uint64_t partner) {
+  return std::any_of(memory.begin(), memory.end(), [&](const ContactMemory& m) {
+    return m.partner == partner && (m.broken || (m.glued && m.bonded.area > 0));
+  });
 }
 
 /// On a structure nodes come and go: one is bonded where what was known nearest still holds, and has not
@@ -384,7 +385,7 @@ void make_touches(const dda::Model& m, const dda::State& s, const Environment& e
               !at_skin;  // a solid's nodes take no couple
     const ContactMemory* last = recall(memory, partner, t);
     if (last == nullptr && at_skin) t.glued = bonded && glued_nearby(memory, partner, p, bond_gap(shape_b));
-    if (last == nullptr && !at_skin) t.broken = joins_loose(memory, partner);
+    if (last == nullptr && !at_skin) t.broken = beside_bonds(memory, partner);
     t.approach = p.normal.dot(point_velocity(s, pair.b, p.point_b) - partner_velocity(s, env, t));
     if (before.strains())
       t.sooner = p.normal.dot(point_velocity(s, pair.b, p.point_a) + before(p.point_a) -

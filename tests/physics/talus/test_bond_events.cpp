@@ -53,6 +53,68 @@ TEST(BondEvents, LargeIslandFallsFromTheTimeOnThatItIsTornOff) {
   EXPECT_NEAR(o.last().ledger.algorithmic, 0, 1e-3 * o.last().ledger.kinetic);
 }
 
+/// Cubes bonded face on face stand out from a wall. The lower corners of a joint's face are where it turns,
+/// so that its two upper bonds bear T/2 a^3 of the moment rho g n^2 a^4/2 of the n cubes that it carries:
+/// that at the wall tears, whatever the accuracy, below T = rho g n^2 a. The arm then swings about the lower
+/// edge as one body of moment of inertia m sum(1/6 + (i + 1/2)^2 + 1/4) a^2, which asks far less of all other
+/// joints.
+TEST(BondEvents, CantileverTearsAtItsRootAlone) {
+  constexpr double time = 1;
+  for (const int count : {5, 13}) {
+    double inertia = 0;
+    for (int i = 0; i < count; ++i) inertia += 1.0 / 6 + (i + 0.5) * (i + 0.5) + 0.25;
+    const double arm = std::hypot(0.5 * count, 0.5);
+    double phi = std::atan2(0.5, 0.5 * count), rate = 0;
+    const double begun = phi;
+    constexpr int steps = 100000;
+    for (int i = 0; i < steps; ++i) {
+      rate += time / steps * count * arm * g * std::cos(phi) / inertia;
+      phi -= time / steps * rate;
+    }
+    const double turned_by = std::atan2(0.5, count - 0.5) - begun + phi, reach = std::hypot(count - 0.5, 0.5);
+    const Vec3 tip(0.5 + reach * std::cos(turned_by), 0, -0.5 + reach * std::sin(turned_by));
+    for (const double strength : {0.9, 0.98, 1.02})
+      for (const double accuracy : {1e-2, 1e-3, 1e-4}) {
+        SceneText s(Method::by_accuracy(accuracy), time);
+        s.history(0.05)
+            .material("rock", density)
+            .interface("rock", "rock", 1,
+                       "normal_stiffness = \"hard\"\ncohesion = 1e8\ntension = " +
+                           number(strength * count * count * density * g));
+        s.box("wall", Vec3::Ones(), Vec3::Zero(), "fixed = true\n");
+        for (int i = 1; i <= count; ++i) s.box("c" + std::to_string(i), Vec3::Ones(), Vec3(i, 0, 0));
+        const Outcome o = run_scene(s.str());
+        ASSERT_TRUE(o.ok());
+        const Vec3 at = strength < 1 ? tip : Vec3(count, 0, 0);
+        EXPECT_LT((o.last().position.back() - at).norm(), accuracy * reach)
+            << count << " cubes, " << strength << " of the strength, accuracy " << accuracy;
+      }
+  }
+}
+
+/// A bar of bonded cubes that tumbles in no gravity stays one body: bonds far above what turning asks of them
+/// let go where a step had left their sides parting by more than the slowest rebound.
+TEST(BondEvents, TumblingBarStaysOne) {
+  const Vec3 spin(0, 0.6, 2);
+  for (const int count : {2, 5, 13})
+    for (const double accuracy : {1e-2, 1e-3}) {
+      SceneText s(Method::by_accuracy(accuracy), 3, Vec3::Zero());
+      s.history(0.1)
+          .material("rock", density)
+          .interface("rock", "rock", 0.5, "normal_stiffness = \"hard\"\ncohesion = 1e9\ntension = 1e9");
+      for (int i = 0; i < count; ++i) {
+        const Vec3 at(i - 0.5 * (count - 1), 0, 0);
+        s.box("c" + std::to_string(i), Vec3::Ones(), at,
+              velocity(spin.cross(at)) + "spin = [0.0, 0.6, 2.0]\n");
+      }
+      const Outcome o = run_scene(s.str());
+      ASSERT_TRUE(o.ok());
+      for (const auto& row : o.rows)
+        EXPECT_NEAR((row.position.back() - row.position.front()).norm(), count - 1, accuracy)
+            << count << " cubes, accuracy " << accuracy << ", t = " << row.time;
+    }
+}
+
 /// A slab that slides on a beam across it, through which no cohesion holds after the first slip, whatever
 /// corners the two share.
 TEST(BondEvents, CohesionOfSpringsIsLostWhereItSlides) {
