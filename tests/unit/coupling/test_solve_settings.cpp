@@ -12,7 +12,7 @@ constexpr double h = 1.0 / 60;  // [s]
 StepToSolve standing() {
   StepToSolve step;
   step.h = h;
-  step.heap = step.blocks = true;
+  step.heap = true;
   step.length = 1;
   step.speed = 4.4;  // sqrt(2 g L)
   step.gravity = 9.81;
