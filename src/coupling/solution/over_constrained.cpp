@@ -1,22 +1,12 @@
 #include "coupling/solution/over_constrained.hpp"
 
-#include <algorithm>
-#include <vector>
-
 namespace talus::coupling {
-namespace {
-
-contact::ProblemContact& row_of(contact::ContactProblem& problem, const Touch& t) {
-  return problem.contacts[static_cast<std::size_t>(t.row)];
-}
-
-}  // namespace
 
 bool ask_for_no_motion(std::span<const Touch> touches, contact::ContactProblem& problem, double h) {
   bool any = false;
   for (const Touch& t : touches) {
     if (t.row < 0) continue;
-    contact::ProblemContact& c = row_of(problem, t);
+    contact::ProblemContact& c = problem.contacts[static_cast<std::size_t>(t.row)];
     c.impulse = h * (t.frame.transpose() * t.warm);
     if (t.stiffness > 0 || !(c.bias[0] < 0)) continue;
     c.bias[0] = 0;

@@ -1,6 +1,6 @@
-/// Contact equations of over-constrained bodies. A hard contact may demand more than no approach: restitution
-/// demands a rebound, an overlap with a structure's surface its correction. A body between two sides with
-/// such demands cannot leave both: no impulse is large enough, however short the step.
+/// Contact equations of over-constrained bodies. Restitution demands more than no approach: a body between
+/// two sides that both demand a rebound cannot leave both, no impulse is large enough, however short the
+/// step.
 #pragma once
 #include <span>
 

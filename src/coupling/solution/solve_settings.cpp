@@ -28,7 +28,7 @@ contact::SolveSettings how_closely(const StepToSolve& s) {
       std::clamp(s.accuracy / 1e-3, 1.0, 100.0);  // round-off is asked for at the finer accuracies alone
   settings.tolerance = s.small ? 1e-12 * coarse
                        : s.sub_step
-                           ? 1e-9 * coarse * s.speed / settings.velocity_scale
+                           ? contact::tolerances().still * coarse * s.speed / settings.velocity_scale
                            : std::max(std::min(allowed, s.accuracy),
                                       std::clamp(contact::tolerances().solved * s.accuracy, 1e-8, 1e-4));
   // Where springs make hundreds of steps of one, what they leave adds up, of one sign here and of the other
