@@ -209,7 +209,7 @@ bool CondensedMotion::correct(double t, double h, std::span<const NodeImpulse> i
   forces_.evaluate(t + h);
   if (!at_ease(h)) return false;
 
-  double gained = 0, kinetic = 0, damping = 0, external = 0, whole = 0, contact = 0;
+  double gained = 0, kinetic = 0, moving = 0, damping = 0, external = 0, whole = 0, contact = 0;
   double sprung = 0, begun = 0;  // s . K s, s . f_int(u_n) of the way s
   for (std::size_t node = 0; node < body_.mass.size(); ++node) {
     const double m = body_.mass[node];
@@ -221,6 +221,7 @@ bool CondensedMotion::correct(double t, double h, std::span<const NodeImpulse> i
       const double moved = h * ((1 - theta) * v_before[i] + theta * fields_.v[i]);
       gained += m * (fields_.v[i] - v_before[i]) * mean;
       kinetic += 0.5 * m * fields_.v[i] * fields_.v[i];
+      moving += 0.5 * m * mean * mean;
       damping += h * body_.alpha * m * mean * mean;
       whole += load * moved;
       external += (load - m * body_.gravity[k]) * moved;
@@ -244,8 +245,8 @@ bool CondensedMotion::correct(double t, double h, std::span<const NodeImpulse> i
   starting_ = false;
   energy_.stored_half = forces_.stored();
   fields_.reference_kinetic = std::max(fields_.reference_kinetic, kinetic);
-  fields_.judge(kinetic > 1e-8 * fields_.reference_kinetic && kinetic > 1e-14 * forces_.stored(),
-                fields_.time);
+  // What the step does not resolve turns from step to step and moves nothing.
+  fields_.judge(moving > 1e-8 * fields_.reference_kinetic && moving > 1e-14 * forces_.stored(), fields_.time);
   return true;
 }
 
