@@ -64,7 +64,7 @@ inline double square(double x) { return x * x; }
   X(drift, 1e-9, "d", "overlap that is corrected")                                                          \
   X(drift_at_structures, 2e-2, "accuracy d",                                                                \
     "the same in explicit sub-steps, which drift by less than shows")                                       \
-  X(led_out, 1e-3, "way of the fastest", "by which what is inside a structure is led out of it in a step")  \
+  X(recovery, 1e-3, "way of the fastest", "by which an overlap with a structure is taken off in a step")    \
   X(bound_aim, 0.25, "drift", "the correction aims beyond the surface by as much, so that it ends outside") \
   /* Impulses */                                                                                            \
   X(at_bound, 1e-9, "Coulomb bound", "an impulse as near to its bound slides, or is torn")                  \

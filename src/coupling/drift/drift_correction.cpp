@@ -78,12 +78,12 @@ void DriftCorrection::find_scales(double h) {
   for (const Body& b : step_.bodies)
     allowed_.push_back(farthest_way(in_.model, b.block, b.start, dda::pose(in_.state, b.block)) +
                        h * h * in_.model.gravity.norm());
-  led_out_ = contact::tolerances().led_out * h * step_.fastest;
+  recovery_ = contact::tolerances().recovery * h * step_.fastest;
 }
 
 double DriftCorrection::kept(const Touch& t) const {
   if (t.at.gap >= 0 || t.holds()) return 0;
-  if (in_.deformable_structure(t)) return std::max(t.at.gap, std::min(-shows_, t.at.gap + led_out_));
+  if (in_.deformable_structure(t)) return std::max(t.at.gap, std::min(-shows_, t.at.gap + recovery_));
   double way = 0;
   for (const int block : {t.b, t.a.kind == Partner::Kind::block ? t.a.index : -1}) {
     const int l = block < 0 ? -1 : in_.local[static_cast<std::size_t>(block)];
@@ -151,7 +151,7 @@ contact::SolveReport DriftCorrection::solve() {
   assembly_.begin_correction();
   // Of a time-stepped island only what is as near as a column of blocks could move becomes a row.
   const double near = contact::tolerances().drift_near * in_.scale.length,
-               within = 4 * std::max(deepest_, led_out_) +
+               within = 4 * std::max(deepest_, recovery_) +
                         (in_.time_stepped() ? std::min(near, 100 * deepest_) : near);
   std::vector<char> taken(step_.touches.size(), 0);
   step_.each_touch([&](Touch& t) {
@@ -163,7 +163,7 @@ contact::SolveReport DriftCorrection::solve() {
   for (std::size_t i = 0; i < step_.touches.size(); ++i)
     if (taken[i] != 0) assembly_.take(step_.touches[i], 1, true);
   assembly_.fill_rows(1, true);
-  const double most = std::max({deepest_, drifted_, led_out_});
+  const double most = std::max({deepest_, drifted_, recovery_});
   step_.each_touch([&](const Touch& t) {
     if (t.row < 0) return;
     contact::ProblemContact& c = step_.problem.contacts[static_cast<std::size_t>(t.row)];
@@ -250,7 +250,7 @@ double DriftCorrection::correct(double h) {
                      [](double d) { return std::isfinite(d); }))
       break;  // nothing to go by
     move();
-    led_out_ = 0;
+    recovery_ = 0;
     search_.find_moved(last_, carried);
     measure();
     fruitless = std::max(deepest_, drifted_) < 0.5 * least ? 0 : fruitless + (r.converged ? 1 : 2);

@@ -47,10 +47,10 @@ class DriftCorrection {
   double thinnest_ = 0, tolerance_ = 0;  // least width of a block, overlap that is none [m]
   double deepest_ = 0, drifted_ = 0;     // overlap to be closed, way of a fixed point from its place [m]
   double overlap_ = 0;                   // of all that is believed, closed or not [m]
-  double inside_ = 0, shows_ = 0;        // depth in a structure, and what of it is not led out [m]
+  double inside_ = 0, shows_ = 0;        // overlap with a structure, and what of it is left [m]
   std::map<std::pair<std::uint64_t, int>, double> deepest_of_;
   std::vector<double> allowed_;  // ways that the correction may still take, per body [m]
-  double led_out_ = 0;           // out of a structure in this pass [m]
+  double recovery_ = 0;          // of an overlap with a structure, in this pass [m]
   std::vector<Pose> last_;       // of the bodies before a pass
 };
 

@@ -133,7 +133,7 @@ void set_strength(const IslandContext& in, Touch& t, contact::ProblemContact& c,
 /// A gap that may close within the step: g + h u_n >= 0 at its end.
 void onset_row(const IslandContext& in, const Step& step, Touch& t, contact::ProblemContact& c,
                const ContactPath& path, double h, bool first_pass, const Vec3& u_ref) {
-  // At a structure what is bonded stays where it is, and what is inside is led out by its correction.
+  // At a structure what is bonded stays where it is, and an overlap is left to the correction.
   const double end = !path.structure ? 0.0 : t.glued ? t.at.gap : std::min(0.0, t.at.gap);
   c.bias[0] = (t.gap_ref - end) / h - u_ref[0];
   if (!first_pass) c.bias.tail<2>().setZero();

@@ -190,9 +190,9 @@ double approach_left(const IslandContext& in, const Step& step, const Touch& t, 
     return t.law->restitution_at(t.approach) * t.approach;
   const double start = t.normal.dot(t.slip);
   if (between_blocks || t.at.gap >= 0) return std::max(0.0, 2 * std::max(t.at.gap, 0.0) / h + start);
-  // What is inside is led out by the way that it may go in a step, and by no more than a twentieth of itself.
+  // An overlap is taken off by the recovery of a step, and by no more than a twentieth of itself.
   const double moving = in.island->blocks.empty() ? in.scale.speed : step.fastest,
-               out = std::min(-0.05 * t.at.gap / h, contact::tolerances().led_out * moving);
+               out = std::min(-0.05 * t.at.gap / h, contact::tolerances().recovery * moving);
   return std::max(-out, start - 2 * out);
 }
 
