@@ -9,7 +9,6 @@
 #include "coupling/rows/bonds.hpp"
 #include "coupling/rows/slip_direction.hpp"
 #include "coupling/rows/spring_rows.hpp"
-#include "coupling/solution/over_constrained.hpp"
 #include "coupling/springs/quasistatic.hpp"
 #include "coupling/springs/spring_rules.hpp"
 #include "coupling/step/bodies.hpp"
@@ -100,17 +99,11 @@ SmoothStep::Outcome SmoothStep::solve(double h, bool time_stepped, int passes, b
   bool solved = true, followed = true;
   for (int pass = 0; pass < most_passes; ++pass) {
     assembly_.assemble(h, time_stepped, pass == 0);
-    if (time_stepped && in_.over_constrained()) ask_for_no_motion(step_.touches, step_.problem, h);
     const Effort effort = last_resort         ? Effort::last_resort
                           : pass + 1 < passes ? Effort::provisional
                           : solved            ? Effort::full
                                               : Effort::repeated;
     solved = solver_.solve_rolling(h, effort);
-    if (!solved && time_stepped && (in_.leapfrog() || last_resort) &&
-        ask_for_no_motion(step_.touches, step_.problem, h)) {
-      ++in_.unsolved;
-      solved = solver_.solve_rolling(h, effort);
-    }
     // Restitution on many contacts may not create energy, as little as in an impact stage: pieces wedged in a
     // notch would be shot out of it.
     std::vector<int> hard;
