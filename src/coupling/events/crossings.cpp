@@ -50,14 +50,15 @@ std::vector<Touch> CrossingSearch::unforeseen(std::size_t pair, std::span<const 
 /// how far its bodies moved [m].
 std::pair<double, double> CrossingSearch::meeting(std::size_t i, const Known& known) const {
   // Rows bound the gap of the features they name. A pair without rows may not come closer than it was known
-  // to be apart; one with rows may not move by more than a part of the thinner body's thickness unseen.
+  // to be apart; one with rows may not move by more than a part of the thinner body's thickness unseen, or
+  // than positions may be off by.
   constexpr double never = 2;
   const CandidatePair& pair = in_.island->pairs[i];
   bool listed = known.listed;
-  const double thin = thickness(in_.model, pair), way = motion_.path(pair);
-  const double clear = listed      ? contact::tolerances().unseen_way * thin
-                       : known.any ? std::max(known.apart, 0.0)
-                                   : search_.margin(i);
+  const double thin = thickness(in_.model, pair), way = motion_.path(pair),
+               off = in_.settings.accuracy * in_.scale.mass_length,
+               unseen = std::max(contact::tolerances().unseen_way * thin, off);
+  const double clear = listed ? unseen : known.any ? std::max(known.apart, 0.0) : search_.margin(i);
   if (way <= clear) return {never, way};
   double s = never;
   if (!listed) {
@@ -67,10 +68,10 @@ std::pair<double, double> CrossingSearch::meeting(std::size_t i, const Known& kn
     // where the search names no contact; a step that ended there would be followed by one that ends as early.
     listed = motion_.time_of_impact(
                  pair, std::max(clear, contact::tolerances().overlap_none * in_.scale.length)) > s;
-    if (listed && way <= contact::tolerances().unseen_way * thin) return {never, way};
+    if (listed && way <= unseen) return {never, way};
   }
   if (listed) {
-    s = motion_.time_of_impact(pair, contact::tolerances().through * thin);
+    s = motion_.time_of_impact(pair, std::max(contact::tolerances().through * thin, 0.1 * off));
     if (s >= 1) return {never, way};  // rows end where they touch: that is no crossing
   }
   return {s, way};

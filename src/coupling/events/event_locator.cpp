@@ -276,8 +276,10 @@ bool EventLocator::locate(double& h, int passes) {
     const std::optional<bool> found = trials.seek(onset, step, sure, s <= 1);
     if (!found) return false;
     if (*found) {
+      // What the search meets on the way there, and is no contact on the blocks' own path, is met again.
+      const bool earlier = step_.length < step;
       step = step_.length;
-      if (!far_enough_to_pass() || (s = first_impact()) >= 0.999) break;
+      if (!earlier || !far_enough_to_pass() || (s = first_impact()) >= 0.999) break;
       onset = {};
       continue;
     }

@@ -11,6 +11,7 @@
 #include "contact/geometry/apart.hpp"
 #include "contact/parallel.hpp"
 #include "contact/tolerances.hpp"
+#include "coupling/step/scales.hpp"
 
 namespace talus::coupling {
 namespace {
@@ -170,7 +171,8 @@ void IslandPlanner::join_clusters(double duration, const BlockPairs& pairs, cons
     }
   }
   struct Cluster {
-    double contacts = 0, length = std::numeric_limits<double>::infinity();
+    double contacts = 0;
+    MassLength length;
     double most = 0;        // of the contacts of its parts that touch now
     bool rebounds = false;  // between its parts
   };
@@ -180,7 +182,7 @@ void IslandPlanner::join_clusters(double duration, const BlockPairs& pairs, cons
     const auto k = static_cast<std::size_t>(i);
     Cluster& c = cluster[static_cast<std::size_t>(clusters.root(i))];
     c.contacts += contacts(i) + ahead[k];
-    c.length = std::min(c.length, model_.blocks[k].shape->radius);
+    c.length.add(model_.blocks[k].mass, model_.blocks[k].shape->radius);
     c.most = std::max(c.most, of_part[static_cast<std::size_t>(touching.root(i))] += contacts(i));
     c.rebounds = c.rebounds || thrown_back[k] != 0;
   }
@@ -191,8 +193,9 @@ void IslandPlanner::join_clusters(double duration, const BlockPairs& pairs, cons
     const int root = clusters.root(i);
     sets.join(i, root);
     const Cluster& mine = cluster[static_cast<std::size_t>(root)];
-    const double most = StepSettings::dearer *
-                        std::ceil(duration / settings_.step.time_step(mine.length, model_.gravity.norm()));
+    const double most =
+        StepSettings::dearer *
+        std::ceil(duration / settings_.step.time_step(mine.length.value(), model_.gravity.norm()));
     if (mine.contacts <= most) continue;
     if (mine.rebounds && mine.most <= most) {
       in_turn[static_cast<std::size_t>(i)] = 1;

@@ -12,6 +12,7 @@
 #include "coupling/solution/unearned.hpp"
 #include "coupling/step/accelerations.hpp"
 #include "coupling/step/bodies.hpp"
+#include "coupling/step/step_length.hpp"
 #include "coupling/touch/touch_spring.hpp"
 
 namespace talus::coupling {
@@ -113,7 +114,7 @@ bool ProblemSolver::solve(double h, Effort effort) {
       .sprung = step_.sprung,
       .speed = in_.scale.speed,
       .fastest = fastest_among(in_, step_),
-      .length = in_.scale.length,
+      .length = in_.time_stepped() ? in_.scale.mass_length : in_.scale.length,
       .gravity = in_.model.gravity.norm(),
       .accuracy = in_.settings.accuracy};
   if (in_.event_driven() && !bonded)  // a hundredth of the error of velocity that a step may have
@@ -125,15 +126,16 @@ bool ProblemSolver::solve(double h, Effort effort) {
     step.largest_bias = std::max(step.largest_bias, c.bias.cwiseAbs().maxCoeff());
     step.gives = step.gives || c.compliance[0] > 0;
   }
-  contact::SolveSettings settings = how_closely(step);
   Counters& n = report_.counters;
   const bool moves = h > 0 && !small && !step.sub_step;
+  if (moves && balanced(h, step.fastest)) return true;
+  contact::SolveSettings settings = how_closely(step);
+  const double before = work_;
   // A step of blocks among themselves, 2 sqrt(accuracy) L / V, may have accuracy of the kinetic energy as
   // spurious work; shorter ones share it [J].
   double most =
       in_.settings.accuracy * kinetic_energy(step_, &Body::v0) *
       std::min(1.0, h * in_.scale.speed / (2 * std::sqrt(in_.settings.accuracy) * in_.scale.length));
-  if (moves && balanced(h)) return true;
   const auto attempt = [&] {
     contact::SolveReport r = solver_.solve(step_.problem, settings);
     // In a tower residuals of one sign add up from block to block, and the projection lifts again what has
@@ -148,9 +150,9 @@ bool ProblemSolver::solve(double h, Effort effort) {
     return r;
   };
   contact::SolveReport r = attempt();
-  if (step.sub_step && r.converged && r.residual > settings.tolerance) {
-    // What presses itself, handed on from sub-step to sub-step, may be of any size: if it does more with what
-    // is left than loads may by sinking, it is let go.
+  if (r.converged && (moves || (step.sub_step && r.residual > settings.tolerance))) {
+    // What presses itself, handed on from step to step, may be of any size: if it does more with what is left
+    // than loads may by sinking, it is let go.
     most += contact::tolerances().solved * in_.settings.accuracy * weight() * h *
             std::sqrt(in_.model.gravity.norm() * in_.scale.length);
     if (unearned(step_.problem, 0.5 * most) > most) {
@@ -186,10 +188,15 @@ bool ProblemSolver::solve(double h, Effort effort) {
     used = r.converged;
     count = &n.convex;
   }
+  if (!used) in_vain_ += work_ - before;
   if (!used) return false;  // the caller refines the rows or halves the step
   n.worst_residual = std::max(n.worst_residual, r.residual);
   ++*count;
   return true;
+}
+
+bool ProblemSolver::not_worth_more() const {
+  return in_vain_ > worth_of_a_step(static_cast<double>(step_.problem.contacts.size()));
 }
 
 double ProblemSolver::weight() const {
@@ -198,20 +205,27 @@ double ProblemSolver::weight() const {
   return mass * in_.model.gravity.norm();
 }
 
-bool ProblemSolver::balanced(double h) {
+bool ProblemSolver::balanced(double h, double& fastest) {
   // Rest is looked for where the motion that is left does not matter any more, and found only where what the
   // contacts give at first is far less than what the bodies would fall by.
   if (!(step_.fastest < in_.settings.accuracy * in_.scale.speed)) return false;
   const double moving = contact::tolerances().gives * in_.model.gravity.norm() * h;
   contact::ContactProblem asked = step_.problem;
   contact::SolveReport r;
+  double begins = -1;  // speed that the first round leaves: what is about to move
   const bool found = solver_.balance(
-      step_.problem, rest_speed(in_.model, h), moving, [&] { return fastest_by_solution(in_.model, step_); },
+      step_.problem, rest_speed(in_.model, h), moving,
+      [&] {
+        const double speed = fastest_by_solution(in_.model, step_);
+        if (begins < 0) begins = speed;
+        return speed;
+      },
       &r);
   report_.counters.newton += r.newton;
   work_ += static_cast<double>(step_.problem.contacts.size()) * r.newton;
   if (!found) {
     step_.problem = std::move(asked);
+    fastest = std::max(fastest, begins);
     return false;
   }
   step_.solution.residual = r.residual / in_.scale.speed;

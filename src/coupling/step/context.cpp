@@ -18,11 +18,13 @@ void IslandContext::begin(const Island& of) {
   double& speed = scale.speed;
   length = std::numeric_limits<double>::infinity();
   speed = 0;
+  MassLength mass_length;
   for (std::size_t i = 0; i < of.blocks.size(); ++i) {
     const auto k = static_cast<std::size_t>(of.blocks[i]);
     local[k] = static_cast<int>(i);
     const double radius = model.blocks[k].shape->radius;
     length = std::min(length, radius);
+    mass_length.add(model.blocks[k].mass, radius);
     speed = std::max(
         {speed, state.v[k].norm() + radius * state.w[k].norm(), std::sqrt(model.gravity.norm() * radius)});
   }
@@ -32,6 +34,7 @@ void IslandContext::begin(const Island& of) {
       for (const Vec3& v : surface(s).velocities) speed = std::max(speed, v.norm());
     }
   if (!(speed > 0)) speed = 1;
+  scale.mass_length = of.blocks.empty() ? length : mass_length.value();
 }
 
 double IslandContext::fastest_surface() const {

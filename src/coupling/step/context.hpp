@@ -49,9 +49,10 @@ struct IslandContext {
   bool event_driven() const { return !time_stepping && island->structures.empty(); }
   /// Blocks alone, and events are not located.
   bool time_stepped() const { return island->structures.empty() && time_stepping; }
-  /// For the rest of the macro step: the island is time-stepped, and no row asks for motion.
+  /// So many problems without a solution, or one that cost as much as a time step may: the island is
+  /// time-stepped for the rest of the macro step.
   static constexpr int most_unsolved = 2;
-  bool over_constrained() const { return unsolved >= (island->structures.empty() ? most_unsolved : 1); }
+  bool over_constrained() const { return unsolved >= most_unsolved; }
 
   /// No point of a rigid block is faster [m/s].
   double speed_of(int block) const {

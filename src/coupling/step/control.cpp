@@ -73,7 +73,7 @@ StepControl::StepControl(IslandContext& in, Step& step, IslandReport& report, Co
                          SmoothStep& smooth, ProblemSolver& solver)
     : in_(in), step_(step), report_(report), search_(search), smooth_(smooth), solver_(solver) {}
 
-bool StepControl::take(Trial& trial) {
+StepControl::Taken StepControl::take(Trial& trial) {
   trial.closed = any_contact(in_, step_);
   trial.passes = trial.time_stepped || !trial.closed ? 1 : 3;
   trial.adaptive = !trial.time_stepped && in_.settings.fixed_step <= 0;
@@ -86,7 +86,7 @@ bool StepControl::take(Trial& trial) {
   if (ahead && !allowed_) allowed_ = allowed_accelerations(in_, step_, report_, solver_.solver());
   std::optional<std::vector<Vec6>> allowed_at_end;
   for (;;) {
-    if (stopped(in_, report_)) return false;
+    if (stopped(in_, report_)) return Taken::ended;
     step_.length = trial.h;
     for (int s : in_.island->structures) {
       Structure& structure = *in_.env.structures[static_cast<std::size_t>(s)].structure;
@@ -105,9 +105,10 @@ bool StepControl::take(Trial& trial) {
         smooth_.solve(trial.h, trial.time_stepped, trial.passes,
                       trial.halved >= halvings || 0.5 * trial.h < in_.settings.min_step);
     if (refused(trial, o)) {
+      if (!trial.time_stepped && in_.over_constrained()) return Taken::unsolved;
       if (trial.h >= in_.settings.min_step) continue;
       fail_at_smallest_step(in_, step_, report_);
-      return false;
+      return Taken::ended;
     }
     if (shortened(trial)) continue;
     double by_ends = 0;  // error by the accelerations at both ends, over what it may be
@@ -133,7 +134,7 @@ bool StepControl::take(Trial& trial) {
         step_.suggested =
             std::max(step_.suggested, trial.asked);  // short for its bond's sake, or for a bounce's
     }
-    return true;
+    return Taken::yes;
   }
 }
 
@@ -149,14 +150,8 @@ bool StepControl::refused(Trial& trial, const SmoothStep::Outcome& o) {
   if (o.ok && !(trial.adaptive && o.error > limit && may_shorten(trial))) return false;
   reject_step(in_, step_, report_);
   if (!o.ok) {
-    ++report_.counters.halved, ++trial.halved, ++in_.unsolved;
-    if (!trial.time_stepped && in_.over_constrained()) {  // goes on as time-stepped islands do
-      trial.time_stepped = true;
-      trial.adaptive = false;
-      trial.passes = 1;
-      trial.h = std::min(trial.h, step_limit(in_, step_, trial.remaining, true));
-      return true;
-    }
+    ++report_.counters.halved, ++trial.halved;
+    in_.unsolved += solver_.not_worth_more() ? IslandContext::most_unsolved : 1;
   }
   trial.h *= o.ok && !in_.condensed ? std::clamp(0.9 * std::cbrt(limit / o.error), 0.2, 0.9) : 0.5;
   return true;

@@ -33,8 +33,10 @@ class StepControl {
  public:
   StepControl(IslandContext& in, Step& step, IslandReport& report, ContactSearch& search, SmoothStep& smooth,
               ProblemSolver& solver);
-  /// False: the run ends here, the report says why.
-  bool take(Trial& trial);
+  /// What became of a step. `unsolved`: its events, located, have no solution, and it is taken back; `ended`:
+  /// so has the run, the report says why.
+  enum class Taken { yes, unsolved, ended };
+  Taken take(Trial& trial);
   /// The state is another than that at the end of the last step.
   void forget_accelerations() { allowed_.reset(); }
 

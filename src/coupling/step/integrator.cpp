@@ -77,7 +77,9 @@ void IslandIntegrator::run() {
     limit_length(trial);
     const bool long_step = trial.usual > 0;
     guard_.begin_step();
-    if (!control_.take(trial)) return;
+    const StepControl::Taken result = control_.take(trial);
+    if (result == StepControl::Taken::ended) return;
+    if (result == StepControl::Taken::unsolved) continue;  // it is time-stepped from here on
     p.restless = p.restless || (long_step && trial.usual == 0);
     if (!p.small && !with_structure())
       step_.suggested = trial.usual > 0 ? trial.h : 0;  // as far is searched next time
@@ -230,7 +232,8 @@ void IslandIntegrator::start_time_stepping() {
   in_.time_stepping = report_.time_stepped = true;
   const auto closed = static_cast<double>(
       std::ranges::count_if(step_.touches, [&](const Touch& t) { return t.at.gap <= in_.scale.near_gap(); }));
-  step_.suggested = solver_.work() > 0 ? duration_ * factorisations * closed / solver_.work() : 0;
+  const double events = solver_.work() - solver_.in_vain();
+  step_.suggested = events > 0 ? duration_ * factorisations * closed / events : 0;
   step_.found_for = -1;
 }
 

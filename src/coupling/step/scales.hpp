@@ -8,8 +8,24 @@
 
 namespace talus::coupling {
 
+/// L_m = (sum m / sum m/r^2)^(1/2) [m]: where every block is off by accuracy L_m, the root mean square of
+/// error over size r, weighed by mass m, is the accuracy. Slivers and pebbles, of next to no mass, do not
+/// count.
+class MassLength {
+ public:
+  void add(double mass, double size) {
+    mass_ += mass;
+    over_size_sq_ += mass / (size * size);
+  }
+  double value() const { return std::sqrt(mass_ / over_size_sq_); }
+
+ private:
+  double mass_ = 0, over_size_sq_ = 0;
+};
+
 struct Scales {
   double length = 1;       // L, of the smallest block [m]
+  double mass_length = 1;  // L_m [m]
   double speed = 1;        // V, that the island can have [m/s]
   double accuracy = 1e-3;  // relative to the block size
 

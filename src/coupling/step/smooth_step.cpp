@@ -122,7 +122,7 @@ SmoothStep::Outcome SmoothStep::solve(double h, bool time_stepped, int passes, b
       if (!any) break;
       solved = solver_.solve_rolling(h, effort);
     }
-    if (!solved && (time_stepped || pass + 1 >= most_passes)) return out;
+    if (!solved && (time_stepped || pass + 1 >= most_passes || solver_.not_worth_more())) return out;
     update_.apply(h);
     if (!finite_bodies(in_, step_)) return out;
     balance_springs(in_, step_, h);

@@ -69,15 +69,17 @@ double step_limit(const IslandContext& in, const Step& step, double remaining, b
     }
     return h;
   }
-  // Large islands: motion within a step stays a small part of the block size, set by accuracy.
-  double h = in.settings.time_step(in.scale.length, in.model.gravity.norm());
+  // Large islands: motion within a step stays a small part of the block size, set by accuracy; of blocks
+  // smaller than most of the mass, of the size of that.
+  const double size = in.scale.mass_length;
+  double h = in.settings.time_step(size, in.model.gravity.norm());
   for (const Body& b : step.bodies) {
     const auto k = static_cast<std::size_t>(b.block);
-    const double radius = in.model.blocks[k].shape->radius;
+    const double radius = in.model.blocks[k].shape->radius, large = std::max(radius, size);
     const double spin = in.state.w[k].norm();
-    if (spin > 0) h = std::min(h, std::sqrt(in.settings.accuracy * 8) / spin);
+    if (spin > 0) h = std::min(h, std::sqrt(in.settings.accuracy * 8) / spin * (large / radius));
     const double speed = in.state.v[k].norm();
-    if (speed > 0) h = std::min(h, 5 * std::sqrt(in.settings.accuracy) * radius / speed);
+    if (speed > 0) h = std::min(h, 5 * std::sqrt(in.settings.accuracy) * large / speed);
   }
   return h;
 }
@@ -93,6 +95,10 @@ double structure_step(const IslandContext& in, Step& step, double duration, doub
   if (step.suggested > 0 && h > lengthening * step.suggested) h = lengthening * step.suggested, bound = true;
   step.suggested = bound ? h : stable;
   return h;
+}
+
+double worth_of_a_step(double contacts) {
+  return std::max(most_work, StepSettings::dearer * factorisations * contacts);
 }
 
 bool too_much_happens(const IslandContext& in, const Step& step, double work, double duration) {
@@ -112,8 +118,7 @@ bool costs_too_much(const IslandContext& in, const Step& step, double work, doub
                (!rebounds_alone || rebounds(in, t));
   }
   const double ahead = factorisations * closed * closing;
-  const double worth = std::max(most_work, StepSettings::dearer * factorisations * closed);
-  return work + ahead > worth * std::ceil(duration / step_limit(in, step, duration, true));
+  return work + ahead > worth_of_a_step(closed) * std::ceil(duration / step_limit(in, step, duration, true));
 }
 
 }  // namespace talus::coupling

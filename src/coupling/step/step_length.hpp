@@ -25,6 +25,9 @@ double step_limit(const IslandContext& in, const Step& step, double remaining, b
 /// highest modes, jump by jump. Short parts of a short macro step bind no later one.
 double structure_step(const IslandContext& in, Step& step, double duration, double longest);
 
+/// What a time step with so many contacts may cost at most: contacts times factorisations.
+double worth_of_a_step(double contacts);
+
 /// Whether events would cost the island more than time stepping, over what is left of the macro step. `work`:
 /// of its contact problems so far, contacts times factorisations. `rebounds_alone`: only what is thrown back
 /// counts.
