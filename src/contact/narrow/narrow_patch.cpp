@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "contact/geometry/edge_ends.hpp"
 #include "contact/tolerances.hpp"
@@ -30,6 +31,7 @@ class Posed {
     std::vector<Vec3> x;                         // of corners
     std::vector<Vec3> normal;                    // of faces,
     std::vector<int> placed, known;              // the call in which they were found
+    std::vector<int> corner_of, edge_of;         // the call whose patch they are in
     int call = 0;
   };
   static thread_local Scratch scratch;
@@ -71,9 +73,11 @@ thread_local Posed::Scratch Posed::scratch;
 /// The triangles, and the edges and corners of these, in ascending order.
 template <class In>
 void Posed::find(In& in) const {
-  auto& [triangles, corners, edges, x, normal, placed, known, call] = scratch;
+  auto& [triangles, corners, edges, x, normal, placed, known, corner_of, edge_of, call] = scratch;
   triangles.clear(), corners.clear(), edges.clear();
-  if (x.size() < p_.vertices.size()) x.resize(p_.vertices.size()), placed.resize(p_.vertices.size(), 0);
+  if (const std::size_t n = p_.vertices.size(); x.size() < n)
+    x.resize(n), placed.resize(n, 0), corner_of.resize(n, 0);
+  if (edge_of.size() < p_.edges.size()) edge_of.resize(p_.edges.size(), 0);
   if (normal.size() < p_.face_normals.size())
     normal.resize(p_.face_normals.size()), known.resize(p_.face_normals.size(), 0);
   ++call;
@@ -89,14 +93,12 @@ void Posed::find(In& in) const {
         return true;
       });
   for (const int t : triangles) {
-    corners.insert(corners.end(), p_.triangles[t].begin(), p_.triangles[t].end());
+    for (const int v : p_.triangles[t])
+      if (std::exchange(corner_of[v], call) != call) corners.push_back(v);
     for (const int e : p_.triangle_edges[t])
-      if (e >= 0 && p_.edges[e].sine > 0) edges.push_back(e);
+      if (e >= 0 && p_.edges[e].sine > 0 && std::exchange(edge_of[e], call) != call) edges.push_back(e);
   }
-  for (std::vector<int>* list : {&triangles, &corners, &edges}) {
-    std::sort(list->begin(), list->end());
-    list->erase(std::unique(list->begin(), list->end()), list->end());
-  }
+  for (std::vector<int>* list : {&triangles, &corners, &edges}) std::sort(list->begin(), list->end());
 }
 
 template <class In>

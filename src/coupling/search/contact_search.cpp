@@ -89,10 +89,7 @@ double reach_of(const IslandContext& in, int block, double h) {
 ContactSearch::ContactSearch(const IslandContext& in, Step& step, const SurfaceFocus& focus)
     : in_(in), step_(step), focus_(focus) {}
 
-void ContactSearch::begin() {
-  watches_.assign(in_.island->pairs.size(), PairWatch{});
-  step_.found_for = -1;
-}
+void ContactSearch::begin() { watches_.assign(in_.island->pairs.size(), PairWatch{}); }
 
 void ContactSearch::forget_surfaces() {
   for (std::size_t i = 0; i < in_.island->pairs.size(); ++i)

@@ -79,9 +79,7 @@ StepControl::Taken StepControl::take(Trial& trial) {
   trial.adaptive = !trial.time_stepped && in_.settings.fixed_step <= 0;
   trial.asked = trial.h;
   save_bodies(in_, step_);
-  step_.settling = false;
   step_.solution.stagnated = false;
-  step_.ahead.assign(in_.island->pairs.size(), 0.0);
   const bool ahead = trial.adaptive && trial.closed && looks_ahead(in_, step_);
   if (ahead && !allowed_) allowed_ = allowed_accelerations(in_, step_, report_, solver_.solver());
   std::optional<std::vector<Vec6>> allowed_at_end;

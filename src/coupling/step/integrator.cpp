@@ -145,6 +145,8 @@ Trial IslandIntegrator::next_trial(const Progress& p) {
 }
 
 void IslandIntegrator::resolve_onsets(Trial& trial) {
+  step_.settling = false;  // of the last step: an impact before this one holds nothing by it
+  step_.ahead.assign(in_.island->pairs.size(), 0.0);
   search_.find(trial.h);
   const int impacts_before = impacts_.count();
   release(trial.h);
@@ -294,10 +296,10 @@ void IslandIntegrator::rest_check(double h) {
 void IslandIntegrator::begin(const Island& island, std::span<const double> rows) {
   in_.begin(island);
   report_ = IslandReport{};
-  step_.bodies.assign(island.blocks.size(), Body{});
+  step_ = Step{};  // or an island would go on with what is left of another one
+  step_.bodies.resize(island.blocks.size());
   for (std::size_t i = 0; i < island.blocks.size(); ++i) step_.bodies[i].block = island.blocks[i];
-  step_.sprung = released_ = sheds_ = shed_ = false;
-  step_.length = step_.last_length = 0;
+  released_ = sheds_ = shed_ = false;
   focus_.begin();
   search_.begin();
   solver_.begin();

@@ -169,8 +169,10 @@ void WorkAccount::hard_row(const Touch& t, const contact::ProblemContact& c, con
   if (step.from_start &&
       step.bodies[static_cast<std::size_t>(in.local[static_cast<std::size_t>(t.b)])].from_start) {
     // Positions go by the velocities at the end, and so does the slip: friction takes its force times that.
-    // By the means of the velocities the normals have taken the rest.
-    const double slid = std::max(0.0, -c.impulse.tail<2>().dot(s.last.tail<2>()));
+    // What lasts and is slowed by the onset, at the start, rubs by the mean of its slips, as in an impact of
+    // no duration. By the means of the velocities the normals have taken the rest.
+    const double by_end = -c.impulse.tail<2>().dot(s.last.tail<2>()),
+                 slid = std::max({0.0, by_end, t.mode == Mode::closed ? -slip_work : 0.0});
     loss.slides(slid);
     (t.mode == Mode::closed ? pending.algorithmic : loss.impact) -= normal_work + slip_work + slid;
     return;

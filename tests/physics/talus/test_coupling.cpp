@@ -305,7 +305,7 @@ TEST(Failure, AMotionThatIsNoNumberEndsTheRun) {
 
 TEST(Audit, EachGateFailsTheRun) {
   const sim::InterfaceAudit sound{
-      .worst_force_imbalance = 1e-15, .worst_moment_imbalance = 1e-15, .impulse_defect = 1e-12};
+      .worst_force_imbalance = 1e-15, .worst_moment_imbalance = 1e-15, .impulse_defect = 1e-12, .met = {}};
   EXPECT_EQ(sim::audit_failure(sound, 0.009, 0.009, 0.009), "");
   const auto with = [&](double sim::InterfaceAudit::*of, double value) {
     sim::InterfaceAudit a = sound;
