@@ -115,15 +115,17 @@ bool FemStructure::refinable() const {
   return body_.largest(whole ? 0 : 1) == 0;  // on every rank
 }
 
-std::unique_ptr<Structure> FemStructure::refined(std::span<const StructureSpec::Refinement> zones) {
-  const auto asked_for = [&](const std::array<int, 8>& hex) {
+bool FemStructure::larger_cells(std::span<const StructureSpec::Refinement> zones) const {
+  return std::any_of(body_.mesh.hexes.begin(), body_.mesh.hexes.end(), [&](const std::array<int, 8>& hex) {
     std::array<Vec3, 8> corners;
     for (std::size_t a = 0; a < 8; ++a) corners[a] = body_.mesh.nodes[static_cast<std::size_t>(hex[a])];
     return std::any_of(zones.begin(), zones.end(),
                        [&](const auto& zone) { return to_be_halved(corners, zone); });
-  };
-  if (!refinable() || std::none_of(body_.mesh.hexes.begin(), body_.mesh.hexes.end(), asked_for))
-    return nullptr;
+  });
+}
+
+std::unique_ptr<Structure> FemStructure::refined(std::span<const StructureSpec::Refinement> zones) {
+  if (!refinable() || !larger_cells(zones)) return nullptr;
   auto finer = std::make_unique<FemStructure>(body_.spec, body_.gravity, body_.report,
                                               Zones(zones.begin(), zones.end()), this);
   finer->take_over(*this);
