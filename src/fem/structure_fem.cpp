@@ -38,8 +38,8 @@ std::vector<double> FemStructure::frequencies(int count) {
 /// `here`: what this process holds, as it holds it; else the whole, in its own order, on the first rank.
 void FemStructure::write(std::vector<double>& state, bool here) const {
   if (here || body_.first_rank())  // most of it: else twice as much is asked for on the way
-    state.reserve(state.size() + 10 * (here ? body_.mass.size() : body_.nodes_in_all()) +
-                  body_.cells_in_all());
+    state.reserve(state.size() + 11 * (here ? body_.mass.size() : body_.nodes_in_all()) +
+                  body_.cells_in_all() + (body_.damage ? body_.damage->save_size() : 0));
   state.insert(
       state.end(),
       {fields_.h_last, energy_.power, energy_.power_valid ? 1.0 : 0.0, fields_.time, fields_.contact_step,
