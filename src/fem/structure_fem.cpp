@@ -27,11 +27,7 @@ FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const
 
 std::vector<double> FemStructure::frequencies(int count) {
   if (body_.supports.none) return {};
-  std::vector<double> m(body_.dofs.size);
-  for (std::size_t i = 0; i < body_.mass.size(); ++i)
-    for (int c = 0; c < 3; ++c)
-      if (const int d = body_.dofs.number[i][c]; d >= 0) m[d] = body_.mass[i];
-  const ModalBasis modes = lowest_modes(body_.elastic->factor(), m, count);
+  const ModalBasis modes = lowest_modes(body_.elastic->factor(), of_dofs(body_.dofs, body_.mass), count);
   return {modes.omega.data(), modes.omega.data() + modes.omega.size()};
 }
 
