@@ -117,11 +117,15 @@ class AbaqusFile {
     if (!set_.empty()) mesh_.groups[set_].insert(static_cast<int>(mesh_.nodes.size()) - 1);
   }
 
-  /// An element may go on over several lines.
+  /// An element goes on in the next line where its line ends with a comma.
   void element(const std::vector<std::string>& f) {
     for (const std::string& s : f)
       if (!s.empty()) pending_.push_back(number(s));
-    if (pending_.size() < wanted_ + 1) return;
+    if (pending_.size() < wanted_ + 1 && in_.text().back() == ',') return;
+    if (pending_.size() < wanted_ + 1 || (solid_ && pending_.size() > wanted_ + 1))
+      in_.fail(in_.text(),
+               fmt::format("{} nodes where an element of {} has {}", pending_.size() - 1, type_, wanted_),
+               "correct the line; one that goes on in the next ends with a comma");
     std::vector<int> nodes;
     for (std::size_t i = 1; i <= wanted_; ++i) nodes.push_back(in_.node(mesh_, pending_[i]));
     if (solid_ && wanted_ == 8) {

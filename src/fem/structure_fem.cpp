@@ -27,19 +27,15 @@ FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const
 
 std::vector<double> FemStructure::frequencies(int count) {
   if (body_.supports.none) return {};
-  std::vector<double> m(body_.dofs.size);
-  for (std::size_t i = 0; i < body_.mass.size(); ++i)
-    for (int c = 0; c < 3; ++c)
-      if (const int d = body_.dofs.number[i][c]; d >= 0) m[d] = body_.mass[i];
-  const ModalBasis modes = lowest_modes(body_.elastic->factor(), m, count);
+  const ModalBasis modes = lowest_modes(body_.elastic->factor(), of_dofs(body_.dofs, body_.mass), count);
   return {modes.omega.data(), modes.omega.data() + modes.omega.size()};
 }
 
 /// `here`: what this process holds, as it holds it; else the whole, in its own order, on the first rank.
 void FemStructure::write(std::vector<double>& state, bool here) const {
   if (here || body_.first_rank())  // most of it: else twice as much is asked for on the way
-    state.reserve(state.size() + 10 * (here ? body_.mass.size() : body_.nodes_in_all()) +
-                  body_.cells_in_all());
+    state.reserve(state.size() + 11 * (here ? body_.mass.size() : body_.nodes_in_all()) +
+                  body_.cells_in_all() + (body_.damage ? body_.damage->save_size() : 0));
   state.insert(
       state.end(),
       {fields_.h_last, energy_.power, energy_.power_valid ? 1.0 : 0.0, fields_.time, fields_.contact_step,
@@ -115,15 +111,17 @@ bool FemStructure::refinable() const {
   return body_.largest(whole ? 0 : 1) == 0;  // on every rank
 }
 
-std::unique_ptr<Structure> FemStructure::refined(std::span<const StructureSpec::Refinement> zones) {
-  const auto asked_for = [&](const std::array<int, 8>& hex) {
+bool FemStructure::larger_cells(std::span<const StructureSpec::Refinement> zones) const {
+  return std::any_of(body_.mesh.hexes.begin(), body_.mesh.hexes.end(), [&](const std::array<int, 8>& hex) {
     std::array<Vec3, 8> corners;
     for (std::size_t a = 0; a < 8; ++a) corners[a] = body_.mesh.nodes[static_cast<std::size_t>(hex[a])];
     return std::any_of(zones.begin(), zones.end(),
                        [&](const auto& zone) { return to_be_halved(corners, zone); });
-  };
-  if (!refinable() || std::none_of(body_.mesh.hexes.begin(), body_.mesh.hexes.end(), asked_for))
-    return nullptr;
+  });
+}
+
+std::unique_ptr<Structure> FemStructure::refined(std::span<const StructureSpec::Refinement> zones) {
+  if (!refinable() || !larger_cells(zones)) return nullptr;
   auto finer = std::make_unique<FemStructure>(body_.spec, body_.gravity, body_.report,
                                               Zones(zones.begin(), zones.end()), this);
   finer->take_over(*this);

@@ -48,6 +48,7 @@ class FemStructure : public Structure, public RefinableStructure {
   void shape(const TakePart& take) const override;
   void values(const TakePart& take) const override;
   bool refinable() const override;
+  bool larger_cells(std::span<const StructureSpec::Refinement> zones) const override;
   std::unique_ptr<Structure> refined(std::span<const StructureSpec::Refinement> zones) override;
   double permanent_energy() const override { return permanent_.energy; }
 

@@ -201,13 +201,9 @@ void StructureSetup::set_masses() {
   body_.discretisation.hold(body_.supports.held);
   body_.dofs = body_.discretisation.free_dofs();
   long free = 0;
-  for (std::size_t i = 0; i < n; ++i)
-    if (body_.own_node(static_cast<int>(i)))
-      for (const int d : body_.dofs.number[i]) free += d >= 0;
+  for (int d = 0; d < body_.dofs.size; ++d) free += body_.own_node(body_.dofs.node(d));
   body_.free_dofs = static_cast<int>(body_.count_of(free));
-  for (std::size_t i = 0; i < n; ++i)
-    for (int c = 0; c < 3; ++c)
-      if (body_.dofs.number[i][c] >= 0) body_.inverse_mass[4 * i + c] = 1 / body_.mass[i];
+  for (const int place : body_.dofs.place) body_.inverse_mass[place] = 1 / body_.mass[place / 4];
 }
 
 void StructureSetup::find_critical_step() {

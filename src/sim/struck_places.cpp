@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "contact/structures/refinable.hpp"
+#include "core/place.hpp"
 #include "coupling/motion/strike_ahead.hpp"
 #include "sim/world.hpp"
 
@@ -61,9 +62,8 @@ double World::foresee_strikes(double end) {
     const StructureSpec& spec = scene.structures[q];
     const ImpactRefinement asked = impact_refinement(spec);
     const auto* refinable = dynamic_cast<const RefinableStructure*>(parts[q].structure.get());
-    if (asked.cell_size == 0 || parts[q].fixed_surface || refinable == nullptr || !refinable->refinable() ||
-        pressed(system->state(), static_cast<int>(q)))
-      continue;
+    if (asked.cell_size == 0 || parts[q].fixed_surface || refinable == nullptr) continue;
+    const bool whole = refinable->refinable(), free = whole && !pressed(system->state(), static_cast<int>(q));
     const coupling::StrikesAhead ahead =
         coupling::strikes_ahead(system->model(), system->state().blocks, system->state().contacts, parts[q],
                                 static_cast<int>(q), std::min(system->longest_stretch(), end - time()));
@@ -73,16 +73,29 @@ double World::foresee_strikes(double end) {
     const std::size_t before = struck.size();
     for (const coupling::StrikeAhead& s : ahead.strikes) {
       if (s.energy < least_share * strongest) continue;
-      const double reach =
-          asked.reach > 0
-              ? asked.reach
-              : reach_of_size * 2 * system->model().blocks[static_cast<std::size_t>(s.block)].shape->radius;
+      const dda::Model::Block& block = system->model().blocks[static_cast<std::size_t>(s.block)];
+      const double reach = asked.reach > 0 ? asked.reach : reach_of_size * 2 * block.shape->radius;
       const Box3 place(s.place.min() - Vec3::Constant(reach), s.place.max() + Vec3::Constant(reach));
-      const bool known = std::any_of(struck.begin(), struck.end(), [&](const StruckPlace& k) {
+      const auto holds = [&](const StruckPlace& k) {
         return k.structure == static_cast<int>(q) && k.zone.region.contains(s.place);
-      });
-      if (!known) struck.push_back({static_cast<int>(q), {place, asked.cell_size}, s.energy});
+      };
+      const auto known = [&](const auto& of) { return std::any_of(of.begin(), of.end(), holds); };
+      const StruckPlace here{static_cast<int>(q), {place, asked.cell_size}, s.energy};
+      if (known(struck)) continue;
+      if (free) struck.push_back(here);
+      const bool piece = block.structure == static_cast<int>(q);  // of this structure, which has broken then
+      if (free || piece || known(left_coarse) || !refinable->larger_cells({&here.zone, 1})) continue;
+      left_coarse.push_back(here);
+      due_warnings.push_back(fmt::format(
+          "{}: block {}, about to strike it at t = {:.4g} s about {} with {:.3g} kJ, finds cells larger than "
+          "the {:g} m that [[structure.refine]] where = \"impact\" asks for, since {}: force and damage of "
+          "that "
+          "blow are those of coarse cells; give this place smaller ones from the start by "
+          "[[structure.refine]] region",
+          spec.name, block.name, time(), place_text(s.place.center()), s.energy / 1e3, asked.cell_size,
+          whole ? "springs of other contacts press on it" : "it has cracked, yielded or lost cells before"));
     }
+    if (!free) continue;
     end = std::min(end, time() + ahead.look_again);
     if (struck.size() == before) continue;
     const long cells = parts[q].structure->elements();

@@ -265,7 +265,7 @@ std::vector<RunHeader::BlockInfo> World::take_fragments() {
 
 std::vector<std::string> World::take_warnings() {
   constexpr double least = 0.02;  // of a structure's mass: less is cover that comes loose
-  std::vector<std::string> list;
+  std::vector<std::string> list = std::exchange(due_warnings, {});
   constexpr double through = 1 - 1e-6;
   if (const coupling::Counters& n = system->counters();
       !paper && !told_crushed_through && n.crush_share >= through) {

@@ -86,7 +86,8 @@ class World {
     StructureSpec::Refinement zone;
     double energy = 0;  // of the block [J]
   };
-  std::vector<StruckPlace> struck;
+  std::vector<StruckPlace> struck, left_coarse;  // the latter: where they could not be halved any more
+  std::vector<std::string> due_warnings;         // for take_warnings()
   /// Gives structure `q` the finer cells of its struck places, with all that it is the surface of.
   bool refine_structure(int q);
 

@@ -30,6 +30,8 @@ class RefinableStructure {
   virtual ~RefinableStructure() = default;
   /// Whether cells may still be halved: nothing has cracked, yielded or come off.
   virtual bool refinable() const = 0;
+  /// Whether any of its cells in the zones is larger than asked for.
+  virtual bool larger_cells(std::span<const StructureSpec::Refinement> zones) const = 0;
   /// The same structure in the same motion with finer cells in all of `zones`, those it has been given before
   /// among them: u and v are interpolated; the state at rest under the permanent load is the finer mesh's
   /// own. Linear momentum is kept, and the energy that the motion differs by is in

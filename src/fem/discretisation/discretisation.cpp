@@ -205,7 +205,10 @@ DofMap Discretisation::free_dofs() const {
   dofs.number.assign(mesh_.nodes.size(), {-1, -1, -1});
   for (std::size_t n = 0; n < dofs.number.size(); ++n)
     for (std::size_t c = 0; c < 3; ++c)
-      if (!constraints_->is_constrained(3 * n + c)) dofs.number[n][c] = dofs.size++;
+      if (!constraints_->is_constrained(3 * n + c)) {
+        dofs.number[n][c] = dofs.size++;
+        dofs.place.push_back(static_cast<int>(4 * n + c));
+      }
   return dofs;
 }
 

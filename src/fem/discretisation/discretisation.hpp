@@ -37,19 +37,23 @@ namespace talus::fem {
 /// structure any more.
 struct DofMap {
   std::vector<std::array<int, 3>> number;
+  std::vector<int> place;  // of each, in nodal fields (nodes x 4)
   int size = 0;
+  int node(int d) const { return place[static_cast<std::size_t>(d)] / 4; }
 };
 
-/// Between nodal fields (nodes x 4) and free degrees of freedom.
+/// Between nodal fields and free degrees of freedom.
 inline void gather(const DofMap& dofs, const AlignedVector& from, VecX& to) {
-  for (std::size_t i = 0; i < dofs.number.size(); ++i)
-    for (int c = 0; c < 3; ++c)
-      if (const int d = dofs.number[i][c]; d >= 0) to[d] = from[4 * i + c];
+  for (int d = 0; d < dofs.size; ++d) to[d] = from[static_cast<std::size_t>(dofs.place[d])];
 }
 inline void scatter(const DofMap& dofs, const VecX& from, AlignedVector& to) {
-  for (std::size_t i = 0; i < dofs.number.size(); ++i)
-    for (int c = 0; c < 3; ++c)
-      if (const int d = dofs.number[i][c]; d >= 0) to[4 * i + c] = from[d];
+  for (int d = 0; d < dofs.size; ++d) to[static_cast<std::size_t>(dofs.place[d])] = from[d];
+}
+/// Of a number of each node, that of each degree of freedom.
+inline VecX of_dofs(const DofMap& dofs, const std::vector<double>& of_nodes) {
+  return VecX::NullaryExpr(dofs.size, [&](Eigen::Index d) {
+    return of_nodes[static_cast<std::size_t>(dofs.node(static_cast<int>(d)))];
+  });
 }
 
 class Discretisation {

@@ -4,10 +4,14 @@
 #include <deal.II/grid/grid_in.h>
 #include <deal.II/grid/tria.h>
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cctype>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <set>
 #include <sstream>
 
@@ -51,15 +55,71 @@ std::string with_exponents(std::string text) {
   return text;
 }
 
+/// The numbers of a mesh's cells, of which GridIn follows any: past the end of its nodes, or to the first
+/// one.
+class CellNodes {
+ public:
+  CellNodes(const StructureSpec& spec, const std::string& text) : spec_(spec), text_(text), in_(text) {}
+
+  void check_vtk() {
+    long points = 0, cells = 0, size = 0, count = 0;
+    for (std::string word; in_ >> word;) {
+      if (word == "POINTS") in_ >> points;
+      if (word != "CELLS") continue;
+      in_ >> cells >> size;
+      for (; cells > 0 && in_ >> count; --cells)
+        for (; count > 0 && in_; --count) check([&](long n) { return n >= 0 && n < points; });
+    }
+  }
+
+  void check_unv() {
+    std::set<long> nodes;
+    for (std::string line; std::getline(in_, line);) {
+      const long dataset = std::strtol(line.c_str(), nullptr, 10);
+      long number = 0, kind = 0, count = 0, unused = 0;
+      if (dataset == 2411)
+        while (in_ >> number && number >= 0)
+          nodes.insert(number), in_.ignore(most, '\n'), in_.ignore(most, '\n');
+      if (dataset == 2412)
+        while (in_ >> number && number >= 0) {
+          in_ >> kind >> unused >> unused >> unused >> count;
+          if (kind == beam) in_ >> unused >> unused >> unused;
+          for (; count > 0 && in_; --count) check([&](long n) { return nodes.count(n) > 0; });
+        }
+      in_.clear();
+    }
+  }
+
+ private:
+  template <class There>
+  void check(const There& there) {
+    long n = 0;
+    if (!(in_ >> n) || there(n)) return;  // what is no number GridIn says itself
+    in_.clear();
+    bad(spec_, "file", fmt::format("node {}", n), "a cell has a node that is not in the file",
+        "write the nodes with the cells",
+        fmt::format("{}:{}", spec_.file, 1 + std::count(text_.begin(), text_.begin() + in_.tellg(), '\n')));
+  }
+
+  static constexpr std::streamsize most = std::numeric_limits<std::streamsize>::max();
+  static constexpr long beam = 11;  // with a line of its own before the nodes
+  const StructureSpec& spec_;
+  const std::string& text_;
+  std::istringstream in_;
+};
+
 void read(const StructureSpec& spec, dealii::Triangulation<3>& grid) {
   std::ifstream file(spec.file);
   if (!file) refuse(spec, "", "the file cannot be opened");
   std::ostringstream text;
   text << file.rdbuf();
-  std::istringstream in(with_exponents(text.str()));
+  const std::string numbers = with_exponents(text.str());
+  const bool vtk = ending(spec.file) == ".vtk";
+  vtk ? CellNodes(spec, numbers).check_vtk() : CellNodes(spec, numbers).check_unv();
+  std::istringstream in(numbers);
   dealii::GridIn<3> reader(grid);
   try {
-    ending(spec.file) == ".vtk" ? reader.read_vtk(in) : reader.read_unv(in);
+    vtk ? reader.read_vtk(in) : reader.read_unv(in);
   } catch (const dealii::ExceptionBase& e) { refuse(spec, reason(e), "deal.II's GridIn does not read it"); }
   if (!grid.all_reference_cells_are_hyper_cube())
     refuse(spec, "tetrahedra, wedges or pyramids", "of this format hexahedra alone are read");

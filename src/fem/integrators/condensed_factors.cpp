@@ -93,10 +93,8 @@ void CondensedFactors::assemble() {
   stiffness_ = {};
   mass_.assign(body_.dofs.size, 1.0);
   moves_.assign(body_.dofs.size, 0);
-  for (std::size_t i = 0; i < body_.mass.size(); ++i)
-    for (int k = 0; k < 3; ++k)
-      if (const int d = body_.dofs.number[i][k]; d >= 0 && body_.mass[i] > 0)
-        mass_[d] = body_.mass[i], moves_[d] = 1;
+  for (int d = 0; d < body_.dofs.size; ++d)
+    if (const double mass = body_.mass[body_.dofs.node(d)]; mass > 0) mass_[d] = mass, moves_[d] = 1;
   const bool whole =
       frames_.empty() && std::all_of(body_.live.begin(), body_.live.end(), [](char on) { return on != 0; });
   const std::vector<Mat3>* frames = frames_.empty() ? nullptr : &frames_;

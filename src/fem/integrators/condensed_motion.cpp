@@ -180,11 +180,10 @@ void CondensedMotion::predict(double t, double h, bool smoothed) {
     for (std::size_t i = 0; i < mean.size(); ++i) mean[i] = 0.5 * (mean[i] + fields_.f_ext[i]);
     forces_.load(t);
   }
-  for (std::size_t i = 0; i < body_.mass.size(); ++i)
-    for (int k = 0; k < 3; ++k)
-      if (const int d = body_.dofs.number[i][k]; d >= 0 && body_.mass[i] > 0)
-        push[d] = h * (mean[4 * i + k] - fields_.f_int[4 * i + k] -
-                       body_.alpha * body_.mass[i] * fields_.v[4 * i + k]);
+  for (int d = 0; d < n; ++d)
+    if (const double mass = body_.mass[body_.dofs.node(d)]; mass > 0)
+      push[d] =
+          h * (mean[body_.dofs.place[d]] - fields_.f_int[body_.dofs.place[d]] - body_.alpha * mass * v[d]);
   rhs = push / factors_.scale() - stiff / factors_.theta();
   v_hat_.resize(n);
   factors_.solve(rhs, v_hat_);

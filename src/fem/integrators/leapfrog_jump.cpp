@@ -29,22 +29,17 @@ void Leapfrog::begin(double h) {
       !body_.damage->cells().empty();  // softer than K, and what opens and closes there is slow
   if (cracked || body_.partition || body_.dofs.size > largest_factored_system) return;
   const SymmetricMatrix& k = body_.elastic->stiffness();
-  VecX v(body_.dofs.size), force(body_.dofs.size), x(body_.dofs.size), mass(body_.dofs.size);
+  VecX v(body_.dofs.size), force(body_.dofs.size), x(body_.dofs.size), lightness(body_.dofs.size);
   gather(body_.dofs, fields_.v, v);
-  for (std::size_t node = 0; node < body_.mass.size(); ++node)
-    for (int c = 0; c < 3; ++c)
-      if (const int d = body_.dofs.number[node][c]; d >= 0)
-        mass[d] = 0.25 * h * h * body_.inverse_mass[4 * node + static_cast<std::size_t>(c)];
+  gather(body_.dofs, body_.inverse_mass, lightness);
+  lightness *= 0.25 * h * h;
   k.multiply(v.data(), force.data());
-  x = mass.cwiseProduct(force);
+  x = lightness.cwiseProduct(force);
   k.multiply(x.data(), force.data());
-  const VecX slower = v - 0.5 * (x + mass.cwiseProduct(force));
-  double less = 0;  // kinetic energy, which the leapfrog's reading lacks for the length of its step
-  for (std::size_t node = 0; node < body_.mass.size(); ++node)
-    for (int c = 0; c < 3; ++c)
-      if (const int d = body_.dofs.number[node][c]; d >= 0)
-        less += 0.5 * body_.mass[node] * (v[d] * v[d] - slower[d] * slower[d]);
-  energy_.works.step_dependence += less;
+  const VecX slower = v - 0.5 * (x + lightness.cwiseProduct(force));
+  // Kinetic energy that the leapfrog's reading lacks for the length of its step.
+  energy_.works.step_dependence +=
+      0.5 * of_dofs(body_.dofs, body_.mass).dot(VecX(v.cwiseAbs2() - slower.cwiseAbs2()));
   scatter(body_.dofs, slower, fields_.v);
 }
 

@@ -36,16 +36,13 @@ ModalMotion::Basis& ModalMotion::basis() {
   running_ = false;
   Basis& l = basis_;
   const int n = body_.dofs.size, loads = static_cast<int>(body_.loads.size());
-  l.mass.resize(n);
+  l.mass = of_dofs(body_.dofs, body_.built_mass);
   l.gravity.resize(n);
   VecX weight(n);
-  for (std::size_t i = 0; i < body_.built_mass.size(); ++i)
-    for (int c = 0; c < 3; ++c)
-      if (const int d = body_.dofs.number[i][c]; d >= 0)
-        l.mass[d] = body_.built_mass[i], weight[d] = body_.built_mass[i] * body_.gravity[c];
+  for (int d = 0; d < n; ++d) weight[d] = l.mass[d] * body_.gravity[body_.dofs.place[d] % 4];
   body_.elastic->factor().solve(weight.data(), l.gravity.data());
   factors_.drop();  // not both at a time: the search is the largest thing that a structure holds
-  l.modes = lowest_modes(body_.elastic->factor(), {l.mass.data(), l.mass.data() + n}, modes_);
+  l.modes = lowest_modes(body_.elastic->factor(), l.mass, modes_);
   l.pattern = MatX::Zero(n, loads);
   MatX statics(n, loads);
   for (int k = 0; k < loads; ++k) {

@@ -91,10 +91,8 @@ VecX PermanentLoad::at_free(const AlignedVector& field) const {
 /// a . b over the free degrees of freedom of all ranks.
 double PermanentLoad::product_of(const VecX& a, const VecX& b) const {
   double product = 0;
-  for (std::size_t i = 0; i < body_.mesh.nodes.size(); ++i)
-    if (body_.own_node(static_cast<int>(i)))
-      for (const int d : body_.dofs.number[i])
-        if (d >= 0) product += a[d] * b[d];
+  for (int d = 0; d < body_.dofs.size; ++d)
+    if (body_.own_node(body_.dofs.node(d))) product += a[d] * b[d];
   body_.sum({&product, 1});
   return product;
 }
@@ -197,9 +195,14 @@ bool PermanentLoad::find_elastic(const VecX& left, double pressed) {
         "block arrives; see by a run without blocks how much that is, and correct {}section, bars, prestress "
         "or supports",
         remaining,
-        body_.bearings ? fmt::format("bars that yield, a deck that slides on bearings whose friction is {:g}",
-                                     body_.bearings->friction())
-                       : "bars that yield",
+        body_.bearings
+            ? fmt::format("bars that yield, a deck that slides on bearings whose friction is {:g}{}",
+                          body_.bearings->friction(),
+                          body_.bearings->friction() > 0
+                              ? ""
+                              : ", which has no stable rest: the further it slides, the more the cap beams "
+                                "tilt under it that way")
+            : "bars that yield",
         body_.bearings ? "bearing_friction, " : ""));
   return balanced;
 }
@@ -215,13 +218,12 @@ bool PermanentLoad::find_cracked(bool balanced, double pressed) {
   const AlignedVector elastic(fields_.u);
   const auto left = [&](VecX& force) {
     double size = pressed;
-    for (std::size_t i = 0; i < body_.mesh.nodes.size(); ++i)
-      for (int c = 0; c < 3; ++c)
-        if (const int d = body_.dofs.number[i][c]; d >= 0) {
-          const double weight = body_.mass[i] * body_.gravity[c];
-          force[d] = weight - fields_.f_int[4 * i + c];
-          size += weight * weight;
-        }
+    for (int d = 0; d < body_.dofs.size; ++d) {
+      const int place = body_.dofs.place[d];
+      const double weight = body_.mass[place / 4] * body_.gravity[place % 4];
+      force[d] = weight - fields_.f_int[place];
+      size += weight * weight;
+    }
     return force.norm() / std::sqrt(size);
   };
   const auto solve = [&](const VecX& force, VecX& way) {

@@ -8,6 +8,7 @@
 
 #include "core/error.hpp"
 #include "fem/linear/lowest_eigenvalue.hpp"
+#include "fem/linear/modal.hpp"
 #include "fem/linear/reproducible_sum.hpp"
 #include "fem/not_enough_memory.hpp"
 #include "fem/spec_error.hpp"
@@ -122,54 +123,34 @@ double ElasticSystem::highest_frequency(const std::vector<double>& mass,
 }
 
 double ElasticSystem::first_frequency(const std::vector<double>& mass) {
-  // Inverse iteration; the Rayleigh quotient converges with the square of the vector's error.
-  const int n = body_.dofs.size;
-  std::vector<double> m(n), x(n), y(n);
-  std::uint64_t seed = 1234567;
-  for (std::size_t i = 0; i < mass.size(); ++i)
-    for (int c = 0; c < 3; ++c)
-      if (const int d = body_.dofs.number[i][c]; d >= 0 && body_.own_node(static_cast<int>(i))) {
-        seed ^= seed << 13, seed ^= seed >> 7, seed ^= seed << 17;
-        m[d] = mass[i];
-        x[d] = 1 + 0.1 * (static_cast<double>(seed >> 11) * 0x1p-53 - 0.5) * (c + 1);
-      }
   const bool divided = body_.divided();
-  if (n > largest_factored_system || divided) {  // solutions are dear: rough ones
-    constexpr double rough = 0.1;
-    AlignedVector u(4 * mass.size()), f(u.size());
-    const auto stiffness = [&](const VecX& from, VecX& to) {
-      scatter(body_.dofs, from, u);
-      if (divided) body_.partition->exchange(u);
-      apply(u, f);
-      gather(body_.dofs, f, to);
-      for (std::size_t i = 0; i < mass.size(); ++i)
-        for (const int d : body_.dofs.number[i])
-          if (d >= 0 && !body_.own_node(static_cast<int>(i))) to[d] = 0;
-    };
-    const auto inverse = [&](const VecX& r, VecX& w) { multigrid().solve(r.data(), w.data(), rough); };
-    return std::sqrt(lowest_eigenvalue(
-        Eigen::Map<const VecX>(m.data(), n), stiffness, inverse, Eigen::Map<const VecX>(x.data(), n), 1e-6,
-        divided ? [this](std::span<double> values) { body_.partition->sum(values); }
-                : std::function<void(std::span<double>)>{}));
+  VecX m = of_dofs(body_.dofs, mass), start(body_.dofs.size);
+  constexpr int largest = 24;  // vectors of the basis
+  if (body_.dofs.size <= largest_factored_system && !divided)
+    return lowest_modes(factor(), m, 1, largest).omega[0];
+  std::uint64_t seed = 1234567;
+  for (int d = 0; d < body_.dofs.size; ++d) {
+    seed ^= seed << 13, seed ^= seed >> 7, seed ^= seed << 17;
+    const double random = static_cast<double>(seed >> 11) * 0x1p-53 - 0.5;
+    const bool own = body_.own_node(body_.dofs.node(d));
+    start[d] = own ? 1 + 0.1 * random * (body_.dofs.place[d] % 4 + 1) : 0.0;
+    if (!own) m[d] = 0;
   }
-  constexpr int most_iterations = 2000;  // frequencies that differ by 1 in 1000 take some 1500
-  double omega_sq = 0;
-  for (int iteration = 0; iteration < most_iterations; ++iteration) {
-    for (int i = 0; i < n; ++i) x[i] *= m[i];
-    factor().solve(x.data(), y.data());
-    double numerator = 0, denominator = 0;  // y K y = y M x_old
-    for (int i = 0; i < n; ++i) numerator += y[i] * x[i], denominator += m[i] * y[i] * y[i];
-    const double next = numerator / denominator;
-    const double scale = 1 / std::sqrt(denominator);
-    for (int i = 0; i < n; ++i) x[i] = y[i] * scale;
-    const bool done = std::abs(next - omega_sq) < 1e-6 * next;
-    omega_sq = next;
-    if (done) return std::sqrt(omega_sq);
-  }
-  throw NumericalFailure(
-      fmt::format("The first frequency of structure {} was not found in {} iterations: do parts of it hang "
-                  "by next to nothing?",
-                  body_.spec.name, most_iterations));
+  constexpr double rough = 0.1;  // solutions are dear
+  AlignedVector u(4 * mass.size()), f(u.size());
+  const auto stiffness = [&](const VecX& from, VecX& to) {
+    scatter(body_.dofs, from, u);
+    if (divided) body_.partition->exchange(u);
+    apply(u, f);
+    gather(body_.dofs, f, to);
+    for (int d = 0; d < body_.dofs.size; ++d)
+      if (!body_.own_node(body_.dofs.node(d))) to[d] = 0;
+  };
+  const auto inverse = [&](const VecX& r, VecX& w) { multigrid().solve(r.data(), w.data(), rough); };
+  return std::sqrt(lowest_eigenvalue(m, stiffness, inverse, start, 1e-6,
+                                     divided
+                                         ? [this](std::span<double> values) { body_.partition->sum(values); }
+                                         : std::function<void(std::span<double>)>{}));
 }
 
 }  // namespace talus::fem

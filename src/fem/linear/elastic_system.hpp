@@ -38,16 +38,17 @@ class ElasticSystem {
   void forget_factor() { factor_.reset(); }
   void forget_multigrid() { multigrid_.reset(); }
 
-  /// y := K x by the kernels, nodes x 4; x is made to fit its constraints.
-  void apply(AlignedVector& x, AlignedVector& y) const;
-
   /// A bound on the highest circular frequency, 1 % above Lanczos' value after 40 steps, which comes from
   /// below [rad/s].
   double highest_frequency(const std::vector<double>& mass, const AlignedVector& inverse_mass) const;
-  /// The lowest one, by inverse iteration [rad/s]. Throws NumericalFailure if it does not converge.
+  /// The lowest one: by Lanczos' method (modal.hpp), of large or divided systems by lowest_eigenvalue()
+  /// [rad/s]. Throws NumericalFailure if that does not converge.
   double first_frequency(const std::vector<double>& mass);
 
  private:
+  /// y := K x by the kernels, nodes x 4; x is made to fit its constraints.
+  void apply(AlignedVector& x, AlignedVector& y) const;
+
   const StructureBody& body_;
   SymmetricMatrix stiffness_;  // empty until needed
   std::unique_ptr<CholeskyFactor> factor_;

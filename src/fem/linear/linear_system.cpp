@@ -76,13 +76,8 @@ SymmetricMatrix pattern_of(const HexMesh& mesh, const Followed& follows, const D
   SymmetricMatrix m;
   m.n = dofs.size;
   m.column.assign(m.n + 1, 0);
-  std::vector<int> node_of(m.n), direction_of(m.n);
-  for (int node = 0; node < nodes; ++node)
-    for (int c = 0; c < 3; ++c)
-      if (dofs.number[node][c] >= 0)
-        node_of[dofs.number[node][c]] = node, direction_of[dofs.number[node][c]] = c;
   for (int column = 0; column < m.n; ++column) {
-    for (int other : touched[node_of[column]])
+    for (int other : touched[dofs.node(column)])
       for (int c = 0; c < 3; ++c)
         if (dofs.number[other][c] >= column) m.row.push_back(dofs.number[other][c]);
     std::sort(m.row.begin() + m.column[column], m.row.end());

@@ -13,8 +13,7 @@ constexpr int block_size = 6;
 /// Makes the columns of x orthonormal in M against `basis` and each other; what is lost of x itself goes into
 /// r (x_before = basis c + x_after r, c added to `overlap`). A column that lies in the span of the others
 /// becomes zero, and so does its row of r.
-void orthonormalise(const MatX& basis, int size, const Eigen::Map<const VecX>& m, MatX& x, MatX& overlap,
-                    MatX& r) {
+void orthonormalise(const MatX& basis, int size, const VecX& m, MatX& x, MatX& overlap, MatX& r) {
   const int b = static_cast<int>(x.cols());
   overlap = MatX::Zero(size, b);
   r = MatX::Zero(b, b);
@@ -42,10 +41,6 @@ void orthonormalise(const MatX& basis, int size, const Eigen::Map<const VecX>& m
   }
 }
 
-}  // namespace
-
-namespace {
-
 /// Puts the Ritz vectors of the `kept` largest values in place of the basis; the residual of the basis
 /// remains the next block.
 void keep_best(MatX& basis, int size, MatX& projected, const Eigen::SelfAdjointEigenSolver<MatX>& eigen,
@@ -70,11 +65,9 @@ double memory_of_search(int n, int count) {
           3 * most * most);  // basis and blocks beside it; the projected matrix, its vectors and a copy
 }
 
-ModalBasis lowest_modes(const CholeskyFactor& factor, const std::vector<double>& mass, int count,
-                        int largest) {
-  const int n = static_cast<int>(mass.size());
+ModalBasis lowest_modes(const CholeskyFactor& factor, const VecX& m, int count, int largest) {
+  const int n = static_cast<int>(m.size());
   count = std::min(count, n);
-  const Eigen::Map<const VecX> m(mass.data(), n);
   const int b = std::min(block_size, n), most = largest > 0 ? std::min(n, largest) : largest_basis(n, count);
   MatX basis(n, most + b), block(n, b), next(n, b), overlap, r, projected = MatX::Zero(most + b, most + b);
   std::uint64_t seed = 2463534242ull;

@@ -34,8 +34,7 @@ int largest_basis(int n, int count);
 /// The `count` lowest modes (fewer if the system is smaller). mass: lumped, per free degree of freedom. A
 /// basis that has grown to `largest` vectors (0: largest_basis; else at least count + 18) starts again from
 /// those it has for the modes (thick restart [wu2000]).
-ModalBasis lowest_modes(const CholeskyFactor& factor, const std::vector<double>& mass, int count,
-                        int largest = 0);
+ModalBasis lowest_modes(const CholeskyFactor& factor, const VecX& mass, int count, int largest = 0);
 
 /// One mode over a time h under p + s t; q and rate are replaced. Returns the integral of q over h.
 double advance_mode(double omega, double alpha, double p, double s, double h, double& q, double& rate);

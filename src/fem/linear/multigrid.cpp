@@ -73,10 +73,8 @@ class Multigrid : public LinearSolver {
         in_(4 * mesh_.nodes.size(), 0.0),
         out_(in_.size()),
         stiffness_(*this) {
-    for (std::size_t n = 0; n < mesh_.nodes.size(); ++n)
-      for (std::size_t c = 0; c < 3; ++c)
-        if (const int d = dofs.number[n][c]; d >= 0 && own(static_cast<int>(n)))
-          dof_.push_back(d), place_.push_back(static_cast<int>(4 * n + c));
+    for (int d = 0; d < dofs.size; ++d)
+      if (own(dofs.node(d))) dof_.push_back(d), place_.push_back(dofs.place[d]);
     rows_ = ascending(dof_.size());
     aggregate();
     find_motions();

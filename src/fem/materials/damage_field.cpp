@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <deque>
 #include <limits>
 
 #include "core/error.hpp"
@@ -215,7 +216,7 @@ class FieldOf final : public DamageField {
 
   std::size_t memory_consumption() const override {
     return (slot_.capacity() + cells_.capacity()) * sizeof(int) + joined_.capacity() * sizeof(long) +
-           geometry_.capacity() * sizeof(LawGeometry) + (old_.capacity() + next_.capacity()) * sizeof(Cell) +
+           geometry_.size() * sizeof(LawGeometry) + (old_.size() + next_.size()) * sizeof(Cell) +
            result_.capacity() * sizeof(LawResult);
   }
 
@@ -389,7 +390,7 @@ class FieldOf final : public DamageField {
   Law law_;
   const LawPoints& points_ = law_points();
   double cap_, peak_strain_;
-  std::vector<Cell> old_, next_;
+  std::deque<Cell> old_, next_;
 };
 
 template <class Law>
@@ -418,25 +419,33 @@ std::vector<int> DamageField::drop_unaccepted() {
   return gone;
 }
 
+std::size_t DamageField::save_size() const { return 2 + accepted_count() * (2 + width()); }
+
 void DamageField::save(std::vector<double>& state, bool here) const {
-  const std::size_t length = 2 + width();  // when it joined, cell, history
-  std::vector<double> records;
-  for (std::size_t i = 0; i < accepted_count(); ++i) {
-    if (!here && !own(cells_[i])) continue;
+  const std::size_t count = accepted_count();
+  const auto write = [&](std::vector<double>& to, std::size_t i, bool joined) {
     const int cell = partition_ != nullptr ? partition_->whole_cell(cells_[i]) : cells_[i];
-    records.insert(records.end(), {static_cast<double>(joined_[i]), static_cast<double>(cell)});
-    records.insert(records.end(), numbers(i), numbers(i) + width());
-  }
-  if (here) {
-    state.insert(state.end(), {static_cast<double>(accepted_count()), static_cast<double>(accepted_)});
-    state.insert(state.end(), records.begin(), records.end());
+    if (joined) to.push_back(static_cast<double>(joined_[i]));
+    to.push_back(static_cast<double>(cell));
+    to.insert(to.end(), numbers(i), numbers(i) + width());
+  };
+  if (here || partition_ == nullptr) {
+    state.push_back(static_cast<double>(count));
+    if (here) state.push_back(static_cast<double>(accepted_));
+    for (std::size_t i = 0; i < count; ++i) write(state, i, here);
     return;
   }
-  if (partition_ != nullptr) records = partition_->collect_at_first(records);
+  std::vector<double> records;
+  records.reserve(save_size());
+  for (std::size_t i = 0; i < count; ++i)
+    if (own(cells_[i])) write(records, i, true);
+  records = partition_->collect_at_first(records);
+  const std::size_t length = 2 + width();  // when it joined, cell, history
   std::vector<const double*> order;
   for (std::size_t at = 0; at < records.size(); at += length) order.push_back(&records[at]);
   std::sort(order.begin(), order.end(),
             [](const double* a, const double* b) { return a[0] != b[0] ? a[0] < b[0] : a[1] < b[1]; });
+  state.reserve(state.size() + 1 + records.size());
   state.push_back(static_cast<double>(order.size()));
   for (const double* record : order) state.insert(state.end(), record + 1, record + length);
 }

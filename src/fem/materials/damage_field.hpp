@@ -19,6 +19,7 @@
 /// The laws: material::ConcreteDamage ("concrete") and material::Cdpm2 ("concrete-cdpm2").
 #pragma once
 #include <algorithm>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <span>
@@ -106,6 +107,7 @@ class DamageField {
   /// forces. `here`: all that is held here, and when it joined, for this process alone; else those of all
   /// ranks, on the first, in the order in which cells joined.
   void save(std::vector<double>& state, bool here) const;
+  std::size_t save_size() const;  // numbers that save() appends of what is held here, at most
   void restore(StateReader& state, bool here);
   virtual std::size_t memory_consumption() const = 0;  // [bytes]
 
@@ -135,7 +137,9 @@ class DamageField {
   std::vector<long> joined_;            // at which evaluation; in one and the same, cells are ascending
   long evaluation_ = 0, accepted_ = 0;  // the present one; the last whose states were accepted
   Partition* partition_ = nullptr;      // null: all cells are here
-  mutable std::vector<LawGeometry> geometry_;  // with the lateral strains that the accepted damage leaves
+  // Of some kB a cell: in a deque what joins moves nothing and leaves no room unused. With the lateral
+  // strains that the accepted damage leaves:
+  mutable std::deque<LawGeometry> geometry_;
   std::vector<LawResult> result_;
 };
 

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 
+#include "fem/kernels/law_points.hpp"
 #include "fem/materials/material_simd.hpp"
 #include "fem/output/place_in_words.hpp"
 
@@ -32,30 +33,26 @@ Mat3 Stresses::strain(int cell) const {
   return strain;
 }
 
-/// Principal stresses at the middle of a cell, as if it could bear all; rising [Pa].
-Vec3 Stresses::principal(int cell) const {
-  const Mat3 e = strain(cell);
-  const Mat3 stress =
-      2 * body_.shear * e + (body_.bulk - 2.0 / 3 * body_.shear) * e.trace() * Mat3::Identity();
-  Eigen::SelfAdjointEigenSolver<Mat3> principal;
-  principal.computeDirect(stress, Eigen::EigenvaluesOnly);
-  return principal.eigenvalues();
-}
-
-namespace {
-
-/// Where a permanent stress is beyond a strength: by how much volume, and worst where.
-struct Beyond {
-  double volume = 0, most = 0;  // [m^3], [Pa]
-  int worst = -1;
-
-  void look(double stress, double strength, double of, int cell) {
-    if (stress > strength) volume += of;
-    if (stress > most) most = stress, worst = cell;
+/// Looks at a cell's principal stresses at its eight points, as if it could bear all.
+void Stresses::look(int cell, Beyond& tension, Beyond& compression) const {
+  const double volume = body_.cell_mass[static_cast<std::size_t>(cell)] / body_.spec.density / 8;
+  PointStrains at;
+  law_points().strains(law_geometry(body_.mesh, cell, body_.spec.poisson), fields_.u.data(), body_.finite,
+                       at);
+  for (int q = 0; q < 8; ++q) {
+    const auto& e = at.strain;
+    Mat3 stress;
+    stress << 2 * e[0][q], e[5][q], e[4][q], e[5][q], 2 * e[1][q], e[3][q], e[4][q], e[3][q], 2 * e[2][q];
+    stress = (body_.shear * stress +
+              (body_.bulk - 2.0 / 3 * body_.shear) * (e[0][q] + e[1][q] + e[2][q]) * Mat3::Identity())
+                 .eval();
+    Eigen::SelfAdjointEigenSolver<Mat3> principal;
+    principal.computeDirect(stress, Eigen::EigenvaluesOnly);
+    const Vec3& sigma = principal.eigenvalues();  // rising
+    tension.look(sigma[2], volume, cell);
+    compression.look(std::min(sigma[2], 0.0) - sigma[0], volume, cell);
   }
-};
-
-}  // namespace
+}
 
 /// Of the ranks whose own greatest `value` is that of all: sums of the middles of its cells, of their parts,
 /// and how many they are.
@@ -85,15 +82,12 @@ void Stresses::warn_of_cracks() const {
   if (body_.bars)
     for (const rebar::Segment& segment : body_.bars->embedded().segments())
       if (segment.cell >= 0) barred[static_cast<std::size_t>(segment.cell)] = 1;
-  Beyond tension, compression;
+  Beyond tension{body_.concrete->f_t}, in_bars{body_.concrete->f_t}, compression{body_.concrete->f_cm};
   double whole = 0;
   for (int cell = 0; cell < static_cast<int>(body_.mesh.hexes.size()); ++cell) {
     if (!body_.own_cell(cell)) continue;
-    const double volume = body_.cell_mass[static_cast<std::size_t>(cell)] / body_.spec.density;
-    whole += volume;
-    const Vec3 sigma = principal(cell);
-    if (!barred[static_cast<std::size_t>(cell)]) tension.look(sigma[2], body_.concrete->f_t, volume, cell);
-    compression.look(std::min(sigma[2], 0.0) - sigma[0], body_.concrete->f_cm, volume, cell);
+    whole += body_.cell_mass[static_cast<std::size_t>(cell)] / body_.spec.density;
+    look(cell, barred[static_cast<std::size_t>(cell)] ? in_bars : tension, compression);
   }
   double volumes[3] = {tension.volume, compression.volume, whole};
   body_.sum(volumes);
@@ -129,13 +123,12 @@ std::array<StressPeak, 2> Stresses::peaks(double t) {
     for (int cell = 0; cell < static_cast<int>(body_.mesh.hexes.size()); ++cell)
       shortest_edge_.push_back(
           2 / jacobian(body_.mesh, cell, Vec3::Zero()).inverse().rowwise().norm().maxCoeff());
-  double beyond[2] = {}, whole = 0;
-  int cell_of[2] = {-1, -1};
+  Beyond beyond[2] = {{tension.strength}, {compression.strength}};
+  double whole = 0;
   for (int cell = 0; cell < static_cast<int>(body_.mesh.hexes.size()); ++cell) {
     const auto c = static_cast<std::size_t>(cell);
     if (!body_.live[c] || !body_.own_cell(cell)) continue;
-    const double volume = body_.cell_mass[c] / body_.spec.density;
-    whole += volume;
+    whole += body_.cell_mass[c] / body_.spec.density;
     V4 low = load4(&fields_.u[4 * static_cast<std::size_t>(body_.mesh.hexes[c][0])]), high = low;
     for (const int n : body_.mesh.hexes[c]) {
       const V4 here = load4(&fields_.u[4 * static_cast<std::size_t>(n)]);
@@ -145,18 +138,13 @@ std::array<StressPeak, 2> Stresses::peaks(double t) {
     if (factor * std::sqrt(range[0] * range[0] + range[1] * range[1] + range[2] * range[2]) <
         enough * shortest_edge_[c])
       continue;
-    const Vec3 sigma = principal(cell);
-    if (sigma[2] > tension.value) tension.value = sigma[2], cell_of[0] = cell;
-    if (const double pressed = std::min(sigma[2], 0.0) - sigma[0]; pressed > compression.value)
-      compression.value = pressed, cell_of[1] = cell;
-    if (sigma[2] > tension.strength) beyond[0] += volume;
-    if (std::min(sigma[2], 0.0) - sigma[0] > compression.strength) beyond[1] += volume;
+    look(cell, beyond[0], beyond[1]);
   }
-  double sums[3] = {beyond[0], beyond[1], whole};
+  double sums[3] = {beyond[0].volume, beyond[1].volume, whole};
   body_.sum(sums);
   for (std::size_t k = 0; k < 2; ++k) {
-    const double most = body_.largest(peaks[k].value);
-    const std::array<double, 5> at = middle_of_most(peaks[k].value, most, cell_of[k]);
+    const double most = body_.largest(beyond[k].most);
+    const std::array<double, 5> at = middle_of_most(beyond[k].most, most, beyond[k].worst);
     peaks[k].value = most;
     if (at[4] > 0) peaks[k].at = Vec3(at.data()) / at[4];
     if (sums[2] > 0) peaks[k].share = sums[k] / sums[2];

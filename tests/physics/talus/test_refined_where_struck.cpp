@@ -107,6 +107,36 @@ TEST(RefinedWhereStruck, AgainBeforeALaterBlowElsewhere) {
   EXPECT_LT(scheme, 0.01 * energy);
 }
 
+struct Warnings : sim::Sink {
+  std::vector<std::string> told;
+  void warning(const std::string& text) override { told.push_back(text); }
+};
+
+/// What has cracked keeps its cells, also where another block strikes it later: that is said once, with time
+/// and place. Of a pier that the first blow leaves sound, or whose cells are small enough, nothing is.
+TEST(RefinedWhereStruck, ALaterBlowOnACrackedPierIsWarnedOf) {
+  const auto told = [](const std::string& damage, const std::string& cells) {
+    SceneText s(Method::by_accuracy(1e-3), 0.07);
+    s.history(0.01).material("rock", 2600).material("concrete", 2450, "f_cm = \"38 MPa\"");
+    s.interface("*", "*", 0.3, "normal_stiffness = \"1e9 N/m\"");
+    s.raw(pier(cells + "\ndamage = \"" + damage +
+                   "\"\nrebar = [{ kind = \"longitudinal\", bars = 16, diameter = 0.025, cover = 0.04 }]",
+               "[[structure.refine]]\nwhere = \"impact\"\ncell_size = 0.125\n"))
+        .raw(boulder("first", Vec3(-1.02, 0.05, 1.2), Vec3(5, 0, 0)))
+        .raw(boulder("second", Vec3(0.05, 1.5, 3.3), Vec3(0, -9, 0)));
+    sim::Simulation simulation(scene::read_scene_text(s.str(), "/test.toml"));
+    Warnings sink;
+    EXPECT_EQ(simulation.run(sink).exit_code, 0);
+    return sink.told;
+  };
+  const std::vector<std::string> cracked = told("concrete", "cell_size = 0.25");
+  ASSERT_EQ(cracked.size(), 1u);
+  for (const char* part : {"pier: block second", "t = 0.0", "larger than the 0.125 m", "has cracked"})
+    EXPECT_NE(cracked[0].find(part), std::string::npos) << part << ": " << cracked[0];
+  EXPECT_TRUE(told("none", "cell_size = 0.25").empty());
+  EXPECT_TRUE(told("concrete", "cell_size = 0.125").empty());
+}
+
 /// What flies past, falls softly, or strikes a skin that has its cells already changes none.
 TEST(RefinedWhereStruck, OnlyWhereAndWhenItIsStruck) {
   SceneText s = struck_scene(0.08);

@@ -103,6 +103,17 @@ TEST(BadMesh, NodesThatStandElsewhereThanTheirLinesSay) {
               {line.substr(0, line.find('\n')).c_str(), "each element with its line"});
 }
 
+/// An element that is a node short would take the number of the next one, which then is no more.
+TEST(BadMesh, ElementsHaveTheNodesOfTheirType) {
+  const std::string second = "702,109,110,111,112,113,114,115,116\n",
+                    text = std::string(sixteen_nodes) + first_cell;
+  EXPECT_EQ(refused(from_text(text + "702,109,110,111,112,\n113,114,115,116\n")), "accepted");
+  expect_in(refused(from_text(text + "702,109,110,111,112,113,114,115\n" + second)),
+            {"702,109,110,111,112,113,114,115: 7 nodes", "C3D8 has 8"});
+  expect_in(refused(from_text(text + "702,109,110,111,112,113,114,115,116,117\n")),
+            {"9 nodes", "C3D8 has 8"});
+}
+
 TEST(BadMesh, LinesAndSurfacesAreSaidToCarryNothing) {
   const FemStructure body(
       from_text(std::string(sixteen_nodes) + first_cell +

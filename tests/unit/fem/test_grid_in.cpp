@@ -7,6 +7,8 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <string>
+#include <tuple>
 
 #include "core/error.hpp"
 #include "unit/fem/fem_specs.hpp"
@@ -92,6 +94,39 @@ TEST(GridIn, ReadsUnv) {
     EXPECT_NE(std::string(e.what()).find("cut short"), std::string::npos) << e.what();
     EXPECT_LT(std::string(e.what()).size(), 400u) << e.what();
   }
+}
+
+/// A cell with a node that is not there names its line: GridIn would follow it out of its memory, or take the
+/// first node.
+TEST(GridIn, NodesOfCellsAreInTheFile) {
+  StructureSpec s = from_grid_file("grid_in_nodes.unv");
+  write_unv(s, "E");
+  std::string unv;
+  std::getline(std::ifstream(s.file), unv, '\0');
+  const std::string vtk =
+      "# vtk DataFile Version 3.0\npier\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 8 double\n0 0 0 1 0 0 1 1 "
+      "0 "
+      "0 1 0\n0 0 1 1 0 1 1 1 1 0 1 1\nCELLS 1 9\n8 0 1 2 3 4 5 6 7\nCELL_TYPES 1\n12\n";
+  const auto with = [](std::string text, const std::string& from, const std::string& to) {
+    return text.replace(text.find(from), from.size(), to);
+  };
+  const std::string cell = "5 6 7 8 9 10 11 12";
+  for (const auto& [name, text, line] :
+       {std::tuple{"grid_in_nodes.vtk", with(vtk, "6 7\n", "6 8\n"), ":9:"},
+        {"grid_in_nodes.vtk", with(vtk, "6 7\n", "6 99999999\n"), ":9:"},
+        {"grid_in_nodes.vtk", with(vtk, "6 7\n", "-6 7\n"), ":9:"},
+        {"grid_in_nodes.unv", with(unv, cell, "5 6 7 8 9 10 11 888"), ":33:"}}) {
+    s.file = std::string(TALUS_BINARY_DIR) + "/" + name;
+    std::ofstream(s.file) << text;
+    try {
+      make_mesh(s);
+      ADD_FAILURE() << text;
+    } catch (const InputError& e) {
+      EXPECT_NE(std::string(e.what()).find(name + std::string(line)), std::string::npos) << e.what();
+    }
+  }
+  std::ofstream(s.file) << unv;
+  EXPECT_EQ(make_mesh(s).hexes.size(), 2u);
 }
 
 /// What is no mesh of hexahedra is an error that names the file and the way out.

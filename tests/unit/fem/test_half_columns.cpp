@@ -23,7 +23,8 @@ struct Column {
     dofs.number.assign(mesh.nodes.size(), {-1, -1, -1});
     for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
       if (mesh.nodes[n].z() > 1e-9)
-        for (int k = 0; k < 3; ++k) dofs.number[n][static_cast<std::size_t>(k)] = dofs.size++;
+        for (std::size_t c = 0; c < 3; ++c)
+          dofs.number[n][c] = dofs.size++, dofs.place.push_back(static_cast<int>(4 * n + c));
     stiffness = assemble_stiffness(mesh, dofs, 14e9, 18e9);
   }
 };

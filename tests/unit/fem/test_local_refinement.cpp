@@ -86,7 +86,8 @@ TEST(LocalRefinement, PassesThePatchTest) {
   for (const HangingNode& h : mesh.hanging) hangs[static_cast<std::size_t>(h.node)] = 1;
   for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
     if (!hangs[n])
-      for (int& d : dofs.number[n]) d = dofs.size++;
+      for (std::size_t c = 0; c < 3; ++c)
+        dofs.number[n][c] = dofs.size++, dofs.place.push_back(static_cast<int>(4 * n + c));
   for (const SkinQuad& q : skin(mesh, {}))
     for (const int n : q.node) outside[static_cast<std::size_t>(n)] = 1;
   for (const HangingNode& h : mesh.hanging)

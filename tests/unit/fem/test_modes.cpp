@@ -33,8 +33,7 @@ void expect_modes(int asked, int largest) {
   const double k = 1e4;
   const SymmetricMatrix stiffness = chains(count, masses, k);
   const CholeskyFactor factor(stiffness, 0.0, {});
-  const ModalBasis modes =
-      lowest_modes(factor, std::vector<double>(static_cast<std::size_t>(stiffness.n), 1.0), asked, largest);
+  const ModalBasis modes = lowest_modes(factor, VecX::Ones(stiffness.n), asked, largest);
   ASSERT_EQ(modes.omega.size(), asked);
   for (int i = 0; i < asked; ++i)
     EXPECT_NEAR(modes.omega[i] / frequency(i / count + 1, masses, k), 1, 1e-8) << "mode " << i;

@@ -33,7 +33,8 @@ struct Body {
     std::uniform_real_distribution<double> off(-0.04, 0.04);
     for (Vec3& x : mesh.nodes) x += Vec3(off(random), off(random), off(random));
     for (int i = 0; i < static_cast<int>(mesh.nodes.size()); ++i)
-      dofs.number.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+      dofs.number.push_back({3 * i, 3 * i + 1, 3 * i + 2}),
+          dofs.place.insert(dofs.place.end(), {4 * i, 4 * i + 1, 4 * i + 2});
     dofs.size = 3 * static_cast<int>(mesh.nodes.size());
     live.assign(mesh.hexes.size(), 1);
   }
