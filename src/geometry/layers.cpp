@@ -17,4 +17,24 @@ void write_geopackage(const std::string& path, const std::string& crs, std::span
     throw InputError(Problem{.file = path, .key = "layers", .rule = error, .remedy = "check the directory"});
 }
 
+bool is_layer_file(const std::string& bytes) {
+  return bytes.starts_with(std::string("\0\0\x27\x0a", 4)) || bytes.starts_with("SQLite format 3");
+}
+
+std::string layer_as_geojson(const std::string& path, const std::string& key) {
+  static const auto read = reinterpret_cast<ReadLayers>(
+      module_symbol("talus_raster.so", "talus_layers_read", key,
+                    "build the target talus_raster (it needs GDAL: make setup), or give GeoJSON"));
+  std::string geojson, error;
+  if (!read(path.c_str(), &geojson, &error))
+    throw InputError(
+        Problem{.file = path,
+                .key = key,
+                .rule = error,
+                .remedy = error.starts_with("holds several")
+                              ? "export the one that is meant: ogr2ogr out.geojson in.gpkg LAYER"
+                              : "export it again; the .shx and .prj of a shapefile belong beside it"});
+  return geojson;
+}
+
 }  // namespace talus::geometry
