@@ -131,8 +131,8 @@ void set_strength(const IslandContext& in, Touch& t, contact::ProblemContact& c,
 }
 
 /// A gap that may close within the step: g + h u_n >= 0 at its end.
-void onset_row(const IslandContext& in, const Step& step, Touch& t, contact::ProblemContact& c,
-               const ContactPath& path, double h, bool first_pass, const Vec3& u_ref) {
+void onset_row(const IslandContext& in, Touch& t, contact::ProblemContact& c, const ContactPath& path,
+               double h, bool first_pass, const Vec3& u_ref) {
   // At a structure what is bonded stays where it is, and an overlap is left to the correction.
   const double end = !path.structure ? 0.0 : t.glued ? t.at.gap : std::min(0.0, t.at.gap);
   c.bias[0] = (t.gap_ref - end) / h - u_ref[0];
@@ -467,7 +467,7 @@ void RowAssembly::fill_row(Touch& t, double h, bool first_pass) {
         if (!t.glued) c.bias[0] += approach_left(in_, step_, t, h);
         break;
       }
-      onset_row(in_, step_, t, c, path, h, first_pass, m.u_ref);
+      onset_row(in_, t, c, path, h, first_pass, m.u_ref);
       break;
     }
     case Mode::spring_mean:
