@@ -134,7 +134,7 @@ std::string plain(std::string message) {
 
 template <class Found>
 Found read_features(const std::string& path, const std::string& key, const std::string& expected) {
-  const std::string text = is_layer_file(read_bytes(path)) ? layer_as_geojson(path, key) : read_text(path);
+  const std::string text = is_layer_file(path) ? layer_as_geojson(path, key) : read_text(path);
   if (text.find_first_not_of(" \t\r\n") == std::string::npos)
     throw InputError(
         Problem{.file = path, .key = key, .rule = "is empty: a file without text", .remedy = expected});

@@ -1,6 +1,7 @@
 #include "geometry/layers.hpp"
 
 #include <cstdio>
+#include <fstream>
 
 #include "core/error.hpp"
 #include "core/module.hpp"
@@ -17,8 +18,14 @@ void write_geopackage(const std::string& path, const std::string& crs, std::span
     throw InputError(Problem{.file = path, .key = "layers", .rule = error, .remedy = "check the directory"});
 }
 
-bool is_layer_file(const std::string& bytes) {
-  return bytes.starts_with(std::string("\0\0\x27\x0a", 4)) || bytes.starts_with("SQLite format 3");
+bool begins_with(const std::string& path, std::string_view bytes) {
+  std::string head(bytes.size(), '\0');
+  return std::ifstream(path, std::ios::binary).read(head.data(), static_cast<std::streamsize>(head.size())) &&
+         head == bytes;
+}
+
+bool is_layer_file(const std::string& path) {
+  return begins_with(path, {"\0\0\x27\x0a", 4}) || begins_with(path, "SQLite format 3");
 }
 
 std::string layer_as_geojson(const std::string& path, const std::string& key) {

@@ -21,6 +21,7 @@
 #include "core/error.hpp"
 #include "core/module.hpp"
 #include "core/text_file.hpp"
+#include "geometry/layers.hpp"
 #include "geometry/text_cursor.hpp"
 
 namespace talus::geometry {
@@ -300,7 +301,7 @@ Raster read_raster(const std::string& path) {
                 .remedy = "export it again with its georeference, or give it one: gdal_translate -a_srs "
                           "EPSG:... -a_ullr WEST NORTH EAST SOUTH in.tif out.tif"});
   if (!read) {
-    const bool cloud = read_bytes(path).starts_with("LASF");
+    const bool cloud = begins_with(path, "LASF");
     const bool points = cloud || r.error.find("Ungridded") != std::string::npos;
     throw InputError(
         Problem{.file = path,
