@@ -17,14 +17,14 @@ install(CODE "
     execute_process(COMMAND $<TARGET_FILE:talus> --completion \${shell} OUTPUT_FILE ${CMAKE_BINARY_DIR}/completion.\${shell} COMMAND_ERROR_IS_FATAL ANY)
   endforeach()
   execute_process(COMMAND gzip -9nc ${CMAKE_SOURCE_DIR}/docs/talus.1 OUTPUT_FILE ${CMAKE_BINARY_DIR}/talus.1.gz COMMAND_ERROR_IS_FATAL ANY)
-  execute_process(COMMAND gzip -9nc ${CMAKE_SOURCE_DIR}/CHANGELOG.md OUTPUT_FILE ${CMAKE_BINARY_DIR}/changelog.gz COMMAND_ERROR_IS_FATAL ANY)")
+  execute_process(COMMAND gzip -9nc ${CMAKE_SOURCE_DIR}/CHANGELOG.md OUTPUT_FILE ${CMAKE_BINARY_DIR}/CHANGELOG.md.gz COMMAND_ERROR_IS_FATAL ANY)")
 install(FILES ${CMAKE_BINARY_DIR}/completion.bash DESTINATION share/bash-completion/completions RENAME talus)
 install(FILES ${CMAKE_BINARY_DIR}/completion.zsh DESTINATION share/zsh/vendor-completions RENAME _talus)
 install(FILES ${CMAKE_BINARY_DIR}/completion.fish DESTINATION share/fish/vendor_completions.d RENAME talus.fish)
 install(FILES ${CMAKE_BINARY_DIR}/talus.1.gz DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
-install(FILES ${CMAKE_BINARY_DIR}/changelog.gz DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(FILES ${CMAKE_BINARY_DIR}/CHANGELOG.md.gz DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(FILES ${CMAKE_SOURCE_DIR}/README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
-install(FILES ${CMAKE_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME copyright)
+install(FILES ${CMAKE_SOURCE_DIR}/cmake/copyright DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(DIRECTORY ${CMAKE_SOURCE_DIR}/docs/ DESTINATION ${CMAKE_INSTALL_DOCDIR}/docs PATTERN "talus.1" EXCLUDE PATTERN "results" EXCLUDE)
 install(DIRECTORY ${CMAKE_SOURCE_DIR}/cases/tirol-pier DESTINATION ${CMAKE_INSTALL_DOCDIR}/cases)
 
@@ -32,9 +32,11 @@ set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME talus)
 set(CPACK_PACKAGE_VENDOR "The Talus authors")
 set(CPACK_PACKAGE_CONTACT "The Talus authors <talus@localhost>")
-set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "Rockfall on structures: coupled discontinuous deformation analysis and finite elements")
-set(CPACK_DEBIAN_PACKAGE_DESCRIPTION "Talus simulates polyhedral rock blocks that slide, topple, bounce and roll down real terrain, and the
-piers, decks and walls they strike. Needs a processor of level x86-64-v3 (AVX2).")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "Rockfall on structures by coupled 3D DDA and finite elements")
+set(CPACK_DEBIAN_PACKAGE_DESCRIPTION "Talus simulates polyhedral rock blocks that slide, topple, bounce and roll
+down real terrain (three-dimensional discontinuous deformation analysis), and
+the piers, decks and walls they strike (finite elements), to probabilities of
+damage. Needs a processor of level x86-64-v3 (AVX2).")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)

@@ -108,7 +108,7 @@ std::string features_of(OGRLayerH layer) {
     if (OGRGeometryH geometry = OGR_F_GetGeometryRef(feature)) {
       OGRGeometryH straight = OGR_G_GetLinearGeometry(geometry, 0, nullptr);  // default step: 4 degrees
       if (const std::string text = taken(OGR_G_ExportToJson(straight)); !text.empty())
-        all += (all.empty() ? "" : ",\n") + head + text + "}";
+        all.append(all.empty() ? "" : ",\n").append(head).append(text).append("}");
       OGR_G_DestroyGeometry(straight);
     }
     OGR_F_Destroy(feature);

@@ -63,7 +63,7 @@ std::string described_code(OGRSpatialReferenceH srs) {
   int count = 0;
   int* confidence = nullptr;
   OGRSpatialReferenceH* matches = OSRFindMatches(srs, nullptr, &count, &confidence);
-  const std::string code = count > 0 && confidence[0] >= good ? code_of(matches[0]) : "";
+  std::string code = count > 0 && confidence[0] >= good ? code_of(matches[0]) : "";
   OSRFreeSRSArray(matches);
   CPLFree(confidence);
   return code;
@@ -71,8 +71,8 @@ std::string described_code(OGRSpatialReferenceH srs) {
 
 std::string name_of(OGRSpatialReferenceH srs) {
   if (!srs) return "";
-  if (const std::string code = code_of(srs); !code.empty()) return code;
-  if (const std::string code = described_code(srs); !code.empty()) return code;
+  if (std::string code = code_of(srs); !code.empty()) return code;
+  if (std::string code = described_code(srs); !code.empty()) return code;
   char* wkt = nullptr;
   std::string text;
   if (OSRExportToWkt(srs, &wkt) == OGRERR_NONE && wkt) text = wkt;
@@ -117,7 +117,7 @@ std::string name_in_plan(OGRSpatialReferenceH srs) {
   if (!srs || !OSRIsCompound(srs)) return name_of(srs);
   OGRSpatialReferenceH plan = OSRClone(srs);
   OSRStripVertical(plan);
-  const std::string name = name_of(plan);
+  std::string name = name_of(plan);
   OSRDestroySpatialReference(plan);
   return name;
 }
