@@ -68,7 +68,7 @@ std::unique_ptr<CLI::App> make_cli(Options& options) {
   app->fallthrough(false);
   app->footer(
       "Exit codes: 0 done, 1 a check fell short, 2 bad input or usage (nothing written), 3 numerical failure "
-      "(state saved), 130 or 143 interrupted (state saved).");
+      "(state saved), 130, 143 or 129 interrupted (state saved).");
 
   run_options(*app->add_subcommand("run", "Run a scene"), options);
   scene_options(
@@ -233,8 +233,8 @@ std::string man_page(const CLI::App& app) {
     text += ".TP\n.B " + roff(option_name(*option)) + "\n" + roff(option->get_description()) + "\n";
   text +=
       ".SH EXIT STATUS\n.TP\n.B 0\ndone\n.TP\n.B 1\na check fell short\n.TP\n.B 2\nbad input or usage; "
-      "nothing was written\n.TP\n.B 3\nnumerical failure; the state was saved\n.TP\n.B 130, 143\ninterrupted "
-      "by SIGINT or SIGTERM; the state was saved\n";
+      "nothing was written\n.TP\n.B 3\nnumerical failure; the state was saved\n.TP\n.B 130, 143, 129\n"
+      "interrupted by SIGINT, SIGTERM or SIGHUP; the state was saved\n";
   text += ".SH FILES\nA scene is a TOML file; its keys are listed by\n.BR \"talus explain \\-\\-all\" .\n";
   return text;
 }
@@ -254,7 +254,7 @@ std::string completion(const CLI::App& app, const std::string& shell) {
       }
     if (command->get_name() == "explain")
       for (const std::string& key : scene::all_keys()) names += " " + key;
-    if (command->get_name() == "verify") names += " dda fem coupling stability";
+    if (command->get_name() == "verify") names += fmt::format(" {}", fmt::join(verify_suites, " "));
     cases += fmt::format("    {}) words=\"{}\" ;;\n", command->get_name(), names);
     fish +=
         fmt::format("complete -c talus -n __fish_use_subcommand -a {} -d \"{}\"\n", command->get_name(),

@@ -11,6 +11,9 @@
 
 namespace talus::app {
 
+/// Suites of `talus verify`.
+inline constexpr const char* verify_suites[] = {"dda", "fem", "coupling", "stability", "invariants"};
+
 enum Exit : int { done = 0, fell_short = 1, bad_input = 2, numerical_failure = 3 };
 
 /// What the user asked for. Every command reads only its own fields.

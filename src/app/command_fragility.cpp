@@ -45,11 +45,6 @@ double window_of(const std::string& text) {
                            .remedy = "write for example --window \"0.5 s\""});
 }
 
-int interrupted() {
-  fmt::print("Interrupted; what is finished is kept.\n");
-  return 128 + stop_signal().load();
-}
-
 }  // namespace
 
 int command_fragility(const Options& options) {
@@ -112,10 +107,13 @@ int command_calibrate(const Options& options) {
   on_stop(OnStop::ask);
   const std::vector<std::string> lines = ensemble::calibrate(request);
   progress.clear();
-  if (stop_signal().load() != 0) return interrupted();
   for (const std::string& line : lines) fmt::print("{}\n", line);
-  fmt::print("Results: {}\n", (fs::path(options.output) / "calibration.json").string());
-  return done;
+  if (!lines.empty()) fmt::print("Results: {}\n", (fs::path(options.output) / "calibration.json").string());
+  if (stop_signal().load() == 0) return done;
+  fmt::print("Interrupted; {}: the same command begins anew.\n",
+             lines.empty() ? "no candidate was finished and no result written"
+                           : "the figures are of the candidates that were finished");
+  return 128 + stop_signal().load();
 }
 
 }  // namespace talus::app

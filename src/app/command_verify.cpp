@@ -1,9 +1,11 @@
 // talus verify: the suites, a line per comparison, verify.json and plots.
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <filesystem>
+#include <iterator>
 #include <system_error>
 
 #include <fmt/format.h>
@@ -38,9 +40,7 @@ int command_verify(const Options& options) {
     only = suite.substr(slash + 1);
     suite.resize(slash);
   }
-  bool known = suite.empty();
-  for (const char* name : {"dda", "fem", "coupling", "stability", "invariants"})
-    known = known || suite == name;
+  const bool known = suite.empty() || std::ranges::find(verify_suites, suite) != std::end(verify_suites);
   bool found = only.empty();
   for (const verify::Case& c : verify::all_cases()) found = found || (c.suite == suite && c.id == only);
   if (!known || !found) {

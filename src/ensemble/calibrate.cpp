@@ -369,6 +369,7 @@ class Calibration {
                                            : "energy distance between passages at line " + measured_.line +
                                                  ", each quantity over its measured standard deviation"},
         {"best", json(*found)},
+        {"asked", request_.candidates},
         {"candidates", Json::array()}};
     for (const Candidate& c : candidates_) root["candidates"].push_back(json(c));
     io::write_file(request_.directory / "calibration.json", root.dump(2) + "\n");

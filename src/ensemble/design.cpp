@@ -204,7 +204,7 @@ std::vector<Problem> Design::place(const scene::Scene& provisional, OverGround g
     if (block == provisional.blocks.end() || !block->release)
       throw fault(provisional.file, v.vary, "there is no block of this name with a release area",
                   "give the block release = { polygon = \"source.geojson\" }");
-    v.area = geometry::read_area(block->release->polygon);
+    v.area = geometry::read_area(block->release->polygon, v.vary.key + ".polygon");
     if (provisional.site)
       geometry::expect_same_crs(provisional.site->crs, v.area.crs, block->release->polygon,
                                 v.vary.key + ".polygon");

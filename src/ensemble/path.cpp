@@ -441,7 +441,8 @@ std::vector<PlanLine> plan_lines(const scene::Scene& scene, const std::string& c
   for (const scene::Line& line : scene.lines) {
     PlanLine& plan = lines.emplace_back(PlanLine{line.name, line.parts, !line.file.empty()});
     if (line.file.empty()) continue;
-    const geometry::PlanLines read_lines = geometry::read_plan_lines(line.file);
+    const geometry::PlanLines read_lines =
+        geometry::read_plan_lines(line.file, "line." + line.name + ".file");
     geometry::expect_same_crs(crs, read_lines.crs, line.file, "line." + line.name + ".file");
     const Vec3 origin = scene.site ? scene.site->origin : Vec3::Zero();
     for (auto part : read_lines.lines) {

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include <nlohmann/json.hpp>
 
 #include "core/text_file.hpp"
+#include "geometry/layers.hpp"
 #include "geometry/terrain.hpp"
 
 namespace talus::geometry {
@@ -131,11 +133,11 @@ std::string plain(std::string message) {
 }
 
 template <class Found>
-Found read_geojson(const std::string& path, const std::string& expected) {
-  const std::string text = read_text(path);
+Found read_features(const std::string& path, const std::string& key, const std::string& expected) {
+  const std::string text = is_layer_file(path) ? layer_as_geojson(path, key) : read_text(path);
   if (text.find_first_not_of(" \t\r\n") == std::string::npos)
     throw InputError(
-        Problem{.file = path, .key = "geojson", .rule = "is empty: a file without text", .remedy = expected});
+        Problem{.file = path, .key = key, .rule = "is empty: a file without text", .remedy = expected});
   Found found;
   try {
     const json root = json::parse(text);
@@ -143,12 +145,85 @@ Found read_geojson(const std::string& path, const std::string& expected) {
     found.crs = crs_of(root);
   } catch (const json::exception& e) {
     throw InputError(Problem{.file = path,
-                             .key = "geojson",
+                             .key = key,
                              .value = plain(e.what()),
                              .rule = "is not GeoJSON as needed here",
                              .remedy = expected});
   }
   return found;
+}
+
+using Ring = std::vector<Eigen::Vector2d>;
+
+double twice_area(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c) {
+  const Eigen::Vector2d u = b - a, v = c - a;
+  return u.x() * v.y() - u.y() * v.x();
+}
+
+/// By the even-odd rule.
+bool is_within(const Ring& ring, const Eigen::Vector2d& p) {
+  bool inside = false;
+  for (std::size_t i = 0, j = ring.size() - 1; i < ring.size(); j = i++) {
+    const auto &a = ring[i], &b = ring[j];
+    if ((a.y() > p.y()) != (b.y() > p.y()) &&
+        p.x() < (b.x() - a.x()) * (p.y() - a.y()) / (b.y() - a.y()) + a.x())
+      inside = !inside;
+  }
+  return inside;
+}
+
+/// Where two sides of a ring cross: each has its ends on both sides of the other, farther off than files
+/// round coordinates to. Sides that touch do not cross.
+std::optional<Eigen::Vector2d> crossing(const Ring& ring) {
+  constexpr double rounding = 1e-3;  // [m]
+  struct Side {
+    Eigen::Vector2d a, b;
+  };
+  std::vector<Side> sides;
+  for (std::size_t i = 0; i < ring.size(); ++i) sides.push_back({ring[i], ring[(i + 1) % ring.size()]});
+  const auto west = [](const Side& s) { return std::min(s.a.x(), s.b.x()); };
+  std::ranges::sort(sides, {}, west);
+  const auto parts = [](const Side& s, const Side& of) {
+    const double far = rounding * (s.b - s.a).norm();
+    const double a = twice_area(s.a, s.b, of.a), b = twice_area(s.a, s.b, of.b);
+    return std::min(a, b) < -far && std::max(a, b) > far;
+  };
+  for (std::size_t i = 0; i < sides.size(); ++i) {
+    const Side& s = sides[i];
+    const double east = std::max(s.a.x(), s.b.x());
+    for (std::size_t j = i + 1; j < sides.size() && west(sides[j]) <= east; ++j)
+      if (const Side& t = sides[j]; parts(s, t) && parts(t, s)) {
+        const double a = twice_area(s.a, s.b, t.a), b = twice_area(s.a, s.b, t.b);
+        return Eigen::Vector2d(t.a + a / (a - b) * (t.b - t.a));
+      }
+  }
+  return {};
+}
+
+/// Throws InputError naming the place for rings that do not say which side of them is meant.
+void refuse_invalid(const Area::Polygon& polygon, const std::string& path, const std::string& key,
+                    const std::string& name) {
+  const auto refuse = [&](const Eigen::Vector2d& at, const std::string& rule, const std::string& remedy) {
+    throw InputError(Problem{.file = path,
+                             .key = key,
+                             .value = fmt::format("{} at {:.10g}, {:.10g}", name, at.x(), at.y()),
+                             .rule = rule,
+                             .remedy = remedy});
+  };
+  for (const Ring& ring : polygon)
+    if (const auto at = crossing(ring))
+      refuse(*at, "its sides cross there, so that inside and outside are not said",
+             "mend it in the GIS (QGIS: Fix geometries), or ogr2ogr -makevalid out.geojson in.geojson");
+  for (std::size_t k = 1; k < polygon.size(); ++k) {
+    bool within = false;
+    for (std::size_t i = 0; i < polygon[k].size(); ++i) {
+      const Eigen::Vector2d &a = polygon[k][i], &b = polygon[k][(i + 1) % polygon[k].size()];
+      within |= is_within(polygon.front(), a) || is_within(polygon.front(), 0.5 * (a + b));
+    }
+    if (!within)
+      refuse(polygon[k].front(), "begins a hole that lies outside of its polygon",
+             "a further part is a polygon of its own (MultiPolygon); remove a hole that is none");
+  }
 }
 
 }  // namespace
@@ -165,14 +240,8 @@ std::string remedy_for_degrees(const Eigen::AlignedBox2d& limits) {
 
 bool Area::contains(double x, double y) const {
   return std::ranges::any_of(polygons, [&](const Polygon& polygon) {
-    bool inside = false;
-    for (const auto& ring : polygon)
-      for (std::size_t i = 0, j = ring.size() - 1; i < ring.size(); j = i++) {
-        const auto &a = ring[i], &b = ring[j];
-        if ((a.y() > y) != (b.y() > y) && x < (b.x() - a.x()) * (y - a.y()) / (b.y() - a.y()) + a.x())
-          inside = !inside;
-      }
-    return inside;
+    const auto holds = [&](const Ring& ring) { return is_within(ring, {x, y}); };
+    return holds(polygon.front()) && std::none_of(polygon.begin() + 1, polygon.end(), holds);
   });
 }
 
@@ -219,32 +288,35 @@ std::vector<Problem> beside_ground(const AreaExtent& extent, const std::string& 
            .remedy = "compare the polygon with the extent of the terrain"}};
 }
 
-Area read_area(const std::string& path) {
-  Area area = read_geojson<Area>(path, "export the polygons as GeoJSON");
+Area read_area(const std::string& path, const std::string& key) {
+  Area area = read_features<Area>(path, key, "export the polygons as GeoJSON, shapefile or GeoPackage");
   if (area.polygons.empty())
     throw InputError(Problem{.file = path,
-                             .key = "geojson",
+                             .key = key,
                              .rule = "holds no polygon that encloses an area",
                              .remedy = "give Polygon or MultiPolygon geometries"});
+  for (std::size_t k = 0; k < area.polygons.size(); ++k)
+    refuse_invalid(area.polygons[k], path, key, fmt::format("polygon {}", k + 1));
   return area;
 }
 
-BreakLines read_breaklines(const std::string& path) {
-  BreakLines found =
-      read_geojson<BreakLines>(path, "export the lines as GeoJSON with a height at each point: [x, y, z]");
+BreakLines read_breaklines(const std::string& path, const std::string& key) {
+  BreakLines found = read_features<BreakLines>(
+      path, key, "export the lines as GeoJSON with a height at each point: [x, y, z]");
   if (found.lines.empty())
     throw InputError(Problem{.file = path,
-                             .key = "geojson",
+                             .key = key,
                              .rule = "holds no line",
                              .remedy = "give LineString or MultiLineString geometries with [x, y, z]"});
   return found;
 }
 
-PlanLines read_plan_lines(const std::string& path) {
-  PlanLines found = read_geojson<PlanLines>(path, "export the lines as GeoJSON");
+PlanLines read_plan_lines(const std::string& path, const std::string& key) {
+  PlanLines found =
+      read_features<PlanLines>(path, key, "export the lines as GeoJSON, shapefile or GeoPackage");
   if (found.lines.empty())
     throw InputError(Problem{.file = path,
-                             .key = "geojson",
+                             .key = key,
                              .rule = "holds no line",
                              .remedy = "give LineString or MultiLineString geometries"});
   return found;

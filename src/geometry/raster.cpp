@@ -21,6 +21,7 @@
 #include "core/error.hpp"
 #include "core/module.hpp"
 #include "core/text_file.hpp"
+#include "geometry/layers.hpp"
 #include "geometry/text_cursor.hpp"
 
 namespace talus::geometry {
@@ -31,6 +32,7 @@ struct Functions {
   WriteRaster write = nullptr;
   SameCrs same = nullptr;
   TellCrs tell = nullptr;
+  PlanScale plan_scale = nullptr;
 };
 
 const Functions& module(const std::string& for_file) {
@@ -49,6 +51,7 @@ const Functions& module(const std::string& for_file) {
     all.write = reinterpret_cast<WriteRaster>(symbol("talus_raster_write"));
     all.same = reinterpret_cast<SameCrs>(symbol("talus_raster_same_crs"));
     all.tell = reinterpret_cast<TellCrs>(symbol("talus_raster_tell_crs"));
+    all.plan_scale = reinterpret_cast<PlanScale>(symbol("talus_raster_plan_scale"));
     m = all;
   } catch (const InputError& error) {
     Problem p = error.problems().front();
@@ -297,9 +300,18 @@ Raster read_raster(const std::string& path) {
                         "are (no GeoTIFF tags, no world file .tfw beside it)",
                 .remedy = "export it again with its georeference, or give it one: gdal_translate -a_srs "
                           "EPSG:... -a_ullr WEST NORTH EAST SOUTH in.tif out.tif"});
-  if (!read)
-    throw InputError(Problem{
-        .file = path, .key = "raster", .rule = r.error, .remedy = "give an ESRI ASCII grid or a GeoTIFF"});
+  if (!read) {
+    const bool cloud = begins_with(path, "LASF");
+    const bool points = cloud || r.error.find("Ungridded") != std::string::npos;
+    throw InputError(
+        Problem{.file = path,
+                .key = "raster",
+                .rule = cloud ? "is a cloud of points (LAS, LAZ), no grid" : r.error,
+                .remedy = points ? "make a grid of its ground points first, as GeoTIFF: QGIS (point "
+                                   "cloud conversion, export to raster), PDAL's writers.gdal, or "
+                                   "gdal_grid -a linear for points in rows"
+                                 : "give an ESRI ASCII grid or a GeoTIFF"});
+  }
   if (r.transform[2] != 0 || r.transform[4] != 0)
     throw InputError(Problem{.file = path,
                              .key = "raster",
@@ -357,6 +369,24 @@ void check_crs(const std::string& crs, const std::string& file, const std::strin
     refuse(fmt::format("is in {} of {:.8g} m, and lengths of a scene are metres",
                        r.unit.empty() ? "a unit" : r.unit, r.metres),
            example);
+}
+
+void check_lengths(const std::string& crs, const Eigen::Vector2d& place, const std::string& file,
+                   const std::string& key) {
+  constexpr double most = 0.02;
+  double along_x = 1, along_y = 1;
+  if (crs.empty() || !module(file).plan_scale(crs.c_str(), place.x(), place.y(), &along_x, &along_y) ||
+      std::max(std::abs(along_x - 1), std::abs(along_y - 1)) <= most)
+    return;
+  throw InputError(Problem{
+      .file = file,
+      .key = key,
+      .value = crs.substr(0, 80),
+      .rule = fmt::format("lengths of this map at the terrain, [{:.10g}, {:.10g}], are {:.4g} (along x) "
+                          "and {:.4g} (along y) times those on the ground",
+                          place.x(), place.y(), along_x, along_y),
+      .remedy = "project it to the national grid or the UTM zone there: gdalwarp -t_srs EPSG:... -r "
+                "bilinear in.tif out.tif; then give site.origin and positions in that system"});
 }
 
 int same_crs(const std::string& a, const std::string& b) { return module("").same(a.c_str(), b.c_str()); }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/types.hpp"
 #include "geometry/raster/raster_module.hpp"
 
 namespace talus::geometry {
@@ -53,6 +54,12 @@ void write_raster(const std::string& path, const Raster& raster);
 /// Throws InputError at `key` of `file` for what is no coordinate system that the library knows, and for one
 /// whose coordinates in plan are no metres. An empty text is none, and good.
 void check_crs(const std::string& crs, const std::string& file, const std::string& key);
+
+/// Throws InputError at `key` of `file` for a coordinate system whose lengths in plan at a place differ by
+/// more than 2 % from those on the ground: slopes and distances would be wrong by as much. National grids
+/// keep within 0.2 %; Web Mercator has 1 / cos(latitude).
+void check_lengths(const std::string& crs, const Eigen::Vector2d& place, const std::string& file,
+                   const std::string& key);
 
 /// 1 the same system, 0 different, -1 if either is not known.
 int same_crs(const std::string& a, const std::string& b);

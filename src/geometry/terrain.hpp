@@ -98,8 +98,9 @@ std::string remedy_for_degrees(const Eigen::AlignedBox2d& limits);
 /// than positions bear; empty if it does not.
 std::string remedy_for_origin(const Box3& terrain, const Vec3& origin);
 
-/// Areas of a GeoJSON file: polygons and multipolygons, rings of [x, y] in map coordinates; holes by the
-/// even-odd rule within each polygon.
+/// Areas of a GeoJSON file, a shapefile or a GeoPackage: polygons and multipolygons, rings of [x, y] in map
+/// coordinates. A place belongs to a polygon if it lies within its first ring and in none of the others, its
+/// holes.
 struct Area {
   using Polygon = std::vector<std::vector<Eigen::Vector2d>>;  // the outer ring, then those of its holes
   std::vector<Polygon> polygons;                              // which may overlap
@@ -107,7 +108,8 @@ struct Area {
   bool contains(double x, double y) const;
   Eigen::AlignedBox2d limits() const;
 };
-Area read_area(const std::string& path);
+/// Throws InputError at `key`, also for a ring that crosses itself and for a hole that lies outside.
+Area read_area(const std::string& path, const std::string& key);
 
 /// How large an area is in plan, and the share of it that lies over ground, by the middles of a hundred by a
 /// hundred cells of its bounds. `over_ground`: whether there is ground below a place, in coordinates about
@@ -123,19 +125,19 @@ AreaExtent extent_of(const Area& area, const Vec3& origin,
 /// What is to be said of an area that lies in part beside the ground; `key` is that of its file.
 std::vector<Problem> beside_ground(const AreaExtent& extent, const std::string& key);
 
-/// Lines of a GeoJSON file, points [x, y, z] in map coordinates.
+/// Lines of such a file, points [x, y, z] in map coordinates.
 struct BreakLines {
   std::vector<std::vector<Vec3>> lines;
   std::string crs;
 };
-BreakLines read_breaklines(const std::string& path);
+BreakLines read_breaklines(const std::string& path, const std::string& key);
 
-/// Lines of a GeoJSON file in plan, map coordinates; heights are left out.
+/// Lines of such a file in plan, map coordinates; heights are left out.
 struct PlanLines {
   std::vector<std::vector<Eigen::Vector2d>> lines;
   std::string crs;
 };
-PlanLines read_plan_lines(const std::string& path);
+PlanLines read_plan_lines(const std::string& path, const std::string& key);
 
 /// Surface whose edges hold the given lines: a constrained Delaunay triangulation in plan of the surface's
 /// vertices and the lines'. Without a surface, of the lines alone. Vertices nearer to a line (in plan) than

@@ -25,7 +25,7 @@ struct Cover {
 };
 
 Cover polygon_cover(const std::string& path, const std::string& crs) {
-  const Area area = read_area(path);
+  const Area area = read_area(path, "site.area.polygon");
   expect_same_crs(crs, area.crs, path, "site.area.polygon");
   return {[area](double x, double y) { return area.contains(x, y); }, area.limits()};
 }
@@ -59,8 +59,8 @@ void expect_same_crs(const std::string& scene, const std::string& file_crs, cons
                     "terrain or site.crs: " +
                         scene.substr(0, 80)
                   : "is in another coordinate system than the terrain or site.crs: " + scene.substr(0, 80),
-      .remedy =
-          "transform it (gdalwarp -t_srs for rasters, ogr2ogr -t_srs for GeoJSON), or correct site.crs"});
+      .remedy = "transform it (gdalwarp -t_srs for rasters, ogr2ogr -t_srs for polygons and lines), or "
+                "correct site.crs"});
 }
 
 void assign_materials(TriangleSurface& s, const TerrainOptions& options, std::vector<Problem>& warnings) {

@@ -147,7 +147,7 @@ std::vector<Key> block_keys() {
                        "places, apart from each other."},
                {.path = "block.release.polygon",
                 .type = Type::path,
-                .doc = "GeoJSON with polygons, in the terrain's map coordinates: the centroids start within.",
+                .doc = "Polygons (GeoJSON, shapefile, GeoPackage), map coordinates: centroids start within.",
                 .required = "always in block.release"},
                {.path = "block.release.count",
                 .type = Type::integer,

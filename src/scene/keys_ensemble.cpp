@@ -18,7 +18,8 @@ std::vector<Key> ensemble_keys() {
        .required = "unless file is given"},
       {.path = "line.file",
        .type = Type::path,
-       .doc = "GeoJSON with lines in map coordinates, in place of points; `site.origin` is subtracted.",
+       .doc = "GeoJSON, shapefile or GeoPackage with lines in map coordinates, in place of points; "
+              "`site.origin` is subtracted.",
        .required = "unless points are given"},
 
       {.path = "ensemble",

@@ -85,7 +85,8 @@ std::vector<Key> general_keys() {
        .required = "unless breaklines, face or area.mesh are given"},
       {.path = "site.breaklines",
        .type = Type::path,
-       .doc = "GeoJSON lines with heights, [x, y, z] in map coordinates, that become edges of the terrain; "
+       .doc = "Lines with heights, [x, y, z] in map coordinates (GeoJSON, shapefile or GeoPackage), that "
+              "become edges of the terrain; "
               "decimation keeps them. With a terrain, its points nearer than half its mean edge give way; "
               "without one, the lines alone make the terrain."},
       {.path = "site.crest",
@@ -182,7 +183,7 @@ std::vector<Key> general_keys() {
        .doc = "Parts of the terrain with a material of their own; the last that covers a place holds."},
       {.path = "site.area.polygon",
        .type = Type::path,
-       .doc = "GeoJSON with polygons, in the terrain's map coordinates.",
+       .doc = "GeoJSON, shapefile or GeoPackage with polygons, in the terrain's map coordinates.",
        .required = "unless raster, part or mesh is given"},
       {.path = "site.area.raster",
        .type = Type::path,

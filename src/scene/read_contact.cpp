@@ -484,8 +484,10 @@ void read_interfaces(Reading& in, const View& root) {
         if (!(modulus > 0))
           entry->view.problem(
               "contact_law",
-              fmt::format("neither \"{}\" nor \"{}\" has a Young's modulus, and Hertz's law needs one", first,
-                          second),
+              (first == second
+                   ? fmt::format("\"{}\" has no Young's modulus", first)
+                   : fmt::format("neither \"{}\" nor \"{}\" has a Young's modulus", first, second)) +
+                  ", and Hertz's law needs one",
               "add young to a [[material]]");
         else if (!root.has("resolved"))
           scene.notes.push_back(

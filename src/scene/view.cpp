@@ -33,7 +33,12 @@ std::optional<double> quantity_of(const Node& node, Dimension dimension, std::st
   if (dimension == dimension::angular_velocity && given.rad == 0)
     given.rad = 1;  // "2 1/s": the radian is often left out
   if (given == dimension) return quantity->value;
+  constexpr double g = 9.80665;  // [m/s^2]
+  const bool weight =
+      dimension.kg == 1 && given == Dimension{dimension.m + 1, dimension.kg, dimension.s - 2, dimension.rad};
   why = given.none() ? fmt::format("must be {}: the unit is missing", describe(dimension))
+        : weight     ? fmt::format("must be {}: this one is a weight, of {:.4g} {}", describe(dimension),
+                                   quantity->value / g, unit_name(dimension))
                      : fmt::format("must be {}: this one is in {}", describe(dimension), unit_name(given));
   return {};
 }

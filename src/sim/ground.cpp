@@ -148,15 +148,20 @@ std::optional<geometry::Terrain> load_ground(const scene::Scene& scene,
                                              const std::function<void(const std::string&)>& report) {
   if (!scene.site || !scene.site->given()) return std::nullopt;
   geometry::check_crs(scene.site->crs, scene.file, "site.crs");
-  if (scene.rock_mass && scene.rock_mass->from_terrain)
-    return load_without(*scene.rock_mass, *scene.site, report);
-  return load_site(*scene.site, nullptr, true);
+  geometry::Terrain terrain = scene.rock_mass && scene.rock_mass->from_terrain
+                                  ? load_without(*scene.rock_mass, *scene.site, report)
+                                  : load_site(*scene.site, nullptr, true);
+  Box3 box;
+  for (const Vec3& v : terrain.surface.vertices) box.extend(v);
+  geometry::check_lengths(scene.site->crs.empty() ? terrain.crs : scene.site->crs,
+                          (box.center() + scene.site->origin).head<2>(), scene.file, "site.terrain");
+  return terrain;
 }
 
 std::vector<std::pair<Vec3, Mat3>> release_places(const scene::Release& release, const Polyhedron& body,
                                                   const scene::Scene& scene, const geometry::Terrain* terrain,
                                                   Occupied& occupied) {
-  const geometry::Area area = geometry::read_area(release.polygon);
+  const geometry::Area area = geometry::read_area(release.polygon, "release.polygon");
   if (scene.site)
     geometry::expect_same_crs(scene.site->crs.empty() && terrain ? terrain->crs : scene.site->crs, area.crs,
                               release.polygon, "release.polygon");

@@ -7,7 +7,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const fuzz::Input input(data, size);
   fuzz::read_or_refuse([&] {
     if (input.choice % 2 == 1) {
-      (void)geometry::read_area(fuzz::file("area.geojson", input.bytes)).contains(0.5, 0.5);
+      (void)geometry::read_area(fuzz::file("area.geojson", input.bytes), "site.area.polygon")
+          .contains(0.5, 0.5);
       return;
     }
     const geometry::Terrain terrain = geometry::load_terrain(fuzz::file("terrain.asc", input.bytes));

@@ -117,9 +117,10 @@ class Fragility {
   /// What is about to be computed, and what of it cannot be what was meant.
   void announce() const {
     if (!request_.tell) return;
-    request_.tell(fmt::format("{} of {} members hit {}; {} coupled runs of {:g} s for {} kinds of hit",
-                              events_.size(), finished_, request_.structure, request_.runs, request_.window,
-                              clusters_.size()));
+    const auto s = [](auto count) { return count == 1 ? "" : "s"; };
+    request_.tell(fmt::format("{} of {} members hit {}; {} coupled run{} of {:g} s for {} kind{} of hit",
+                              events_.size(), finished_, request_.structure, request_.runs, s(request_.runs),
+                              request_.window, clusters_.size(), s(clusters_.size())));
     if (request_.window > long_window)
       request_.tell(
           fmt::format("warning: --window = {:g} s: a strike and what follows take about 0.5 s; a "

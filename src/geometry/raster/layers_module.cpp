@@ -1,6 +1,7 @@
-// GeoPackage files, in the module that links GDAL.
+// GeoPackages and shapefiles, in the module that links GDAL.
 #include "geometry/raster/layers_module.hpp"
 
+#include <cpl_conv.h>
 #include <cpl_error.h>
 #include <gdal.h>
 #include <ogr_api.h>
@@ -8,6 +9,7 @@
 
 #include <cmath>
 #include <memory>
+#include <string>
 
 using talus::geometry::Layer;
 
@@ -66,6 +68,54 @@ bool write(GDALDatasetH data, OGRSpatialReferenceH srs, const Layer& layer) {
   return OGR_L_CommitTransaction(out) == OGRERR_NONE;
 }
 
+std::string taken(char* text) {
+  std::string copy = text ? text : "";
+  CPLFree(text);
+  return copy;
+}
+
+/// A coordinate system by its code where it has one, else in WKT; empty where the layer names none.
+std::string system_of(OGRLayerH layer) {
+  OGRSpatialReferenceH srs = OGR_L_GetSpatialRef(layer);
+  if (!srs) return {};
+  const char *authority = OSRGetAuthorityName(srs, nullptr), *code = OSRGetAuthorityCode(srs, nullptr);
+  if (authority && code) return std::string(authority) + ":" + code;
+  char* wkt = nullptr;
+  OSRExportToWkt(srs, &wkt);
+  return taken(wkt);
+}
+
+/// A text within quotation marks of JSON.
+std::string quoted(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') out += '\\';
+    out += c;
+  }
+  return out + '"';
+}
+
+/// The features of a layer that have a geometry, separated by commas.
+std::string features_of(OGRLayerH layer) {
+  const std::string system = system_of(layer);
+  const std::string head =
+      R"({"type": "Feature", )" +
+      (system.empty() ? "" : R"("crs": {"type": "name", "properties": {"name": )" + quoted(system) + "}}, ") +
+      R"("geometry": )";
+  std::string all;
+  OGR_L_ResetReading(layer);
+  while (OGRFeatureH feature = OGR_L_GetNextFeature(layer)) {
+    if (OGRGeometryH geometry = OGR_F_GetGeometryRef(feature)) {
+      OGRGeometryH straight = OGR_G_GetLinearGeometry(geometry, 0, nullptr);  // default step: 4 degrees
+      if (const std::string text = taken(OGR_G_ExportToJson(straight)); !text.empty())
+        all.append(all.empty() ? "" : ",\n").append(head).append(text).append("}");
+      OGR_G_DestroyGeometry(straight);
+    }
+    OGR_F_Destroy(feature);
+  }
+  return all;
+}
+
 }  // namespace
 
 extern "C" __attribute__((visibility("default"))) bool talus_layers_write(const char* path, const char* crs,
@@ -86,4 +136,32 @@ extern "C" __attribute__((visibility("default"))) bool talus_layers_write(const 
   OSRDestroySpatialReference(srs);
   GDALClose(data);
   return good;
+}
+
+extern "C" __attribute__((visibility("default"))) bool talus_layers_read(const char* path,
+                                                                         std::string* geojson,
+                                                                         std::string* error) {
+  GDALAllRegister();
+  CPLSetErrorHandler(quiet);
+  CPLErrorReset();
+  const char* const formats[] = {"ESRI Shapefile", "GPKG", nullptr};
+  const std::unique_ptr<void, void (*)(void*)> data(
+      GDALOpenEx(path, GDAL_OF_VECTOR | GDAL_OF_READONLY, formats, nullptr, nullptr),
+      [](void* d) { GDALClose(d); });
+  if (!data) return fail(error, "cannot be read");
+  std::string features, names;
+  int filled = 0;
+  for (int k = 0; k < GDALDatasetGetLayerCount(data.get()); ++k) {
+    OGRLayerH layer = GDALDatasetGetLayer(data.get(), k);
+    std::string of_layer = features_of(layer);
+    if (CPLGetLastErrorType() >= CE_Failure) return fail(error, "cannot be read to its end");
+    if (of_layer.empty()) continue;
+    ++filled;
+    names += (names.empty() ? "" : ", ") + std::string(OGR_L_GetName(layer));
+    features = std::move(of_layer);
+  }
+  CPLErrorReset();
+  if (filled > 1) return fail(error, ("holds several layers: " + names).c_str());
+  *geojson = R"({"type": "FeatureCollection", "features": [)" + features + "]}";
+  return true;
 }

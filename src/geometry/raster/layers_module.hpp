@@ -1,4 +1,5 @@
-/// Points and lines with attributes, and what the raster module (which alone links GDAL) writes of them.
+/// Points and lines with attributes, and what the raster module (which alone links GDAL) writes and reads of
+/// such.
 #pragma once
 #include <array>
 #include <string>
@@ -22,5 +23,10 @@ struct Layer {
 /// Exported by the module with C linkage as talus_layers_write. False with `error` set when it fails.
 using WriteLayers = bool (*)(const char* path, const char* crs, const Layer* layers, int count,
                              std::string* error);
+
+/// Exported as talus_layers_read: the features of an ESRI shapefile or a GeoPackage as text of GeoJSON, each
+/// with a member "crs" that names its layer's coordinate system, as a code or in WKT. Arcs become chords.
+/// False with `error` set for a file that cannot be read, and for several layers with features.
+using ReadLayers = bool (*)(const char* path, std::string* geojson, std::string* error);
 
 }  // namespace talus::geometry

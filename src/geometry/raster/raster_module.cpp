@@ -63,7 +63,7 @@ std::string described_code(OGRSpatialReferenceH srs) {
   int count = 0;
   int* confidence = nullptr;
   OGRSpatialReferenceH* matches = OSRFindMatches(srs, nullptr, &count, &confidence);
-  const std::string code = count > 0 && confidence[0] >= good ? code_of(matches[0]) : "";
+  std::string code = count > 0 && confidence[0] >= good ? code_of(matches[0]) : "";
   OSRFreeSRSArray(matches);
   CPLFree(confidence);
   return code;
@@ -71,8 +71,8 @@ std::string described_code(OGRSpatialReferenceH srs) {
 
 std::string name_of(OGRSpatialReferenceH srs) {
   if (!srs) return "";
-  if (const std::string code = code_of(srs); !code.empty()) return code;
-  if (const std::string code = described_code(srs); !code.empty()) return code;
+  if (std::string code = code_of(srs); !code.empty()) return code;
+  if (std::string code = described_code(srs); !code.empty()) return code;
   char* wkt = nullptr;
   std::string text;
   if (OSRExportToWkt(srs, &wkt) == OGRERR_NONE && wkt) text = wkt;
@@ -117,7 +117,7 @@ std::string name_in_plan(OGRSpatialReferenceH srs) {
   if (!srs || !OSRIsCompound(srs)) return name_of(srs);
   OGRSpatialReferenceH plan = OSRClone(srs);
   OSRStripVertical(plan);
-  const std::string name = name_of(plan);
+  std::string name = name_of(plan);
   OSRDestroySpatialReference(plan);
   return name;
 }
@@ -436,6 +436,37 @@ extern "C" __attribute__((visibility("default"))) int talus_raster_same_crs(cons
   const System one = system_named(a), other = system_named(b);
   if (!one || !other) return -1;
   return agree(one.get(), other.get()) || name_in_plan(one.get()) == name_in_plan(other.get());
+}
+
+extern "C" __attribute__((visibility("default"))) bool talus_raster_plan_scale(const char* crs, double x,
+                                                                               double y, double* along_x,
+                                                                               double* along_y) {
+  start();
+  CPLErrorReset();
+  const System map = system_named(crs);
+  if (!map || !OSRIsProjected(map.get())) return false;
+  const System globe(OSRCloneGeogCS(map.get()));
+  OSRSetAxisMappingStrategy(map.get(), OAMS_TRADITIONAL_GIS_ORDER);
+  OSRSetAxisMappingStrategy(globe.get(), OAMS_TRADITIONAL_GIS_ORDER);  // longitude, latitude [deg]
+  const std::unique_ptr<void, void (*)(void*)> transformation(
+      OCTNewCoordinateTransformation(map.get(), globe.get()), [](void* t) {
+        if (t) OCTDestroyCoordinateTransformation(static_cast<OGRCoordinateTransformationH>(t));
+      });
+  constexpr double side = 100;  // in plan: far above round-off, far below what the scale changes over
+  double lon[] = {x, x + side, x}, lat[] = {y, y, y + side};
+  if (!transformation ||
+      !OCTTransform(static_cast<OGRCoordinateTransformationH>(transformation.get()), 3, lon, lat, nullptr))
+    return false;
+  const double radian = std::acos(-1.0) / 180, a = OSRGetSemiMajor(globe.get(), nullptr),
+               f = 1 / OSRGetInvFlattening(globe.get(), nullptr), e_sq = std::isfinite(f) ? f * (2 - f) : 0,
+               w_sq = 1 - e_sq * std::pow(std::sin(lat[0] * radian), 2);
+  const double east = a / std::sqrt(w_sq) * std::cos(lat[0] * radian),  // radii of curvature [m]
+      north = a * (1 - e_sq) / std::pow(w_sq, 1.5);
+  const auto scale = [&](int k) {
+    return side / std::hypot(east * (lon[k] - lon[0]) * radian, north * (lat[k] - lat[0]) * radian);
+  };
+  *along_x = scale(1), *along_y = scale(2);
+  return std::isfinite(*along_x) && std::isfinite(*along_y);
 }
 
 extern "C" __attribute__((visibility("default"))) bool talus_raster_tell_crs(const char* crs, Raster* out) {

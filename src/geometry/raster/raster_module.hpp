@@ -50,5 +50,7 @@ using WriteRaster = bool (*)(const char* path, Raster* raster);  // .tif or .asc
 using SameCrs = int (*)(const char* a, const char* b);
 /// What is said of a coordinate system of this name, or WKT; false: it is none.
 using TellCrs = bool (*)(const char* crs, Raster* out);
+/// Length in plan over that on the ellipsoid, along the map's axes at a place; false where that is not known.
+using PlanScale = bool (*)(const char* crs, double x, double y, double* along_x, double* along_y);
 
 }  // namespace talus::geometry

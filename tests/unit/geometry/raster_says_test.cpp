@@ -407,6 +407,11 @@ TEST(RasterSays, PointsInRowsMayHaveAByteOrderMark) {
 
 TEST(RasterSays, AnEmptyFileIsCalledEmpty) { EXPECT_NE(rule_of("").find("is empty"), std::string::npos); }
 
+TEST(RasterSays, ACloudOfPointsIsCalledOne) {
+  EXPECT_NE(rule_of("LASF" + std::string(300, '\1')).find("is a cloud of points (LAS, LAZ), no grid"),
+            std::string::npos);
+}
+
 TEST(RasterSays, StripsThatWereNeverWrittenAreHoles) {
   TinyTiff t = tiff(heights);
   t.sparse = true;

@@ -4,9 +4,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <filesystem>
 #include <fstream>
 
+#include "geometry/layers.hpp"
 #include "geometry/mesh.hpp"
 #include "geometry/raster.hpp"
 
@@ -20,13 +23,23 @@ struct TemporaryFile {
     path = (std::filesystem::temp_directory_path() /
             ("talus_terrain_" + std::to_string(::getpid()) + "_" + name))
                .string();
-    if (!text.empty()) std::ofstream(path) << text;
+    if (!text.empty()) std::ofstream(path, std::ios::binary) << text;
   }
   ~TemporaryFile() { std::filesystem::remove(path); }
   std::string path;
 };
 
 const std::string rows = "1 2 3\n4 5 6\n7 8 9\n";  // north first
+
+/// As ESRI's programs write it: without codes.
+const std::string wkt_of_lv95 =
+    "PROJCS[\"CH1903+_LV95\",GEOGCS[\"GCS_CH1903+\",DATUM[\"D_CH1903+\",SPHEROID[\"Bessel_1841\",6377397.155,"
+    "299.1528128]],PRIMEM[\"Greenwich\",0.0],UNIT[\"Degree\",0.0174532925199433]],PROJECTION[\"Hotine_"
+    "Oblique_"
+    "Mercator_Azimuth_Center\"],PARAMETER[\"False_Easting\",2600000.0],PARAMETER[\"False_Northing\",1200000."
+    "0],"
+    "PARAMETER[\"Scale_Factor\",1.0],PARAMETER[\"Azimuth\",90.0],PARAMETER[\"Longitude_Of_Center\","
+    "7.43958333333333],PARAMETER[\"Latitude_Of_Center\",46.9524055555556],UNIT[\"Meter\",1.0]]";
 
 }  // namespace
 
@@ -139,7 +152,7 @@ TEST(Terrain, PolygonsOfAnAreaMayOverlapAndHaveHoles) {
   const TemporaryFile file("two.geojson", R"({"type": "FeatureCollection", "features": [)" +
                                               polygon(0, 7, "hole") + "," + polygon(3, 10, "hole") + "," +
                                               polygon(8, 9, "") + "]}");
-  const Area area = read_area(file.path);
+  const Area area = read_area(file.path, "site.area.polygon");
   for (const double at : {1.0, 4.0, 6.5, 8.5, 9.5}) EXPECT_TRUE(area.contains(at, at)) << at;
   for (const double at : {-1.0, 5.5, 10.5}) EXPECT_FALSE(area.contains(at, at)) << at;
   const AreaExtent extent =
@@ -148,6 +161,95 @@ TEST(Terrain, PolygonsOfAnAreaMayOverlapAndHaveHoles) {
   EXPECT_NEAR(extent.area, 49 + 49 - 16 - 1, 0.5);
   EXPECT_NEAR(extent.over_ground, 40.0 / 81, 0.01);
   EXPECT_EQ(beside_ground(extent, "release.polygon").size(), 1u);
+}
+
+/// GeoJSON of one polygon of these rings.
+std::string polygon_of(const std::string& rings) {
+  return R"({"type": "Polygon", "coordinates": [)" + rings + "]}";
+}
+
+TEST(Terrain, HolesTakeAwayWhereverTheyOverlap) {
+  const TemporaryFile file("holes.geojson",
+                           polygon_of("[[0,0],[9,0],[9,9],[0,9],[0,0]], [[2,2],[5,2],[5,5],[2,5],[2,2]], "
+                                      "[[4,4],[12,4],[12,6],[4,6],[4,4]]"));
+  const Area area = read_area(file.path, "site.area.polygon");
+  EXPECT_TRUE(area.contains(1, 1));
+  EXPECT_FALSE(area.contains(3, 3));
+  EXPECT_FALSE(area.contains(4.5, 4.5));  // in both holes
+  EXPECT_FALSE(area.contains(11, 5));     // in the hole, beside the polygon
+}
+
+TEST(Terrain, RingsThatDoNotSayWhatIsInsideAreRefusedWithTheirPlace) {
+  const auto told = [](const std::string& rings) {
+    const TemporaryFile file("rings.geojson", polygon_of(rings));
+    try {
+      read_area(file.path, "site.area.polygon");
+    } catch (const InputError& e) {
+      return e.problems()[0].key + " " + e.problems()[0].value + ": " + e.problems()[0].rule;
+    }
+    return std::string();
+  };
+  const std::string square = "[[0,0],[4,0],[4,4],[0,4],[0,0]]";
+  EXPECT_EQ(told(square + ", [[6,1],[7,1],[7,2],[6,1]]"),
+            "site.area.polygon polygon 1 at 6, 1: begins a hole that lies outside of its polygon");
+  EXPECT_EQ(
+      told("[[0,0],[4,4],[4,0],[0,4],[0,0]]"),
+      "site.area.polygon polygon 1 at 2, 2: its sides cross there, so that inside and outside are not said");
+  EXPECT_EQ(told(square + ", [[2,0],[4,2],[2,4],[0,2],[2,0]]"), "");         // touches with all its corners
+  EXPECT_EQ(told("[[0,0],[2,2],[4,0],[4,4],[2,2],[0,4],[0,0]]"), "");        // two triangles that touch
+  EXPECT_EQ(told("[[0,0],[4,0],[4,4],[2,4],[2,3],[2,4],[0,4],[0,0]]"), "");  // there and back
+  EXPECT_EQ(told("[[0,0],[4,0],[4,4],[2,-0.0004],[0,4],[0,0]]"), "");        // by what files round to
+}
+
+/// Bytes of a shapefile's numbers.
+template <class T>
+std::string bytes_of(T value, bool big_endian = false) {
+  std::string bytes(reinterpret_cast<const char*>(&value), sizeof value);
+  if (big_endian) std::ranges::reverse(bytes);
+  return bytes;
+}
+
+TEST(Terrain, AreasOfShapefiles) {
+  // A square of 10 m at (2600000, 1200000), its ring clockwise, and a hole of 2 m, counter-clockwise.
+  const double x = 2600000, y = 1200000;
+  const std::vector<std::array<double, 2>> points{{0, 0}, {0, 10}, {10, 10}, {10, 0}, {0, 0},
+                                                  {4, 4}, {6, 4},  {6, 6},   {4, 6},  {4, 4}};
+  std::string box = bytes_of(x) + bytes_of(y) + bytes_of(x + 10) + bytes_of(y + 10),
+              record = bytes_of(5) + box;
+  record += bytes_of(2) + bytes_of(10) + bytes_of(0) + bytes_of(5);
+  for (const auto& p : points) record += bytes_of(x + p[0]) + bytes_of(y + p[1]);
+  const auto head = [&](std::size_t size) {
+    return bytes_of(9994, true) + std::string(20, '\0') + bytes_of(static_cast<int>(size / 2), true) +
+           bytes_of(1000) + bytes_of(5) + box + std::string(32, '\0');
+  };
+  const std::string length = bytes_of(static_cast<int>(record.size() / 2), true);
+  const TemporaryFile shapes("s.shp", head(108 + record.size()) + bytes_of(1, true) + length + record),
+      index("s.shx", head(108) + bytes_of(50, true) + length), system("s.prj", wkt_of_lv95);
+  const Area area = read_area(shapes.path, "site.area.polygon");
+  EXPECT_EQ(same_crs(area.crs, "EPSG:2056"), 1);
+  EXPECT_TRUE(area.contains(x + 1, y + 1));
+  EXPECT_FALSE(area.contains(x + 5, y + 5));
+  EXPECT_FALSE(area.contains(x + 11, y + 5));
+}
+
+TEST(Terrain, LinesOfGeoPackages) {
+  const TemporaryFile file("lines.gpkg", "");
+  Layer road;
+  road.name = "road";
+  road.lines = true;
+  road.features.emplace_back().parts = {{{1, 2, 3}, {4, 5, 6}}};
+  write_geopackage(file.path, "EPSG:31254", std::array{road});
+  const PlanLines lines = read_plan_lines(file.path, "line.road.file");
+  EXPECT_EQ(lines.crs, "EPSG:31254");
+  ASSERT_EQ(lines.lines.size(), 1u);
+  EXPECT_EQ(lines.lines[0][1], Eigen::Vector2d(4, 5));
+  Layer other = road;
+  other.name = "axis";
+  write_geopackage(file.path, "EPSG:31254", std::array{road, other});
+  try {
+    read_plan_lines(file.path, "line.road.file");
+    FAIL();
+  } catch (const InputError& e) { EXPECT_EQ(e.problems()[0].rule, "holds several layers: road, axis"); }
 }
 
 TEST(Terrain, MaterialsByRasterOfClasses) {
@@ -198,6 +300,25 @@ TEST(Terrain, CoordinateSystemsThatDifferAreRefused) {
   }
 }
 
+TEST(Terrain, MapsWhoseLengthsAreNotThoseOfTheGroundAreRefused) {
+  const auto told = [](const std::string& crs, double x, double y) {
+    try {
+      check_lengths(crs, {x, y}, "scene.toml", "site.terrain");
+    } catch (const InputError& e) { return e.problems()[0].rule; }
+    return std::string();
+  };
+  EXPECT_EQ(told("EPSG:2056", 2600000, 1180000), "");
+  EXPECT_EQ(told("EPSG:32632", 381000, 5181000), "");
+  EXPECT_EQ(told("EPSG:3035", 4400000, 2700000), "");
+  EXPECT_EQ(told("", 0, 0), "");
+  // Web Mercator of WGS 84 at 46.774 degrees: 1 / cos times a / N along x, a / M along y, by
+  // N = a / sqrt(1 - e^2 sin^2), M = a (1 - e^2) / (1 - e^2 sin^2)^1.5.
+  EXPECT_NE(told("EPSG:3857", 828393, 5905316).find("are 1.458 (along x) and 1.462 (along y) times"),
+            std::string::npos)
+      << told("EPSG:3857", 828393, 5905316);
+  EXPECT_EQ(told("EPSG:3857", 828393, 0), "");  // it is right at the equator
+}
+
 TEST(Terrain, CoordinateSystemsInAllFormsOfGeoJson) {
   const auto file_with = [](const std::string& top, const std::string& feature = "") {
     return R"({"type": "FeatureCollection", )" + top + R"("features": [{"type": "Feature", )" + feature +
@@ -205,7 +326,7 @@ TEST(Terrain, CoordinateSystemsInAllFormsOfGeoJson) {
   };
   const auto crs_of = [](const std::string& text) {
     const TemporaryFile file("forms.geojson", text);
-    return read_area(file.path).crs;
+    return read_area(file.path, "site.area.polygon").crs;
   };
   EXPECT_EQ(crs_of(file_with("")), "");
   EXPECT_EQ(crs_of(file_with("\"crs\": null, ")), "");

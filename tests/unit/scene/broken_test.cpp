@@ -33,6 +33,9 @@ const Broken list[] = {
      "has a decimal comma: write \"8.5 m\""},
     {"position = [0.0, 0.0, 120.0]", "position = [-1,6, 0, 2,5]", "block.B1.position",
      "these are 5 numbers: commas separate them; decimals have a point"},
+    // weights in place of masses
+    {"density = \"2.5 t/m^3\"", "density = \"26 kN/m^3\"", "material.rock.density",
+     "this one is a weight, of 2651 kg/m^3"},
     // what other programs and norms call it
     {"f_cm = \"48 MPa\"", "f_ck = \"35 MPa\"", "material.C40.f_ck",
      "f_cm = f_ck + 8 MPa: write f_cm = \"43 MPa\""},

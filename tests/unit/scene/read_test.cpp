@@ -404,6 +404,24 @@ TEST(ReadScene, ContactLawForms) {
   }));
 }
 
+TEST(ReadScene, HertzsLawOfOneMaterialNamesItOnce) {
+  const Place place;
+  const std::string text = R"(schema = 1
+title = "two cubes"
+simulation = { duration = 1 }
+material = [{ name = "z", density = 2650 }]
+interface = [{ between = ["z", "z"], friction = 0.5, contact_law = { kind = "hertz", radius = 1 } }]
+block = [{ name = "A", material = "z", shape = "box", size = [1, 1, 1], position = [0, 0, 0] },
+         { name = "B", material = "z", shape = "box", size = [1, 1, 1], position = [0, 0, 3] }]
+)";
+  try {
+    read_scene_text(text, place.scene());
+    FAIL();
+  } catch (const InputError& e) {
+    EXPECT_EQ(e.problems().front().rule, "\"z\" has no Young's modulus, and Hertz's law needs one");
+  }
+}
+
 TEST(ReadScene, SetReplacesByNameAndPlace) {
   const Place place;
   const Overrides set{{"simulation.step", "1e-4 s"},
