@@ -128,7 +128,7 @@ bool ProblemSolver::solve(double h, Effort effort) {
   }
   Counters& n = report_.counters;
   const bool moves = h > 0 && !small && !step.sub_step;
-  if (moves && balanced(h, step.fastest)) return true;
+  if (moves && balanced(h)) return true;
   contact::SolveSettings settings = how_closely(step);
   const double before = work_;
   // A step of blocks among themselves, 2 sqrt(accuracy) L / V, may have accuracy of the kinetic energy as
@@ -205,27 +205,20 @@ double ProblemSolver::weight() const {
   return mass * in_.model.gravity.norm();
 }
 
-bool ProblemSolver::balanced(double h, double& fastest) {
+bool ProblemSolver::balanced(double h) {
   // Rest is looked for where the motion that is left does not matter any more, and found only where what the
   // contacts give at first is far less than what the bodies would fall by.
   if (!(step_.fastest < in_.settings.accuracy * in_.scale.speed)) return false;
   const double moving = contact::tolerances().gives * in_.model.gravity.norm() * h;
   contact::ContactProblem asked = step_.problem;
   contact::SolveReport r;
-  double begins = -1;  // speed that the first round leaves: what is about to move
   const bool found = solver_.balance(
-      step_.problem, rest_speed(in_.model, h), moving,
-      [&] {
-        const double speed = fastest_by_solution(in_.model, step_);
-        if (begins < 0) begins = speed;
-        return speed;
-      },
+      step_.problem, rest_speed(in_.model, h), moving, [&] { return fastest_by_solution(in_.model, step_); },
       &r);
   report_.counters.newton += r.newton;
   work_ += static_cast<double>(step_.problem.contacts.size()) * r.newton;
   if (!found) {
     step_.problem = std::move(asked);
-    fastest = std::max(fastest, begins);
     return false;
   }
   step_.solution.residual = r.residual / in_.scale.speed;

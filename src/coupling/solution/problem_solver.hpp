@@ -31,9 +31,8 @@ class ProblemSolver {
   bool solve(double h, Effort effort);
   double weight() const;  // of the bodies [N]
   /// Looks for impulses under which all blocks stand still, where what moves is too slow to matter. True if
-  /// it has them, as the step's solution; otherwise the problem is as it was, and `fastest` [m/s] is at least
-  /// the speed at which something begins to move.
-  bool balanced(double h, double& fastest);
+  /// it has them, as the step's solution; otherwise the problem is as it was.
+  bool balanced(double h);
 
   const IslandContext& in_;
   Step& step_;

@@ -77,7 +77,7 @@ TEST(RestAtStructures, GentleLandingsMakeNothing) {
   struct Landing {
     double gap = 1e-4, friction = 0.5;
     Vec3 gravity = Vec3(0, 0, -9.81);
-    std::string more;
+    std::string more = {};
   };
   const std::string by_explicit_steps = "integrator = \"explicit\"\n";
   for (const Landing& l : {Landing{.gap = 1e-3}, Landing{.friction = 0}, Landing{.more = by_explicit_steps},

@@ -49,7 +49,7 @@ TEST(StructuresOnGround, FreeCubeLandsAndStays) {
     double deepest = 0;
     for (const sim::HistoryRow& r : o.rows) {
       const double fallen = -r.structures[0].probe_displacement[0].z();
-      if (r.time < lands) EXPECT_NEAR(fallen, 0.5 * 9.81 * r.time * r.time, 1e-6);
+      if (r.time < lands) { EXPECT_NEAR(fallen, 0.5 * 9.81 * r.time * r.time, 1e-6); }
       deepest = std::max(deepest, fallen);
     }
     EXPECT_LT(std::abs(o.last().ledger.numerical_dissipation()),

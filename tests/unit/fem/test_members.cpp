@@ -324,10 +324,13 @@ TEST(ViaductShapes, SkewDecksRestOnTheirObtuseCorners) {
     for (std::size_t k = 0; k < 4; ++k) carried[k] = members[k].axial_preload;
     EXPECT_NEAR(carried[0], carried[3], 1e-3 * carried[0]) << skew;
     EXPECT_NEAR(carried[1], carried[2], 1e-3 * carried[1]) << skew;
-    if (skew == 0) EXPECT_NEAR(carried[0], carried[1], 1e-3 * carried[0]);
-    if (skew > 0) EXPECT_GT(carried[0], 1.1 * carried[1]);
-    if (skew < 0)
+    if (skew == 0) {
+      EXPECT_NEAR(carried[0], carried[1], 1e-3 * carried[0]);
+    } else if (skew > 0) {
+      EXPECT_GT(carried[0], 1.1 * carried[1]);
+    } else {
       for (std::size_t k = 0; k < 4; ++k) EXPECT_NEAR(carried[k], last[k ^ 1], 1e-3 * carried[k]);
+    }
     last = carried;
   }
 }
