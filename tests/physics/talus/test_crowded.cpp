@@ -209,9 +209,9 @@ TEST(Crowded, WhatIsSteppedByItselfMeetsItsNeighbours) {
   EXPECT_LT(deepest, 1e-6);
 }
 
-/// 73, 77 and 89 blocks of a jointed mass that slumps, the least of them a needle of a hundredth of a
-/// millimetre: to locate its events the problem would have to be solved to round-off, which it cannot be, and
-/// steps by the size of the least were 208, of 7417 factorisations (seed 2).
+/// 73, 77 and 89 blocks of a jointed mass that slumps, the least of them of 9 to 11 mm^3: to locate its
+/// events the problem would have to be solved to round-off, which it cannot be, and steps by the size of the
+/// least were 208, of 7417 factorisations (seed 2).
 TEST(Crowded, SliversStopNoRockMass) {
   for (const int seed : {1, 2, 5}) {
     SceneText s(Method::by_accuracy(1e-3), 0.1, Vec3(0, 0, -9.81));
