@@ -161,9 +161,10 @@ bool ProblemSolver::solve(double h, Effort effort) {
       r = attempt();
     }
   }
+  if (!r.converged) in_vain_ += work_ - before;
   const bool last_resort = effort == Effort::last_resort,
-             no_better =
-                 last_resort || (effort == Effort::repeated && r.residual > 0.5 * step_.solution.residual);
+             no_better = last_resort || not_worth_more() ||
+                         (effort == Effort::repeated && r.residual > 0.5 * step_.solution.residual);
   step_.solution.residual = r.residual;
   step_.solution.unsolved_speed = r.residual * settings.velocity_scale;
   step_.solution.stagnated = !r.converged;
@@ -188,7 +189,6 @@ bool ProblemSolver::solve(double h, Effort effort) {
     used = r.converged;
     count = &n.convex;
   }
-  if (!used) in_vain_ += work_ - before;
   if (!used) return false;  // the caller refines the rows or halves the step
   n.worst_residual = std::max(n.worst_residual, r.residual);
   ++*count;
