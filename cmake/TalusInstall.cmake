@@ -11,13 +11,17 @@ if(TARGET talus_python)
   install(TARGETS talus_python LIBRARY DESTINATION lib/python3/dist-packages/talus)
   install(DIRECTORY ${CMAKE_SOURCE_DIR}/python/talus/ DESTINATION lib/python3/dist-packages/talus FILES_MATCHING PATTERN "*.py")
 endif()
-# Completion scripts come from the program itself; the manual page and the changelog are compressed, as Debian's policy asks.
+# Completion scripts come from the program itself; the manual page and the changelog are compressed, as Debian's
+# policy asks.
 install(CODE "
   foreach(shell bash zsh fish)
-    execute_process(COMMAND $<TARGET_FILE:talus> --completion \${shell} OUTPUT_FILE ${CMAKE_BINARY_DIR}/completion.\${shell} COMMAND_ERROR_IS_FATAL ANY)
+    execute_process(COMMAND $<TARGET_FILE:talus> --completion \${shell}
+      OUTPUT_FILE ${CMAKE_BINARY_DIR}/completion.\${shell} COMMAND_ERROR_IS_FATAL ANY)
   endforeach()
-  execute_process(COMMAND gzip -9nc ${CMAKE_SOURCE_DIR}/docs/talus.1 OUTPUT_FILE ${CMAKE_BINARY_DIR}/talus.1.gz COMMAND_ERROR_IS_FATAL ANY)
-  execute_process(COMMAND gzip -9nc ${CMAKE_SOURCE_DIR}/CHANGELOG.md OUTPUT_FILE ${CMAKE_BINARY_DIR}/CHANGELOG.md.gz COMMAND_ERROR_IS_FATAL ANY)")
+  execute_process(COMMAND gzip -9nc ${CMAKE_SOURCE_DIR}/docs/talus.1
+    OUTPUT_FILE ${CMAKE_BINARY_DIR}/talus.1.gz COMMAND_ERROR_IS_FATAL ANY)
+  execute_process(COMMAND gzip -9nc ${CMAKE_SOURCE_DIR}/CHANGELOG.md
+    OUTPUT_FILE ${CMAKE_BINARY_DIR}/CHANGELOG.md.gz COMMAND_ERROR_IS_FATAL ANY)")
 install(FILES ${CMAKE_BINARY_DIR}/completion.bash DESTINATION share/bash-completion/completions RENAME talus)
 install(FILES ${CMAKE_BINARY_DIR}/completion.zsh DESTINATION share/zsh/vendor-completions RENAME _talus)
 install(FILES ${CMAKE_BINARY_DIR}/completion.fish DESTINATION share/fish/vendor_completions.d RENAME talus.fish)

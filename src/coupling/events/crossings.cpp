@@ -71,7 +71,8 @@ std::pair<double, double> CrossingSearch::meeting(std::size_t i, const Known& kn
     if (listed && way <= unseen) return {never, way};
   }
   if (listed) {
-    s = motion_.time_of_impact(pair, std::max(contact::tolerances().through * thin, 0.1 * off));
+    s = motion_.time_of_impact(  // which tells of ten tolerances of depth in what touches at the start
+        pair, std::max(contact::tolerances().through * thin, 0.1 * off));
     if (s >= 1) return {never, way};  // rows end where they touch: that is no crossing
   }
   return {s, way};

@@ -9,7 +9,7 @@
 #include "coupling/rows/rolling.hpp"
 #include "coupling/rows/spring_rows.hpp"
 #include "coupling/solution/solve_settings.hpp"
-#include "coupling/solution/unearned.hpp"
+#include "coupling/solution/spurious_work.hpp"
 #include "coupling/step/accelerations.hpp"
 #include "coupling/step/bodies.hpp"
 #include "coupling/step/step_length.hpp"
@@ -31,7 +31,7 @@ double sweep_while_it_pays(contact::ContactSolver& solver, contact::ContactProbl
     v = problem.v;
     const double residual = solver.sweep(problem, sweeps), before = work;
     r.sweeps += sweeps;
-    work = unearned(problem, 0.5 * most);
+    work = spurious_work(problem, 0.5 * most);
     if (!(work < before) || !(residual <= limit)) {
       problem.contacts.swap(contacts);
       problem.v.swap(v);
@@ -52,7 +52,7 @@ contact::SolveReport solve_closer(contact::ContactSolver& solver, contact::Conta
   r.residual *= settings.velocity_scale;  // in m/s until it is returned
   const double limit = std::max(r.residual, settings.tolerance * settings.velocity_scale);
   for (int round = 0; round < 3; ++round) {
-    const double begun = unearned(problem, 0.5 * most);
+    const double begun = spurious_work(problem, 0.5 * most);
     const double work = sweep_while_it_pays(solver, problem, limit, most, begun, r),
                  residual = r.residual / scale;
     if (work <= most) break;
@@ -155,7 +155,7 @@ bool ProblemSolver::solve(double h, Effort effort) {
     // than loads may by sinking, it is let go.
     most += contact::tolerances().solved * in_.settings.accuracy * weight() * h *
             std::sqrt(in_.model.gravity.norm() * in_.scale.length);
-    if (unearned(step_.problem, 0.5 * most) > most) {
+    if (spurious_work(step_.problem, 0.5 * most) > most) {
       for (contact::ProblemContact& c : step_.problem.contacts) c.impulse.setZero();
       settings.goes_on = false;
       r = attempt();

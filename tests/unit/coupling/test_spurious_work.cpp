@@ -1,7 +1,7 @@
 // What the residual of a contact problem gives to what moves: closed forms of a few bodies.
 #include <gtest/gtest.h>
 
-#include "coupling/solution/unearned.hpp"
+#include "coupling/solution/spurious_work.hpp"
 
 namespace talus::coupling {
 namespace {
@@ -40,42 +40,42 @@ struct Points {
   }
 };
 
-TEST(Unearned, LoadsThatSinkOrPartAndFrictionThatDrives) {
+TEST(SpuriousWork, LoadsThatSinkOrPartAndFrictionThatDrives) {
   Points p;
   p.contact(p.body(Vec3(0.1, 0, -1e-3)), -1, Vec3(10, 3, 0));  // sinks, driven: 0.01 + 0.3
   p.contact(p.body(Vec3(0.1, 0, 2e-3)), -1, Vec3(10, -3, 0));  // parts, braked: 0.02
-  EXPECT_NEAR(unearned(p.problem, 0), 0.33, 1e-12);
+  EXPECT_NEAR(spurious_work(p.problem, 0), 0.33, 1e-12);
 }
 
-TEST(Unearned, WhatSinksAtRestDrivesNothingBesideWhatMoves) {
+TEST(SpuriousWork, WhatSinksAtRestDrivesNothingBesideWhatMoves) {
   // A pile of two sinks by 1e-5 m/s below 1e4 N s; another block slides on the ground, as it should.
   Points p;
   const int lower = p.body(Vec3(0, 0, -1e-5)), upper = p.body(Vec3(0, 0, -2e-5));
   p.contact(lower, -1, Vec3(1e4, 0, 0));
   p.contact(upper, lower, Vec3(5e3, 0, 0));
   p.contact(p.body(Vec3(1, 0, 0)), -1, Vec3(10, -5, 0));
-  EXPECT_NEAR(unearned(p.problem, 0), 0.15, 1e-12);
-  EXPECT_NEAR(unearned(p.problem, 1e-9), 0, 1e-15);
+  EXPECT_NEAR(spurious_work(p.problem, 0), 0.15, 1e-12);
+  EXPECT_NEAR(spurious_work(p.problem, 1e-9), 0, 1e-15);
 }
 
-TEST(Unearned, WhatRestsPassesItsSinkingOnToWhatMovesOnIt) {
+TEST(SpuriousWork, WhatRestsPassesItsSinkingOnToWhatMovesOnIt) {
   // The same pile, and a block that slides on it: the whole sinks below it, 4 N s times 2e-5 m/s.
   Points p;
   const int lower = p.body(Vec3(0, 0, -1e-5)), upper = p.body(Vec3(0, 0, -2e-5));
   p.contact(lower, -1, Vec3(1e4, 0, 0));
   p.contact(upper, lower, Vec3(5e3, 0, 0));
   p.contact(p.body(Vec3(1, 0, -2e-5)), upper, Vec3(4, -2, 0));
-  EXPECT_NEAR(unearned(p.problem, 1e-9), 8e-5, 1e-12);
+  EXPECT_NEAR(spurious_work(p.problem, 1e-9), 8e-5, 1e-12);
 }
 
-TEST(Unearned, NeverMoreThanAllContactsDo) {
+TEST(SpuriousWork, NeverMoreThanAllContactsDo) {
   // What counts as at rest slides fast below what moves faster: friction at the face between them is not
-  // unearned.
+  // spurious.
   Points p;
   const int slow = p.body(Vec3(0.1, 0, 0));
   p.contact(slow, -1, Vec3(10, -5, 0));
   p.contact(p.body(Vec3(1, 0, 0)), slow, Vec3(10, -5, 0));
-  EXPECT_NEAR(unearned(p.problem, 0.02), 0, 1e-15);
+  EXPECT_NEAR(spurious_work(p.problem, 0.02), 0, 1e-15);
 }
 
 }  // namespace

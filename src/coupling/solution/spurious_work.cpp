@@ -1,4 +1,4 @@
-#include "coupling/solution/unearned.hpp"
+#include "coupling/solution/spurious_work.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -40,7 +40,7 @@ std::vector<char> moving(const contact::ContactProblem& problem, double at_rest)
 
 }  // namespace
 
-double unearned(const contact::ContactProblem& problem, double at_rest) {
+double spurious_work(const contact::ContactProblem& problem, double at_rest) {
   const std::vector<char> moves = moving(problem, at_rest);
   struct Work {
     double all = 0, reaching = 0;

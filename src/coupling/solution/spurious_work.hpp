@@ -17,6 +17,6 @@
 namespace talus::coupling {
 
 /// `at_rest`: kinetic energy of what counts as at rest, at most [J]. [J]
-double unearned(const contact::ContactProblem& problem, double at_rest);
+double spurious_work(const contact::ContactProblem& problem, double at_rest);
 
 }  // namespace talus::coupling
