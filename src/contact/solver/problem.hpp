@@ -87,7 +87,10 @@ struct SolveSettings {
   double sufficient =
       0;  // what ends the search where an attempt at `tolerance` stops at round-off; 0: `tolerance`
   double velocity_scale = 1.0;  // [m/s]
-  bool exact_coulomb = true;    // De Saxce correction
+  /// Suffices there, too: this part of the contacts' speed by the solution, up to `most` relative to
+  /// `velocity_scale`; and up to `most` what of light bodies does not count (System::residual_by_mass).
+  double of_motion = 0, most = 0;
+  bool exact_coulomb = true;  // De Saxce correction
   bool unstressed = true;  // the solution next to half of the warm start: of impulses that hold each other no
                            // more than the load asks for
   bool goes_on = false;  // it differs by little from the problem that the impulses given solve: sweeps first

@@ -107,8 +107,8 @@ bool solve_in_parts(Search& search, std::vector<Touch>& every, std::vector<Vec3>
           larger(search.best, natural_residual(t.law, system.relative(t, search.best_v.data()) + t.bias,
                                                Vec3::Zero(), t.scale(), 0));
     }
-    const double sufficient = std::max(settings.tolerance, settings.sufficient) * settings.velocity_scale;
-    if (whole || search.best <= sufficient) return search.best <= sufficient;
+    const bool enough = search.enough();
+    if (whole || enough) return enough;
     for (int i = 0; i < nc; ++i) {
       const Touch& t = every[i];
       if (!chosen[i])
@@ -161,8 +161,8 @@ SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& s
   system.assemble(problem, settings.exact_coulomb);
   const int nc = system.contacts();
   const double tolerance = settings.tolerance * settings.velocity_scale;
-  const double sufficient = std::max(settings.tolerance, settings.sufficient) * settings.velocity_scale;
   system.most_excused = tolerance;
+  search.aim(settings);
   start_from(problem, system, search.p);
   system.velocities(search.p, search.v);
   search.start();
@@ -199,7 +199,8 @@ SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& s
   for (int i = 0; i < nc; ++i) problem.contacts[system.touch[i].id].impulse = search.best_p[i];
   system.write(search.best_v, problem);
   report.residual = search.best / settings.velocity_scale;
-  report.converged = search.best <= sufficient;
+  search.aim(settings);  // whatever was asked for on the way
+  report.converged = search.enough();
   return report;
 }
 

@@ -25,6 +25,13 @@ void Search::start() {
   best_v = v;
 }
 
+bool Search::enough() const {
+  if (best <= sufficient_) return true;
+  if (!(most_ > 0)) return false;
+  const double enough = std::max(sufficient_, std::min(settings_->of_motion * system.speed(best_v), most_));
+  return best <= enough || system.residual_by_mass(best_v, best_p, std::min(1.0, enough / most_)) <= enough;
+}
+
 bool Search::newton(double epsilon, int max_newton, bool held) {
   NewtonOptions options;
   options.tolerance = tolerance_;
@@ -41,7 +48,7 @@ bool Search::newton(double epsilon, int max_newton, bool held) {
   report_->outer += outcome.outer;
   least_ = std::max(least_, outcome.least);
   consider(trial_p_, trial_v_, outcome.residual);
-  return best <= sufficient_;
+  return enough();
 }
 
 namespace {
@@ -106,7 +113,7 @@ bool Search::interior(double distance) {
     const double own = system.residual_apart(trial_v_, apart, p), following = system.residual(v, p);
     consider(p, v, following);
     consider(p, trial_v_, own);
-    if (best <= tolerance_ || (unstressed_first() ? newton(give, 20) : best <= sufficient_)) return true;
+    if (best <= tolerance_ || (unstressed_first() ? newton(give, 20) : enough())) return true;
     const double residual = std::min(own, following);
     if (again || outcome.residual > options.tolerance || residual <= 2 * wanted) return false;
     // So little that what it leaves suffices, and solved so closely that it still tells.
@@ -124,7 +131,7 @@ bool Search::polish() {
   const DualOutcome outcome = dual_.run(system, trial_p_, trial_v_, tolerance_, sufficient_, iterations);
   report_->newton += outcome.iterations;
   consider(trial_p_, trial_v_, outcome.residual);
-  return best <= sufficient_;
+  return enough();
 }
 
 double Search::swept(int count) {
@@ -157,20 +164,26 @@ void Search::start_from_nothing() {
   system.velocities(p, v);
 }
 
-void Search::begin(const SolveSettings& settings, SolveReport& report) {
+void Search::aim(const SolveSettings& settings) {
   settings_ = &settings;
+  tolerance_ = settings.tolerance * settings.velocity_scale;
+  sufficient_ = std::max(settings.tolerance, settings.sufficient) * settings.velocity_scale;
+  most_ = settings.most * settings.velocity_scale;
+}
+
+void Search::begin(const SolveSettings& settings, SolveReport& report) {
+  aim(settings);
   report_ = &report;
   polished_ = INFINITY;
   round_off_ = 0;
   least_ = 0;
-  tolerance_ = settings.tolerance * settings.velocity_scale;
-  sufficient_ = std::max(settings.tolerance, settings.sufficient) * settings.velocity_scale;
   hessian_.prepare(system);
 }
 
 void Search::ask_for_tolerance() {
   round_off_ = std::min(100 * tolerance_, sufficient_);  // where rows that repeat each other may hold it
   sufficient_ = tolerance_;                              // what else would do depends on where it began
+  most_ = 0;
 }
 
 bool Search::unstressed(const SolveSettings& settings, SolveReport& report) {
@@ -200,7 +213,7 @@ bool Search::alternated(std::vector<Vec3> start) {
   p.swap(start);
   for (int round = 0; round < rounds; ++round) {
     visited(visits);
-    if (best <= sufficient_ || newton(loose, factorisations)) return true;
+    if (enough() || newton(loose, factorisations)) return true;
     p = newton_.last_impulses();
   }
   return false;
@@ -240,7 +253,7 @@ bool Search::run(const SolveSettings& settings, SolveReport& report) {
   if (contradicted()) return false;
   p = best_p;
   const double left = visited(30);
-  if (best <= sufficient_ || path_from(left)) return true;
+  if (enough() || path_from(left)) return true;
   start_from_nothing();
   return path_from(system.residual(v, p));
 }

@@ -30,6 +30,10 @@ class Search {
   std::vector<double> v, best_v;  // their velocities
   double best = 0;                // residual of the best [m/s]
 
+  /// What is asked for from here on.
+  void aim(const SolveSettings& settings);
+  /// True if the best suffices, by itself or beside the motion that it leaves.
+  bool enough() const;
   /// The point at hand is the best so far, of no residual that counts where it is not finite.
   void start();
   void start_from_nothing();
@@ -72,6 +76,7 @@ class Search {
   const SolveSettings* settings_ = nullptr;
   SolveReport* report_ = nullptr;
   double tolerance_ = 0, sufficient_ = 0;  // [m/s]
+  double most_ = 0;                        // that suffices of what moves [m/s]
   double least_ = 0;                       // that is known to be left by whatever solves the problem [m/s]
   double round_off_ = 0;  // below which three iterations that do not halve the residual end a Newton method
                           // that may not stop at what suffices [m/s]

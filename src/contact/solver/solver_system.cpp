@@ -66,6 +66,35 @@ double System::residual(const std::vector<double>& v, const std::vector<Vec3>& p
   return worst;
 }
 
+double System::residual_by_mass(const std::vector<double>& v, const std::vector<Vec3>& p,
+                                double least) const {
+  if (!std::isfinite(residual(v, p))) return INFINITY;
+  const auto mass = [&](int b) { return 1 / square(root[matrix[b]]); };  // infinite of what is held
+  double sum = 0, worst = 0;
+  int free = 0;
+  for (int b = 0; b < static_cast<int>(body.size()); ++b)
+    if (const double m = mass(b); std::isfinite(m)) sum += m, ++free;
+  for (int i = 0; i < contacts(); ++i) {
+    const Touch& t = touch[i];
+    double lightest = INFINITY;
+    for (int k = t.first; k < t.first + t.count; ++k) lightest = std::min(lightest, mass(terms[k].body));
+    const double share =
+        std::isfinite(lightest) ? std::clamp(std::sqrt(free * lightest / sum), least, 1.0) : 1;
+    worst = std::max(worst, share * of_contact_[i]);
+  }
+  return worst;
+}
+
+double System::speed(const std::vector<double>& v) const {
+  double sum = 0, masses = 0;
+  for (const Touch& t : touch) {
+    if (!(t.w > 0) || t.count < 2) continue;
+    sum += relative(t, v.data()).squaredNorm() / t.w;
+    masses += 1 / t.w;
+  }
+  return masses > 0 ? std::sqrt(sum / masses) : 0;
+}
+
 double System::residual_apart(const std::vector<double>& v, const std::vector<double>& off,
                               const std::vector<Vec3>& p) const {
   impulse_reach(p, reach_);

@@ -140,6 +140,13 @@ struct System {
   }
   /// Largest natural-map residual over the contacts, exact Coulomb where the law says so [m/s].
   double residual(const std::vector<double>& v, const std::vector<Vec3>& p) const;
+  /// The same by what counts of a contact's: r (m / m_mean)^(1/2), m the lighter body's mass where that is
+  /// below the mean of all, at least `least` r. Where no contact leaves more than x, the root mean square of
+  /// what the bodies are off by, weighed by mass, is at most x.
+  double residual_by_mass(const std::vector<double>& v, const std::vector<Vec3>& p, double least) const;
+  /// Root mean square of the velocities at contacts of two bodies, weighed by 1/w [m/s]. A motion common to
+  /// all is none.
+  double speed(const std::vector<double>& v) const;
   /// How many contacts were off by more at the last of them.
   int count_off(double residual) const {
     return static_cast<int>(

@@ -8,6 +8,16 @@
 
 namespace talus::coupling {
 
+namespace {
+
+/// Round-off is asked for at the finer accuracies alone.
+double coarser(double accuracy) { return std::clamp(accuracy / 1e-3, 1.0, 100.0); }
+
+/// Where rows that repeat each other can keep a residual, relative to the speed.
+double repeating_rows(double accuracy) { return 1e-10 * coarser(accuracy); }
+
+}  // namespace
+
 contact::SolveSettings how_closely(const StepToSolve& s) {
   contact::SolveSettings settings;
   settings.unstressed = s.small;
@@ -24,8 +34,7 @@ contact::SolveSettings how_closely(const StepToSolve& s) {
   const double allowed = s.h > 0 ? contact::tolerances().solved * s.accuracy * s.length /
                                        std::max(s.h, fall) / settings.velocity_scale
                                  : 0;
-  const double coarse =
-      std::clamp(s.accuracy / 1e-3, 1.0, 100.0);  // round-off is asked for at the finer accuracies alone
+  const double coarse = coarser(s.accuracy);
   settings.tolerance = s.small ? 1e-12 * coarse
                        : s.sub_step
                            ? contact::tolerances().still * coarse * s.speed / settings.velocity_scale
@@ -37,15 +46,18 @@ contact::SolveSettings how_closely(const StepToSolve& s) {
   // Touches that lie close together can keep round-off above the tolerance. Rows linearised about a rough end
   // contradict each other by what that end is off; those of a provisional pass need not be solved closer.
   if (s.small)
-    settings.sufficient = s.provisional ? 1e-7 : 1e-10 * coarse;
+    settings.sufficient = s.provisional ? 1e-7 : repeating_rows(s.accuracy);
   else if (s.sub_step)
     settings.sufficient = std::max(settings.tolerance, s.accuracy);
-  else if (s.h > 0 && s.heap)  // half of all that a step may be off, or twice the part of what moves
-    settings.sufficient = std::max(2 * settings.tolerance,
-                                   std::min(0.5 / contact::tolerances().solved * allowed, 2 * s.accuracy));
+  else if (s.h > 0 && s.heap) {  // twice the part of what moves, at the start or at the end
+    settings.of_motion = 2 * s.accuracy;
+    settings.most = 0.5 / contact::tolerances().solved * allowed;  // half of all that a step may be off
+    settings.sufficient = std::max(2 * settings.tolerance, std::min(settings.most, settings.of_motion));
+  }
   // A bond is judged by what it bears, r m/h of a residual r, times the levers of all that hangs on it: as
   // close as it can be had, down to the motion by which one breaks.
   if (s.heap && s.bonded && !s.small && s.h > 0) {
+    settings.most = 0;
     settings.sufficient = std::max(settings.sufficient, settings.tolerance);
     settings.tolerance =
         std::min(settings.tolerance, contact::tolerances().still * s.speed / settings.velocity_scale);
@@ -61,9 +73,10 @@ contact::SolveSettings how_closely(const StepToSolve& s) {
 bool accepted(const StepToSolve& s, const contact::SolveSettings& settings, Patience patience,
               const contact::SolveReport& r) {
   // Where contacts contradict each other by so little no other rows would help, and where events are located
-  // the error of the step is a hundred times as large.
+  // the error of the step is a hundred times as large. The same of a provisional pass: the next would cost as
+  // much.
   if (patience.no_better && s.small &&
-      r.residual <= std::max(100 * std::max(settings.tolerance, settings.sufficient),
+      r.residual <= std::max(100 * std::max(settings.tolerance, repeating_rows(s.accuracy)),
                              s.located / settings.velocity_scale))
     return true;
   // Of sub-steps at structures no shorter one would be solved closer: a tenth of the accuracy.

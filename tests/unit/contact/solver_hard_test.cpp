@@ -62,6 +62,56 @@ TEST(ContactSolverHard, TouchesThatContradictEachOther) {
   EXPECT_LE(missed, 5);
 }
 
+/// A body that two walls ask to leave, each by `contradiction`: no solution leaves less of them [m/s].
+void contradict(Builder& b, int body, double contradiction) {
+  const Vec3 at = b.centre[static_cast<std::size_t>(body)];
+  b.touch(-1, body, at - X, X, 0).bias.x() = -contradiction;
+  b.touch(-1, body, at + X, -X, 0).bias.x() = -contradiction;
+}
+
+TEST(ContactSolverHard, WhatLightBodiesLeaveCountsByTheirMass) {
+  const auto suffices = [](double volume, double most) {
+    Builder b;
+    for (int i = 0; i < 100; ++i) {  // enough for what `few` means to the search
+      const int cube = b.box(3.0 * i * X, Vec3::Ones(), 2500, -Z);
+      b.patch(-1, cube, b.centre.back() - 0.5 * Z, 0.5 * X, 0.5 * Y, Z, 0.5);
+    }
+    contradict(b, b.box(-9 * X, std::cbrt(volume) * Vec3::Ones(), 2500, Vec3::Zero()), 1e-7);
+    SolveSettings settings;
+    settings.tolerance = 1e-11;
+    settings.sufficient = 1e-9;
+    settings.unstressed = false;
+    settings.most = most;
+    return ContactSolver().solve(b.problem, settings).converged;
+  };
+  EXPECT_TRUE(suffices(1e-6, 1e-6));   // 1e-7 (1e-6)^(1/2) = 1e-10 m/s counts
+  EXPECT_FALSE(suffices(1e-2, 1e-6));  // 1e-8
+  EXPECT_FALSE(suffices(1e-6, 1e-8));  // beyond what may be left
+  EXPECT_FALSE(suffices(1e-6, 0));
+}
+
+TEST(ContactSolverHard, WhatMovesAgainstItsNeighboursIsSolvedAsCloselyAsThat) {
+  const auto suffices = [](double above, double below) {
+    Builder b;
+    for (int i = 0; i < 40; ++i) {
+      const int lower = b.box(3.0 * i * X, Vec3::Ones(), 2500, Vec3(0, below, -1)),
+                upper = b.box(3.0 * i * X + Z, Vec3::Ones(), 2500, Vec3(0, above, -1));
+      b.patch(-1, lower, b.centre[static_cast<std::size_t>(lower)] - 0.5 * Z, 0.5 * X, 0.5 * Y, Z, 0);
+      b.patch(lower, upper, b.centre[static_cast<std::size_t>(lower)] + 0.5 * Z, 0.5 * X, 0.5 * Y, Z, 0);
+    }
+    contradict(b, 0, 1e-5);
+    SolveSettings settings;
+    settings.tolerance = 1e-11;
+    settings.sufficient = 1e-9;
+    settings.unstressed = false;
+    settings.of_motion = 1e-3;
+    settings.most = 1e-4;
+    return ContactSolver().solve(b.problem, settings).converged;
+  };
+  EXPECT_TRUE(suffices(1, 0));
+  EXPECT_FALSE(suffices(1, 1));  // all together
+}
+
 /// A cube slides and turns between two walls that it fills. Where its faces name the normals these differ
 /// from the walls' own by the last digits of its turn, so that rows contradict each other by that much of its
 /// speed. A jammed cube would meet them closer; it goes on.
