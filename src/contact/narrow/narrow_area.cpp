@@ -8,6 +8,8 @@ namespace {
 struct AreaScratch {
   std::vector<ClipVertex> polygon, clipped;
   std::vector<int> chosen;
+  std::vector<const Patch::Triangle*> triangles;  // of B, those of a face together
+  std::vector<std::pair<int, int>> pressed;       // face of B, contact point on it
   std::vector<double> angle;
 };
 thread_local AreaScratch area_scratch;
@@ -92,55 +94,58 @@ void assign_area(AreaScratch& w, const std::vector<int>& which, const Vec3& n, d
 
 void press_areas(const Search& s, const Polyhedron& b, std::vector<ContactPoint>& points) {
   AreaScratch& w = area_scratch;
-  thread_local std::vector<int> seen;
-  seen.clear();
-  // Blocks cut from natural ground have thousands of faces, many of them nearly parallel.
-  thread_local std::vector<std::vector<int>> of_face;
-  if (of_face.size() < b.face_normals.size()) of_face.resize(b.face_normals.size());
-  for (std::size_t i = 0; i < s.B.triangles.size(); ++i)
-    of_face[static_cast<std::size_t>(s.B.triangles[i].face)].clear();
-  for (std::size_t i = 0; i < s.B.triangles.size(); ++i)
-    of_face[static_cast<std::size_t>(s.B.triangles[i].face)].push_back(static_cast<int>(i));
-  for (std::size_t i = 0; i < s.B.triangles.size(); ++i) {
-    const int face = s.B.triangles[i].face;
-    const Vec3 n = s.B.triangles[i].n;
-    // Of the faces of a scan few lie flat on anything: that is asked first.
-    const auto opposed = [&n](const ContactPoint& c) {
-      return c.normal.dot(n) <= -tolerances().parallel_cosine();
+  const auto opposed = [](const Vec3& n, const Vec3& m) {
+    return n.dot(m) <= -tolerances().parallel_cosine();
+  };
+  w.triangles.clear();
+  for (const Patch::Triangle& t : s.B.triangles) w.triangles.push_back(&t);
+  std::sort(w.triangles.begin(), w.triangles.end(), [](const Patch::Triangle* t, const Patch::Triangle* u) {
+    return t->face != u->face ? t->face < u->face : t < u;
+  });
+  const auto first_of = [&w](int face) {
+    return std::lower_bound(w.triangles.begin(), w.triangles.end(), face,
+                            [](const Patch::Triangle* t, int f) { return t->face < f; });
+  };
+  const auto end = w.triangles.end();
+  // Of the thousands of faces of a scan few lie flat on anything: those that a contact is on.
+  w.pressed.clear();
+  for (int k = 0; k < static_cast<int>(points.size()); ++k) {
+    const auto note = [&](int face) {
+      const auto t = first_of(face);
+      if (t != end && (*t)->face == face && opposed(points[k].normal, (*t)->n))
+        w.pressed.emplace_back(face, k);
     };
-    if (std::none_of(points.begin(), points.end(), opposed)) continue;
-    if (std::find(seen.begin(), seen.end(), face) != seen.end()) continue;
-    seen.push_back(face);
-    w.chosen.clear();
-    const int first = b.face_offset[face], last = b.face_offset[face + 1];
-    for (int k = 0; k < static_cast<int>(points.size()); ++k) {
-      const auto& c = points[k];
-      if (!opposed(c)) continue;
-      const Form form = form_of(c.key);
-      const int feature = features_of(c.key).second;
-      bool on = false;
-      if (form == Form::vertex_face)
-        on = feature == face;
-      else if (form == Form::face_vertex)
-        on = std::find(b.face_vertices.begin() + first, b.face_vertices.begin() + last, feature) !=
-             b.face_vertices.begin() + last;
-      else if (form == Form::edge_edge)
-        on = b.edges[feature].left == face || b.edges[feature].right == face;
-      if (on) w.chosen.push_back(k);
+    const int feature = features_of(points[k].key).second;
+    switch (form_of(points[k].key)) {
+      case Form::vertex_face: note(feature); break;
+      case Form::edge_edge: note(b.edges[feature].left), note(b.edges[feature].right); break;
+      case Form::face_vertex:
+        for (int i = b.vertex_edge_offset[feature]; i < b.vertex_edge_offset[feature + 1]; ++i)
+          note(b.edges[b.vertex_edges[i]].left), note(b.edges[b.vertex_edges[i]].right);
+        break;
+      default: break;
     }
-    if (w.chosen.empty()) continue;
+  }
+  std::sort(w.pressed.begin(), w.pressed.end());
+  w.pressed.erase(std::unique(w.pressed.begin(), w.pressed.end()), w.pressed.end());
+  for (std::size_t i = 0; i < w.pressed.size();) {
+    const int face = w.pressed[i].first;
     double deepest = infinity;
-    for (const int k : w.chosen) deepest = std::min(deepest, points[k].gap);
-    double area = 0;
-    for (const auto& t : s.A.triangles) {
-      if (t.n.dot(n) > -tolerances().parallel_cosine()) continue;
-      for (const int i_q : of_face[static_cast<std::size_t>(face)]) {
-        const auto& q = s.B.triangles[static_cast<std::size_t>(i_q)];
-        const double h0 = t.n.dot(q.a) - t.level, h1 = t.n.dot(q.b) - t.level, h2 = t.n.dot(q.c) - t.level;
-        if (std::min({h0, h1, h2}) > s.margin || std::max({h0, h1, h2}) < deepest - s.touch) continue;
-        area += clipped_area(w, t, q);
-      }
+    w.chosen.clear();
+    for (; i < w.pressed.size() && w.pressed[i].first == face; ++i) {
+      w.chosen.push_back(w.pressed[i].second);
+      deepest = std::min(deepest, points[w.chosen.back()].gap);
     }
+    const auto first = first_of(face);
+    const Vec3& n = (*first)->n;
+    double area = 0;
+    for (const auto& t : s.A.triangles)
+      for (auto i_q = first; i_q != end && (*i_q)->face == face && opposed(t.n, n); ++i_q) {
+        const Patch::Triangle& q = **i_q;
+        const double h0 = t.n.dot(q.a) - t.level, h1 = t.n.dot(q.b) - t.level, h2 = t.n.dot(q.c) - t.level;
+        if (std::min({h0, h1, h2}) <= s.margin && std::max({h0, h1, h2}) >= deepest - s.touch)
+          area += clipped_area(w, t, q);
+      }
     if (area <= 0) continue;
     assign_area(w, w.chosen, n, area, points);
     for (const int k : w.chosen) points[k].face_b = face;

@@ -2,6 +2,7 @@
 
 #include "contact/narrow/narrow_features.hpp"
 #include "contact/narrow/narrow_gjk.hpp"
+#include "contact/narrow/narrow_near.hpp"
 #include "contact/tolerances.hpp"
 
 namespace talus::contact::narrow {
@@ -11,7 +12,8 @@ struct LocalScratch {
   Patch a, b;
   std::vector<ContactPoint> points;
   Hull hull_a, hull;
-  std::vector<Plane> planes;
+  NearTriangles near;
+  std::vector<const Patch::Triangle*> facing;
 };
 thread_local LocalScratch local_scratch;
 
@@ -124,10 +126,11 @@ int surface_polyhedron(const SurfaceIndex::Impl& surface, const Polyhedron& b, c
       if (clears(w.a.face_normals[i], v.x)) return true;
     return false;
   });
-  w.planes.clear();
+  w.near.set(w.a);
+  w.facing.clear();
   for (const auto& t : w.a.triangles)
-    if (!clears(t.n, t.a)) w.planes.push_back({t.n, t.level});
-  gather(b, Vec3::Zero(), pose_b.F, w.planes, margin + touch, w.b);
+    if (!clears(t.n, t.a)) w.facing.push_back(&t);
+  gather(b, Vec3::Zero(), pose_b.F, w.near, w.facing, margin, touch, w.b);
   // Of a vertex of the surface that only faces farther than the margin are near to, the patch does not tell
   // whether it is in the block.
   const Whole whole{b, Vec3::Zero(), pose_b.F};

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "contact/geometry/edge_ends.hpp"
+#include "contact/narrow/narrow_near.hpp"
 #include "contact/tolerances.hpp"
 
 namespace talus::contact::narrow {
@@ -18,12 +19,17 @@ bool boxes_meet(const Vec3& lo, const Vec3& hi, const Box3& box) {
 class Posed {
  public:
   Posed(const Polyhedron& p, const Vec3& centre, const Mat3& F)
-      : p_(p), centre_(centre), F_(F), spread_(F.cwiseAbs()), cofactor_(cofactor(F)) {}
+      : p_(p),
+        centre_(centre),
+        F_(F),
+        spread_(F.cwiseAbs()),
+        cofactor_(cofactor(F)),
+        stretch_(stretch_bound(F)) {}
 
-  /// The triangles, edges and vertices of which `in` says so: `in.box(lo, hi)` whether anything within a box
-  /// may be, `in.corner(v, x)` takes note of a vertex, `in(corners, x)` decides.
+  /// The triangles, edges and vertices of which `in` says so: `in.box(middle, half, radius)` whether anything
+  /// may be that lies within a box and within a ball about its middle, `in(corners, x)` decides.
   template <class In>
-  void take(In& in, Patch& patch);
+  void take(const In& in, Patch& patch);
 
  private:
   struct Scratch {
@@ -37,7 +43,7 @@ class Posed {
   static thread_local Scratch scratch;
 
   template <class In>
-  void find(In& in) const;
+  void find(const In& in) const;
   /// Outward unit normal of a face, found when it is first asked for.
   const Vec3& normal(int face) const {
     const auto f = static_cast<std::size_t>(face);
@@ -66,13 +72,14 @@ class Posed {
   const Polyhedron& p_;
   const Vec3& centre_;
   const Mat3 &F_, spread_, cofactor_;
+  const double stretch_;
 };
 
 thread_local Posed::Scratch Posed::scratch;
 
 /// The triangles, and the edges and corners of these, in ascending order.
 template <class In>
-void Posed::find(In& in) const {
+void Posed::find(const In& in) const {
   auto& [triangles, corners, edges, x, normal, placed, known, corner_of, edge_of, call] = scratch;
   triangles.clear(), corners.clear(), edges.clear();
   if (const std::size_t n = p_.vertices.size(); x.size() < n)
@@ -84,11 +91,11 @@ void Posed::find(In& in) const {
   p_.tree.traverse(
       [&](const Vec3& lo, const Vec3& hi) {
         const Vec3 middle = centre_ + F_ * (0.5 * (lo + hi)), half = spread_ * (0.5 * (hi - lo));
-        return in.box(middle - half, middle + half);
+        return in.box(middle, half, 0.5 * stretch_ * (hi - lo).norm());
       },
       [&](int t) {
         for (const int v : p_.triangles[t])
-          if (placed[v] != call) placed[v] = call, in.corner(v, x[v] = place(v));
+          if (std::exchange(placed[v], call) != call) x[v] = place(v);
         if (in(p_.triangles[t], x)) triangles.push_back(t);
         return true;
       });
@@ -102,7 +109,7 @@ void Posed::find(In& in) const {
 }
 
 template <class In>
-void Posed::take(In& in, Patch& patch) {
+void Posed::take(const In& in, Patch& patch) {
   patch.clear();
   find(in);
   const std::vector<Vec3>& x = scratch.x;
@@ -152,11 +159,11 @@ struct InCommon {
   const Common& common;
   const Vec3 spread = common.n.cwiseAbs();
 
-  bool box(const Vec3& lo, const Vec3& hi) const {
-    const double middle = common.n.dot(0.5 * (lo + hi)), half = spread.dot(0.5 * (hi - lo));
-    return middle + half >= common.low && middle - half <= common.high && boxes_meet(lo, hi, common.box);
+  bool box(const Vec3& middle, const Vec3& half, double) const {
+    const double h = common.n.dot(middle), of_n = spread.dot(half);
+    return h + of_n >= common.low && h - of_n <= common.high &&
+           boxes_meet(middle - half, middle + half, common.box);
   }
-  void corner(int, const Vec3&) const {}
   bool operator()(std::span<const int> corners, const std::vector<Vec3>& x) const {
     Box3 own;
     double low = infinity, high = -infinity;
@@ -169,39 +176,52 @@ struct InCommon {
   }
 };
 
-/// What does not lie more than `margin` before all of the planes.
-struct AtPlanes {
-  std::span<const Plane> planes;
-  double margin;
-  std::vector<char>& reaches;  // of the corners noted
+/// What is within `reach` of a surface, or behind it. What has no part near any of its triangles lies wholly
+/// on one side.
+struct AtSurface {
+  const NearTriangles& surface;
+  std::span<const Patch::Triangle* const> facing;
+  double reach, touch;
 
-  bool box(const Vec3& lo, const Vec3& hi) const {
-    return std::any_of(planes.begin(), planes.end(), [&](const Plane& plane) {
-      const Vec3 lowest = (plane.n.array() > 0).select(lo, hi);
-      return plane.n.dot(lowest) - plane.level <= margin;
+  bool box(const Vec3& middle, const Vec3& half, double radius) const {
+    return reaches(middle, radius, [&](const Vec3& n) { return n.cwiseAbs().dot(half); });
+  }
+  bool operator()(std::span<const int> corners, const std::vector<Vec3>& x) const {
+    Vec3 middle = Vec3::Zero();
+    for (const int v : corners) middle += x[v] / static_cast<double>(corners.size());
+    double radius = 0;
+    for (const int v : corners) radius = std::max(radius, (x[v] - middle).norm());
+    return reaches(middle, radius, [&](const Vec3& n) {
+      double most = 0;
+      for (const int v : corners) most = std::max(most, n.dot(middle - x[v]));
+      return most;
     });
   }
-  void corner(int v, const Vec3& x) {
-    if (reaches.size() <= static_cast<std::size_t>(v)) reaches.resize(static_cast<std::size_t>(v) + 1);
-    reaches[v] = std::any_of(planes.begin(), planes.end(),
-                             [&](const Plane& plane) { return plane.n.dot(x) - plane.level <= margin; });
-  }
-  bool operator()(std::span<const int> corners, const std::vector<Vec3>&) const {
-    return std::any_of(corners.begin(), corners.end(), [&](int v) { return reaches[v] != 0; });
+  /// Of what lies in a ball and reaches below its middle by below(n) along n.
+  template <class Below>
+  bool reaches(const Vec3& middle, double radius, Below&& below) const {
+    bool behind = false, interior;
+    for (const Patch::Triangle* t : facing) {
+      const double h = t->n.dot(middle) - t->level;
+      behind = behind || h <= reach;
+      if (std::abs(h) <= radius + reach && h - below(t->n) <= reach &&
+          (middle - closest_on_triangle(*t, middle, interior)).norm() <= radius + reach)
+        return true;
+    }
+    return behind && surface.ahead(middle, touch) == 0;
   }
 };
 
 }  // namespace
 
 void gather(const Polyhedron& p, const Vec3& centre, const Mat3& F, const Common& common, Patch& patch) {
-  InCommon in{common};
+  const InCommon in{common};
   Posed(p, centre, F).take(in, patch);
 }
 
-void gather(const Polyhedron& p, const Vec3& centre, const Mat3& F, std::span<const Plane> planes,
-            double margin, Patch& patch) {
-  thread_local std::vector<char> reaches;
-  AtPlanes in{planes, margin, reaches};
+void gather(const Polyhedron& p, const Vec3& centre, const Mat3& F, const NearTriangles& surface,
+            std::span<const Patch::Triangle* const> facing, double margin, double touch, Patch& patch) {
+  const AtSurface in{surface, facing, margin + touch, touch};
   Posed(p, centre, F).take(in, patch);
 }
 

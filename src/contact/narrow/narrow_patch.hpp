@@ -9,6 +9,8 @@
 
 namespace talus::contact::narrow {
 
+class NearTriangles;
+
 struct Patch {
   struct Triangle {
     int id;    // reported as face_a / face_b
@@ -57,19 +59,14 @@ struct Common {
   }
 };
 
-/// n . x = level, n outwards.
-struct Plane {
-  Vec3 n;
-  double level;
-};
-
 /// Everything of a posed polyhedron that reaches into it.
 void gather(const Polyhedron& p, const Vec3& centre, const Mat3& F, const Common& common, Patch& patch);
-/// Everything of a posed polyhedron that does not lie more than `margin` before all of these planes. Of a
-/// surface that they bound, nothing else can come within the margin: x at a distance d from a point of the
-/// plane's triangle has n . x - level <= d, and a triangle lies before a plane where its corners do.
-void gather(const Polyhedron& p, const Vec3& centre, const Mat3& F, std::span<const Plane> planes,
-            double margin, Patch& patch);
+/// Everything of a posed polyhedron that is nearer to a surface than `reach`, or behind it. The surface is
+/// all there is of it in the box about the polyhedron grown by `reach`: where nothing of it is within a ball,
+/// the ball lies before it if its middle does. `facing`: those of its triangles behind whose planes the
+/// polyhedron may be, up to `reach`.
+void gather(const Polyhedron& p, const Vec3& centre, const Mat3& F, const NearTriangles& surface,
+            std::span<const Patch::Triangle* const> facing, double margin, double touch, Patch& patch);
 /// Everything of a surface near `box`, which is relative to `origin`. `viewpoint` picks the side of a
 /// two-sided surface.
 void gather(const SurfaceIndex::Impl& s, const Vec3& origin, const Box3& box, Patch& patch);

@@ -1,6 +1,7 @@
 /// Vertices against faces: on a face, over it, or inside the body behind it.
 #include "contact/geometry/surface_near.hpp"
 #include "contact/narrow/narrow_features.hpp"
+#include "contact/narrow/narrow_near.hpp"
 #include "contact/tolerances.hpp"
 
 namespace talus::contact::narrow {
@@ -8,47 +9,11 @@ namespace {
 
 constexpr double sharpest_notch = 4;  // tangent of half the angle by which its faces turn: 150 degrees
 
-/// About a triangle: its centroid and how far it reaches from there.
-struct Ball {
-  Vec3 centre;
-  double radius;
-};
-
 double facing(const Patch& p, const Patch::Vertex& v, const Vec3& n) {
   double least = infinity;
   for (int i = v.first_face; i < v.first_face + v.faces; ++i)
     least = std::min(least, n.dot(p.face_normals[i]));
   return least;
-}
-
-/// Where x projects on a triangle: -1 outside, 0 inside, 1 within `touch` of a convex side, or at a corner in
-/// which a convex edge ends.
-int inside(const Patch::Triangle& t, const Vec3& x, double touch) {
-  const Vec3* p[3] = {&t.a, &t.b, &t.c};
-  int result = 0;
-  for (int k = 0; k < 3; ++k) {
-    const Vec3 e = *p[(k + 1) % 3] - *p[k];
-    const double h = e.cross(t.n).dot(x - *p[k]), l = touch * e.norm();
-    if (h > l) return -1;
-    if (h >= -l && t.sharp[k]) result = 1;
-    if (t.tip[k] && (x - *p[k]).squaredNorm() <= 2 * touch * touch) result = 1;
-  }
-  return result;
-}
-
-Vec3 closest_on_triangle(const Patch::Triangle& t, const Vec3& x, bool& interior) {
-  interior = inside(t, x, 0) >= 0;
-  if (interior) return x - (t.n.dot(x) - t.level) * t.n;
-  const Vec3* p[3] = {&t.a, &t.b, &t.c};
-  Vec3 best = t.a;
-  double d = infinity;
-  for (int k = 0; k < 3; ++k) {
-    const Vec3 e = *p[(k + 1) % 3] - *p[k];
-    const double s = std::clamp(e.dot(x - *p[k]) / e.squaredNorm(), 0.0, 1.0);
-    const Vec3 y = *p[k] + s * e;
-    if ((x - y).squaredNorm() < d) d = (x - y).squaredNorm(), best = y;
-  }
-  return best;
 }
 
 /// True if x, which is nearest to y on a side of the triangle, lies past the end of the surface there:
@@ -60,75 +25,6 @@ bool past_rim(const Patch::Triangle& t, const Vec3& x, const Vec3& y, double tou
     if (t.rim[k] && std::abs(across.dot(y - *p[k])) <= touch && across.dot(x - *p[k]) > touch) return true;
   }
   return false;
-}
-
-/// Nearest point of a surface to x, and the sum of the normals of the triangles that share it.
-struct Nearest {
-  double distance = infinity;
-  Vec3 foot, pseudo = Vec3::Zero();
-
-  void visit(const Patch::Triangle& t, const Vec3& x, double touch) {
-    bool interior;
-    const Vec3 y = closest_on_triangle(t, x, interior);
-    const double d = (x - y).norm();
-    if (d < distance - touch) {
-      distance = d, foot = y, pseudo = t.n;
-    } else if (d < distance + touch) {
-      pseudo += t.n;
-    }
-  }
-};
-
-void enclose(const Patch& p, std::vector<Ball>& balls) {
-  balls.clear();
-  for (const auto& t : p.triangles) {
-    const Vec3 c = (t.a + t.b + t.c) / 3;
-    balls.push_back({c, std::sqrt(std::max(
-                            {(t.a - c).squaredNorm(), (t.b - c).squaredNorm(), (t.c - c).squaredNorm()}))});
-  }
-}
-
-/// Eight triangles that follow each other, which lie beside each other for the most part.
-struct Bunch {
-  Ball ball;
-  std::size_t first, last;
-};
-
-void bunch(const std::vector<Ball>& balls, std::vector<Bunch>& bunches) {
-  constexpr std::size_t size = 8;
-  bunches.clear();
-  for (std::size_t first = 0; first < balls.size(); first += size) {
-    Bunch b{{Vec3::Zero(), 0}, first, std::min(first + size, balls.size())};
-    for (std::size_t k = first; k < b.last; ++k)
-      b.ball.centre += balls[k].centre / static_cast<double>(b.last - first);
-    for (std::size_t k = first; k < b.last; ++k)
-      b.ball.radius = std::max(b.ball.radius, (balls[k].centre - b.ball.centre).norm() + balls[k].radius);
-    bunches.push_back(b);
-  }
-}
-
-/// Distance of x from the surface if x lies before it beyond doubt, else 0.
-double ahead(const Patch& p, const std::vector<Ball>& balls, const std::vector<Bunch>& bunches, const Vec3& x,
-             double touch) {
-  Nearest nearest{.foot = x};
-  const auto search = [&](const Bunch& bunch) {
-    for (std::size_t k = bunch.first; k < bunch.last; ++k) {
-      const auto& t = p.triangles[k];
-      const double reach = nearest.distance + touch;
-      if (std::abs(t.n.dot(x) - t.level) <= reach && (x - balls[k].centre).norm() - balls[k].radius <= reach)
-        nearest.visit(t, x, touch);
-    }
-  };
-  const Bunch* likely = &bunches.front();
-  double least = infinity;
-  for (const Bunch& b : bunches)
-    if (const double d = (x - b.ball.centre).squaredNorm(); d < least) least = d, likely = &b;
-  search(*likely);
-  for (const Bunch& b : bunches)
-    if (const double reach = nearest.distance + touch + b.ball.radius;
-        &b != likely && (x - b.ball.centre).squaredNorm() <= reach * reach)
-      search(b);
-  return nearest.pseudo.dot(x - nearest.foot) > 0 ? nearest.distance : 0;
 }
 
 /// True if x lies behind the surface of which the patch is a part; a point of it is no farther than `reach`.
@@ -383,15 +279,13 @@ bool in_body(const Search& s, bool first, const Vec3& x) {
 void vertex_face(const Search& s, const Patch& T, const Patch& V, bool first,
                  std::vector<ContactPoint>& out) {
   if (T.triangles.empty()) return;
-  thread_local std::vector<Ball> balls;
-  enclose(T, balls);
-  thread_local std::vector<Bunch> bunches;
-  bunch(balls, bunches);
-  const Target target{s, T, V, first, balls, out};
+  thread_local NearTriangles triangles;
+  triangles.set(T);
+  const Target target{s, T, V, first, triangles.balls(), out};
   for (const auto& v : V.vertices) {
     if (s.common != nullptr && !s.common->contains(v.x))
       continue;  // a corner of a triangle that only reaches in
-    if (ahead(T, balls, bunches, v.x, s.touch) > s.margin + 100 * s.touch) continue;
+    if (triangles.ahead(v.x, s.touch) > s.margin + 100 * s.touch) continue;
     const std::size_t start = out.size();
     if (target.before_faces(v)) target.inside_body(v, start);
   }

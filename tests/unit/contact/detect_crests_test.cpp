@@ -2,9 +2,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <set>
 
 #include "contact/geometry/surface_index.hpp"
-#include "detect_shapes.hpp"
+#include "local_contacts.hpp"
 
 namespace talus::contact::testing {
 namespace {
@@ -36,6 +40,71 @@ TEST(SurfaceContact, ABoxOnACrestIsHeldHoweverNearTheCrestsCorner) {
           EXPECT_TRUE(held) << "depth " << depth << ", beside " << off << ", side " << side << ", turn "
                             << turn;
         }
+}
+
+/// A sphere of n x 2 n faces whose corners lie in and out by `rough`.
+Polyhedron rough_sphere(int n, double rough, std::mt19937& rng) {
+  std::uniform_real_distribution<double> u(-1, 1);
+  std::vector<Vec3> x{Vec3(0, 0, 1)};
+  for (int i = 1; i < n; ++i)
+    for (int k = 0; k < 2 * n; ++k) {
+      const double polar = std::numbers::pi * i / n, azimuth = std::numbers::pi * (k + 0.5 * i) / n;
+      x.push_back((1 + rough * u(rng)) * Vec3(std::sin(polar) * std::cos(azimuth),
+                                              std::sin(polar) * std::sin(azimuth), std::cos(polar)));
+    }
+  x.push_back(Vec3(0, 0, -1));
+  Triangles faces;
+  const auto at = [n](int i, int k) { return 1 + 2 * n * (i - 1) + k % (2 * n); };
+  for (int k = 0; k < 2 * n; ++k) {
+    faces.push_back({0, at(1, k), at(1, k + 1)});
+    faces.push_back({static_cast<int>(x.size()) - 1, at(n - 1, k + 1), at(n - 1, k)});
+    for (int i = 1; i + 1 < n; ++i) {
+      faces.push_back({at(i, k), at(i + 1, k), at(i, k + 1)});
+      faces.push_back({at(i, k + 1), at(i + 1, k), at(i + 1, k + 1)});
+    }
+  }
+  return make_polyhedron(x, faces);
+}
+
+TEST(SurfaceContact, NothingOfAScanOnARoofIsMissedThatIsWithinTheMargin) {
+  std::mt19937 rng(3);
+  std::uniform_real_distribution<double> u(-1, 1);
+  const Polyhedron scan = rough_sphere(20, 0.05, rng);
+  std::size_t corners = 0;
+  for (int trial = 0; trial < 60; ++trial) {
+    const double slope = 0.6 * u(rng);  // a roof, or a valley
+    TriangleSurface roof;
+    roof.vertices = {{-3, -9, -3 * slope}, {0, -9, 0}, {3, -9, -3 * slope},
+                     {-3, 9, -3 * slope},  {0, 9, 0},  {3, 9, -3 * slope}};
+    roof.triangles = {{0, 1, 3}, {1, 4, 3}, {1, 2, 4}, {2, 5, 4}};
+    const SurfaceIndex index(roof);
+    const Vec3 normals[] = {Vec3(-slope, 0, 1).normalized(), Vec3(slope, 0, 1).normalized()};
+    const auto ahead = [&](const Vec3& x) { return normals[x.x() > 0 ? 1 : 0].dot(x); };
+    const Mat3 R = random_rotation(rng);
+    Vec3 c(0.8 * u(rng), u(rng), 0);
+    for (int pass = 0; pass < 40; ++pass) {  // until it touches with a corner
+      double least = 9;
+      for (const Vec3& x : scan.vertices) least = std::min(least, ahead(c + R * x));
+      c.z() -= least;
+    }
+    const double margin = 0.02 + 0.02 * u(rng);
+    std::set<int> found, expected;
+    for (const ContactPoint& p : on(index, scan, {c + Vec3(0, 0, 1e-6), R}, margin))
+      if (form_of(p.key) == Form::face_vertex) found.insert(features_of(p.key).second);
+    for (int v = 0; v < static_cast<int>(scan.vertices.size()); ++v) {
+      const Vec3 x = c + Vec3(0, 0, 1e-6) + R * scan.vertices[v];
+      bool hangs = true;  // no edge falls from it
+      for (int i = scan.vertex_edge_offset[v]; i < scan.vertex_edge_offset[v + 1]; ++i) {
+        const auto& e = scan.edges[scan.vertex_edges[i]];
+        const Vec3 other = R * (scan.vertices[e.v0 == v ? e.v1 : e.v0] - scan.vertices[v]);
+        hangs = hangs && normals[x.x() > 0 ? 1 : 0].dot(other) > 1e-6;
+      }
+      if (hangs && std::abs(x.x()) > 0.05 && ahead(x) < 0.99 * margin) expected.insert(v);
+    }
+    corners += expected.size();
+    EXPECT_TRUE(std::includes(found.begin(), found.end(), expected.begin(), expected.end())) << trial;
+  }
+  EXPECT_GT(corners, 60u);
 }
 
 }  // namespace
