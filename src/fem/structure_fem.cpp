@@ -43,7 +43,7 @@ void FemStructure::write(std::vector<double>& state, bool here) const {
        fields_.steps_taken, energy_.works.damping_work, energy_.works.damage_work, energy_.works.plastic_work,
        energy_.works.bulk_viscosity_work, energy_.works.eroded_energy, energy_.works.external_work,
        energy_.works.contact_work, energy_.works.algorithmic, energy_.works.step_dependence});
-  body_.save_nodes(state, here, 9, [this](int n, double* to) {
+  body_.save(state, here, Of::nodes, 9, [this](int n, double* to) {
     for (std::size_t i = 4 * static_cast<std::size_t>(n), c = 0; c < 3; ++c, ++i)
       *to++ = fields_.u[i], *to++ = fields_.v[i], *to++ = fields_.contact_impulse[i];
   });
@@ -68,7 +68,7 @@ void FemStructure::read(std::span<const double> saved, bool here) {
         &energy_.works.contact_work, &energy_.works.algorithmic, &energy_.works.step_dependence})
     *p = state.next();
   fields_.still = still != 0, energy_.power_valid = power_valid != 0;
-  const auto motion = body_.saved_nodes(state, here, 9);
+  const auto motion = body_.saved(state, here, Of::nodes, 9);
   for (std::size_t n = 0; n < body_.mass.size(); ++n) {
     const double* from = motion(static_cast<int>(n));
     for (std::size_t i = 4 * n; i < 4 * n + 3; ++i)
