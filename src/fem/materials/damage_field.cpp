@@ -461,6 +461,13 @@ void DamageField::restore(StateReader& state, bool here) {
   evaluation_ = accepted_ = accepted;
 }
 
+void DamageField::take_over(const DamageField& before, const std::vector<int>& same) {
+  remove_if([](int) { return true; });
+  for (std::size_t i = 0; i < before.accepted_count(); ++i)
+    append(same[static_cast<std::size_t>(before.cells_[i])], before.joined_[i], before.numbers(i));
+  evaluation_ = accepted_ = before.accepted_;
+}
+
 double DamageField::stored() const {
   double sum = 0;
   for (std::size_t i = 0; i < cells_.size(); ++i)

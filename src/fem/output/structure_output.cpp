@@ -94,8 +94,8 @@ std::string FemStructure::plan() const {
                       body_.finite ? "total Lagrangian, any rotation" : "small strains and rotations");
   if (const double fine = impact_refinement(body_.spec).cell_size; fine > 0)
     text += fmt::format(
-        "{}: cells are halved down to {:g} m where a block is about to strike, as long as nothing of it has "
-        "cracked\n",
+        "{}: cells are halved down to {:g} m where a block is about to strike; those that have cracked "
+        "stay\n",
         body_.spec.name, fine);
   text += plan_of_steps(body_, motion_.condensed.by_choice(), motion_.modal.possible());
   text += body_.spec.damage == "none" ? fmt::format("{}: elastic, no damage history kept\n", body_.spec.name)
