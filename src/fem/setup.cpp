@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fem/rebar/rebar_embed.hpp"
 #include "fem/spec_error.hpp"
 
 namespace talus::fem {
@@ -204,39 +205,21 @@ std::vector<PatchLoad> find_loads(const StructureSpec& spec, const HexMesh& mesh
 
 std::vector<ProbePoint> find_probes(const StructureSpec& spec, const HexMesh& mesh) {
   std::vector<ProbePoint> probes;
+  if (spec.probes.empty()) return probes;
+  constexpr double beyond = 0.5;  // of a cell's size
+  const rebar::HostSearch search = rebar::host_search(mesh.nodes, mesh.hexes, beyond);
   for (const StructureSpec::Probe& given : spec.probes) {
-    double best = INFINITY;
-    ProbePoint point{};
-    for (int cell = 0; cell < static_cast<int>(mesh.hexes.size()); ++cell) {
-      const Vec3 centre = cell_centre(mesh, cell);
-      double reach = 0;
-      for (int n : mesh.hexes[cell]) reach = std::max(reach, (mesh.nodes[n] - centre).norm());
-      if ((given.at - centre).norm() > 1.5 * reach) continue;
-      Vec3 xi = Vec3::Zero();
-      for (int iteration = 0; iteration < 20; ++iteration) {
-        const std::array<double, 8> n = shape_values(xi);
-        Vec3 x = Vec3::Zero();
-        for (int a = 0; a < 8; ++a) x += n[a] * mesh.nodes[mesh.hexes[cell][a]];
-        const Vec3 step = jacobian(mesh, cell, xi).inverse() * (given.at - x);
-        xi += step.cwiseMax(-1.0).cwiseMin(1.0);
-        if (step.norm() < 1e-13) break;
-      }
-      const double outside = xi.cwiseAbs().maxCoeff();
-      if (outside < best - 1e-9) {
-        best = outside;
-        point.node = mesh.hexes[cell];
-        point.weight = shape_values(xi.cwiseMax(-1.0).cwiseMin(1.0));
-      }
+    ProbePoint& point = probes.emplace_back();
+    if (const auto host = search(given.at)) {
+      point = {mesh.hexes[static_cast<std::size_t>(host->cell)], shape_values(host->xi)};
+      continue;
     }
-    if (best > 2) {  // beyond the neighbourhood of every cell: the nearest node
-      std::size_t nearest = 0;
-      for (std::size_t n = 1; n < mesh.nodes.size(); ++n)
-        if ((mesh.nodes[n] - given.at).squaredNorm() < (mesh.nodes[nearest] - given.at).squaredNorm())
-          nearest = n;
-      point.node.fill(static_cast<int>(nearest));
-      point.weight = {1, 0, 0, 0, 0, 0, 0, 0};
-    }
-    probes.push_back(point);
+    const auto nearest =
+        std::min_element(mesh.nodes.begin(), mesh.nodes.end(), [&](const Vec3& a, const Vec3& b) {
+          return (a - given.at).squaredNorm() < (b - given.at).squaredNorm();
+        });
+    point.node.fill(static_cast<int>(nearest - mesh.nodes.begin()));
+    point.weight = {1, 0, 0, 0, 0, 0, 0, 0};
   }
   return probes;
 }

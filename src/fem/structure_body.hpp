@@ -36,6 +36,9 @@ struct StructureBody : Division {
     for (const int node : bearings ? bearings->nodes() : std::vector<int>{}) touched[node] = 1;
   }
 
+  /// Masses of the nodes by the cells that are there [kg].
+  std::vector<double> mass_of_live() const;
+
   /// What is being computed now, of a structure that takes more than a moment.
   void progress(const std::string& what) const {
     constexpr std::size_t large = 20000;  // cells

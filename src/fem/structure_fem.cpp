@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
+#include "contact/geometry/bvh_tree.hpp"
 #include "core/memory.hpp"
 #include "fem/discretisation/hanging.hpp"
 #include "fem/structure_setup.hpp"
@@ -43,7 +45,7 @@ void FemStructure::write(std::vector<double>& state, bool here) const {
        fields_.steps_taken, energy_.works.damping_work, energy_.works.damage_work, energy_.works.plastic_work,
        energy_.works.bulk_viscosity_work, energy_.works.eroded_energy, energy_.works.external_work,
        energy_.works.contact_work, energy_.works.algorithmic, energy_.works.step_dependence});
-  body_.save_nodes(state, here, 9, [this](int n, double* to) {
+  body_.save(state, here, Of::nodes, 9, [this](int n, double* to) {
     for (std::size_t i = 4 * static_cast<std::size_t>(n), c = 0; c < 3; ++c, ++i)
       *to++ = fields_.u[i], *to++ = fields_.v[i], *to++ = fields_.contact_impulse[i];
   });
@@ -68,7 +70,7 @@ void FemStructure::read(std::span<const double> saved, bool here) {
         &energy_.works.contact_work, &energy_.works.algorithmic, &energy_.works.step_dependence})
     *p = state.next();
   fields_.still = still != 0, energy_.power_valid = power_valid != 0;
-  const auto motion = body_.saved_nodes(state, here, 9);
+  const auto motion = body_.saved(state, here, Of::nodes, 9);
   for (std::size_t n = 0; n < body_.mass.size(); ++n) {
     const double* from = motion(static_cast<int>(n));
     for (std::size_t i = 4 * n; i < 4 * n + 3; ++i)
@@ -100,24 +102,46 @@ void FemStructure::start_over() {
   loads_.begin_again();
 }
 
-bool FemStructure::refinable() const {
-  if (impact_refinement(body_.spec).cell_size == 0) return false;  // its triangulation is gone
-  // What has been at rest since the start is in the state that its permanent load brings it to; that of finer
-  // cells has its own cracks.
+/// Cracked, yielded or lost cells since it began to move. What has been at rest since the start is in the
+/// state that its permanent load brings it to; that of finer cells has its own cracks.
+bool FemStructure::harmed() const {
   const bool unmoved = fields_.still && !fields_.has_moved(forces_.stored());
-  const bool whole = (!body_.damage || body_.damage->cells().empty() || unmoved) && !body_.supports.none &&
-                     std::find(body_.live.begin(), body_.live.end(), 0) == body_.live.end() &&
-                     (!body_.bars || body_.bars->dissipation() == 0);
-  return body_.largest(whole ? 0 : 1) == 0;  // on every rank
+  const bool harmed = (body_.damage && !body_.damage->cells().empty() && !unmoved) ||
+                      std::find(body_.live.begin(), body_.live.end(), 0) != body_.live.end() ||
+                      (body_.bars && body_.bars->yielded());
+  return body_.largest(harmed ? 1 : 0) > 0;  // on any rank
+}
+
+bool FemStructure::refinable() const {
+  return impact_refinement(body_.spec).cell_size > 0 &&  // else its triangulation is gone
+         !body_.supports.none && !((body_.partition || (body_.bars && body_.bars->slips())) && harmed());
+}
+
+bool FemStructure::stays(int cell) const {
+  return body_.live[static_cast<std::size_t>(cell)] == 0 || (body_.damage && body_.damage->has(cell));
+}
+
+std::vector<Box3> FemStructure::kept_cells() const {
+  std::vector<Box3> boxes;
+  if (!harmed()) return boxes;
+  for (int cell = 0; cell < static_cast<int>(body_.mesh.hexes.size()); ++cell)
+    if (stays(cell)) {
+      Box3& box = boxes.emplace_back();
+      for (const Vec3& x : corners_of(body_.mesh, cell)) box.extend(x);
+    }
+  return boxes;
 }
 
 bool FemStructure::larger_cells(std::span<const StructureSpec::Refinement> zones) const {
-  return std::any_of(body_.mesh.hexes.begin(), body_.mesh.hexes.end(), [&](const std::array<int, 8>& hex) {
-    std::array<Vec3, 8> corners;
-    for (std::size_t a = 0; a < 8; ++a) corners[a] = body_.mesh.nodes[static_cast<std::size_t>(hex[a])];
-    return std::any_of(zones.begin(), zones.end(),
-                       [&](const auto& zone) { return to_be_halved(corners, zone); });
-  });
+  const bool whole = !harmed();
+  for (int cell = 0; cell < static_cast<int>(body_.mesh.hexes.size()); ++cell) {
+    const std::array<Vec3, 8> corners = corners_of(body_.mesh, cell);
+    if ((whole || !stays(cell)) && std::any_of(zones.begin(), zones.end(), [&](const auto& zone) {
+          return zone.cell_size > 0 && to_be_halved(corners, zone);
+        }))
+      return true;
+  }
+  return false;
 }
 
 std::unique_ptr<Structure> FemStructure::refined(std::span<const StructureSpec::Refinement> zones) {
@@ -128,12 +152,59 @@ std::unique_ptr<Structure> FemStructure::refined(std::span<const StructureSpec::
   return finer;
 }
 
+/// Histories and losses of larger cells, of which those that cracked or went are cells of this mesh, too. The
+/// mass of a node beyond that of its cells, steel and what eroded cells left there, stays at the node.
+void FemStructure::take_harm(const FemStructure& before) {
+  std::map<CellBox, int> cell_of;
+  for (int cell = 0; cell < static_cast<int>(body_.mesh.hexes.size()); ++cell)
+    cell_of.emplace(box_about(corners_of(body_.mesh, cell)), cell);
+  std::vector<int> same(before.body_.mesh.hexes.size(), -1), gone;
+  for (int cell = 0; cell < static_cast<int>(same.size()); ++cell) {
+    if (!before.stays(cell)) continue;
+    same[static_cast<std::size_t>(cell)] = cell_of.at(box_about(corners_of(before.body_.mesh, cell)));
+    if (before.body_.live[static_cast<std::size_t>(cell)] == 0)
+      gone.push_back(same[static_cast<std::size_t>(cell)]);
+  }
+  fracture_.switch_off(gone);
+  body_.lost = before.body_.lost;
+  body_.mass = body_.mass_of_live();
+  const std::vector<double> of_cells = before.body_.mass_of_live();
+  contact::BoxTree nodes;
+  nodes.build(static_cast<int>(body_.mesh.nodes.size()),
+              [this](int n) { return Box3(body_.mesh.nodes[static_cast<std::size_t>(n)]); });
+  const Vec3 near = Vec3::Constant(1e-6 * std::cbrt(body_.cell_mass.front() / body_.spec.density));
+  for (std::size_t n = 0; n < of_cells.size(); ++n) {
+    const Vec3 &x = before.body_.mesh.nodes[n], low = x - near, high = x + near;
+    nodes.traverse(
+        [&](const Vec3& from, const Vec3& to) { return Box3(low, high).intersects(Box3(from, to)); },
+        [&](int here) {
+          if (Box3(low, high).contains(body_.mesh.nodes[static_cast<std::size_t>(here)]))
+            body_.mass[static_cast<std::size_t>(here)] += before.body_.mass[n] - of_cells[n];
+          return true;
+        });
+  }
+  for (int n = 0; n < static_cast<int>(body_.mass.size()); ++n) {
+    if (body_.cells_at_node[n] == 0 && body_.mass[n] < 1e-9 * body_.built_mass[n]) fracture_.remove_node(n);
+    for (std::size_t c = 0; c < 3; ++c)
+      if (double& inverse = body_.inverse_mass[4 * static_cast<std::size_t>(n) + c]; inverse > 0)
+        inverse = 1 / body_.mass[static_cast<std::size_t>(n)];
+  }
+  if (body_.damage) body_.damage->take_over(*before.body_.damage, same);
+  for (int cell = 0; body_.damage && cell < static_cast<int>(body_.live.size()); ++cell)
+    body_.elements->set_on(cell, body_.live[static_cast<std::size_t>(cell)] && !body_.damage->has(cell));
+  if (body_.bars) body_.bars->take_over(*before.body_.bars);
+  forces_.masses_changed();
+  skin_.rebuild();
+  forces_.pass_over_the_gone();
+}
+
 /// What a coarser mesh has moved by since its state at rest, u - u_rest, is a field of this mesh too, since
 /// every cell is one of that mesh or a part of one: its values at new nodes are means of their corners'.
 /// Linear momentum is that of the field in either mesh, masses being row sums; energies are not, by the
 /// assumed strains and by the sums of squares.
 void FemStructure::take_over(FemStructure& before) {
   before.motion_.modal.leave();
+  if (before.harmed()) take_harm(before);
   const double energy_before = before.energy_.mechanical();
   before.motion_.leapfrog.synchronise(before.fields_.time);
   before.body_.share(before.fields_.u, before.fields_.v);
@@ -157,8 +228,9 @@ void FemStructure::take_over(FemStructure& before) {
   loads_.track() = before.loads_.track();
   permanent_.shift_peaks(before.permanent_);
   forces_.moved();
-  energy_.works.algorithmic -=
-      energy_.mechanical() - energy_before - (permanent_.energy - before.permanent_.energy);
+  const double now = energy_.mechanical();
+  energy_.works.algorithmic -=  // beside what the laws take here, which accept_laws() accounts for
+      now + forces_.dissipation() - energy_before - (permanent_.energy - before.permanent_.energy);
 }
 
 }  // namespace talus::fem

@@ -48,6 +48,7 @@ class FemStructure : public Structure, public RefinableStructure {
   void shape(const TakePart& take) const override;
   void values(const TakePart& take) const override;
   bool refinable() const override;
+  std::vector<Box3> kept_cells() const override;
   bool larger_cells(std::span<const StructureSpec::Refinement> zones) const override;
   std::unique_ptr<Structure> refined(std::span<const StructureSpec::Refinement> zones) override;
   double permanent_energy() const override { return permanent_.energy; }
@@ -57,7 +58,10 @@ class FemStructure : public Structure, public RefinableStructure {
   std::vector<double> frequencies(int count);
 
  private:
+  bool harmed() const;
+  bool stays(int cell) const;  // of one that is harmed: as it is, whatever is asked for
   void take_over(FemStructure& before);
+  void take_harm(const FemStructure& before);
   void write(std::vector<double>& state, bool here) const override;
   void read(std::span<const double> state, bool here) override;
 

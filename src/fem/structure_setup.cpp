@@ -206,6 +206,20 @@ void StructureSetup::set_masses() {
   for (const int place : body_.dofs.place) body_.inverse_mass[place] = 1 / body_.mass[place / 4];
 }
 
+std::vector<double> StructureBody::mass_of_live() const {
+  const Followed follows(mesh);
+  std::vector<double> sums(mesh.nodes.size(), 0.0);
+  for (int cell = 0; cell < static_cast<int>(mesh.hexes.size()); ++cell) {
+    if (live[static_cast<std::size_t>(cell)] == 0) continue;
+    const std::array<double, 8> share = corner_volumes(mesh, cell);
+    for (std::size_t a = 0; a < 8; ++a)
+      follows.each(mesh.hexes[cell][a], [&](int n, double w) {
+        sums[static_cast<std::size_t>(n)] += w * spec.density * share[a];
+      });
+  }
+  return sums;
+}
+
 void StructureSetup::find_critical_step() {
   if (body_.free_dofs ==
       0) {  // nothing can move: waves cross a cell as they would, and what asks for a step gets a number

@@ -173,8 +173,8 @@ void SummaryBuilder::piece_line(std::size_t structure, std::vector<std::string>&
     text += "; it";
   if (constexpr double shown = 5e-3; crushed > shown * mass)  // less rounds to nothing beside three digits
     crushed_line = fmt::format(
-        " Of their mass {} is steel and what crushed cells beside them left at common "
-        "nodes: they are denser by it than what they came off.",
+        " Of their mass {} is what crushed cells beside them left at common nodes, and the steel of bars, if "
+        "any: they are denser by it than what they came off.",
         tonnes(crushed));
   const double fall = blocks_[heaviest].start.z() - blocks_[heaviest].end.z();
   lines.push_back(text +

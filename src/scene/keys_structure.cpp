@@ -155,10 +155,11 @@ std::vector<Key> structure_keys() {
       {.path = "structure.refine.where",
        .type = Type::choice,
        .fallback = "\"region\"",
-       .doc = "In the region, from the start; or where blocks are about to strike, found from their paths "
-              "before each blow (again before later ones elsewhere that bring a twentieth of the strongest): "
-              "cells are halved there until they are as small as asked, and end there in hanging nodes (as "
-              "long as nothing of it has cracked; a structure with supports, coupling.scheme = \"two-way\").",
+       .doc =
+           "In the region, from the start; or where blocks are about to strike, found from their paths "
+           "before each blow (again before later ones elsewhere that bring a twentieth of the strongest): "
+           "cells are halved there until they are as small as asked, and end there in hanging nodes; those "
+           "that have cracked stay (a structure with supports, coupling.scheme = \"two-way\").",
        .choices = {"region", "impact"}},
       {.path = "structure.refine.reach",
        .type = Type::quantity,

@@ -71,20 +71,30 @@ double World::foresee_strikes(double end) {
     for (const StruckPlace& s : struck)
       if (s.structure == static_cast<int>(q)) strongest = std::max(strongest, s.energy);
     const std::size_t before = struck.size();
+    const auto keep_cells = [&] {
+      for (const Box3& box : refinable->kept_cells())
+        if (std::none_of(struck.begin(), struck.end(), [&](const StruckPlace& k) {
+              return k.structure == static_cast<int>(q) && k.zone.cell_size == 0 &&
+                     k.zone.region.min() == box.min() && k.zone.region.max() == box.max();
+            }))
+          struck.push_back({static_cast<int>(q), {box, 0}, 0});
+    };
     for (const coupling::StrikeAhead& s : ahead.strikes) {
       if (s.energy < least_share * strongest) continue;
       const dda::Model::Block& block = system->model().blocks[static_cast<std::size_t>(s.block)];
+      if (block.structure == static_cast<int>(q))
+        continue;  // a piece of it, whose ways are those of its cells
       const double reach = asked.reach > 0 ? asked.reach : reach_of_size * 2 * block.shape->radius;
       const Box3 place(s.place.min() - Vec3::Constant(reach), s.place.max() + Vec3::Constant(reach));
       const auto holds = [&](const StruckPlace& k) {
-        return k.structure == static_cast<int>(q) && k.zone.region.contains(s.place);
+        return k.structure == static_cast<int>(q) && k.zone.cell_size > 0 && k.zone.region.contains(s.place);
       };
       const auto known = [&](const auto& of) { return std::any_of(of.begin(), of.end(), holds); };
       const StruckPlace here{static_cast<int>(q), {place, asked.cell_size}, s.energy};
       if (known(struck)) continue;
+      if (free && struck.size() == before) keep_cells();
       if (free) struck.push_back(here);
-      const bool piece = block.structure == static_cast<int>(q);  // of this structure, which has broken then
-      if (free || piece || known(left_coarse) || !refinable->larger_cells({&here.zone, 1})) continue;
+      if (free || known(left_coarse) || !refinable->larger_cells({&here.zone, 1})) continue;
       left_coarse.push_back(here);
       due_warnings.push_back(fmt::format(
           "{}: block {}, about to strike it at t = {:.4g} s about {} with {:.3g} kJ, finds cells larger than "
@@ -93,7 +103,9 @@ double World::foresee_strikes(double end) {
           "blow are those of coarse cells; give this place smaller ones from the start by "
           "[[structure.refine]] region",
           spec.name, block.name, time(), place_text(s.place.center()), s.energy / 1e3, asked.cell_size,
-          whole ? "springs of other contacts press on it" : "it has cracked, yielded or lost cells before"));
+          whole
+              ? "springs of other contacts press on it"
+              : "it has cracked, yielded or lost cells, and its bars slip or several processes compute it"));
     }
     if (!free) continue;
     end = std::min(end, time() + ahead.look_again);

@@ -1,5 +1,5 @@
 /// Static bounding-volume tree over boxes, split at the median along the longer side: built once, refitted
-/// when the boxes move. Internal to src/contact.
+/// when the boxes move.
 ///
 /// Made for queries that find it in memory rather than in the cache: boxes in single precision, rounded
 /// outward; the two children of a node beside each other in one line of memory; subtrees in one piece. Leaves

@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <set>
 #include <utility>
 
@@ -52,13 +53,44 @@ std::array<Vec3, 8> corners_of(const Cell& cell) {
   return corners;
 }
 
-void refine(Triangulation& grid, std::span<const StructureSpec::Refinement> zones, double most) {
-  for (int level = 0; level < most_halvings && !zones.empty(); ++level) {
+using Zone = StructureSpec::Refinement;
+
+/// Takes flags back until none is on a cell of these, nor on one whose halves would ask for its own.
+void spare(Triangulation& grid, std::vector<char> kept) {
+  std::vector<int> largest(grid.n_vertices());  // level of the largest of them that is flagged at a vertex
+  for (bool grown = true; grown;) {
+    grid.prepare_coarsening_and_refinement();  // sets those that differences of size ask for
+    grown = false;
+    std::fill(largest.begin(), largest.end(), std::numeric_limits<int>::max());
+    for (const Cell& cell : grid.active_cell_iterators()) {
+      if (kept[cell->active_cell_index()] == 0 || !cell->refine_flag_set()) continue;
+      cell->clear_refine_flag();
+      for (const unsigned v : cell->vertex_indices()) {
+        int& of = largest[cell->vertex_index(v)];
+        of = std::min(of, cell->level());
+      }
+    }
+    for (const Cell& cell : grid.active_cell_iterators()) {
+      bool beside = false;
+      for (const unsigned v : cell->vertex_indices())
+        beside = beside || cell->level() > largest[cell->vertex_index(v)];
+      if (!beside || !cell->refine_flag_set()) continue;
+      cell->clear_refine_flag();
+      kept[cell->active_cell_index()] = 1;
+      grown = true;
+    }
+  }
+}
+
+void halve(Triangulation& grid, std::span<const Zone> zones, const std::set<CellBox>& kept, double most) {
+  for (int level = 0; level < most_halvings; ++level) {
     double halved = 0;
+    std::vector<char> stays(grid.n_active_cells(), 0);
     for (const Cell& cell : grid.active_cell_iterators()) {
       const std::array<Vec3, 8> corners = corners_of(cell);
-      if (std::none_of(zones.begin(), zones.end(),
-                       [&](const auto& zone) { return to_be_halved(corners, zone); }))
+      char& stay = stays[cell->active_cell_index()] = kept.count(box_about(corners)) > 0;
+      if (stay != 0 || std::none_of(zones.begin(), zones.end(),
+                                    [&](const Zone& zone) { return to_be_halved(corners, zone); }))
         continue;
       cell->set_refine_flag();
       ++halved;
@@ -69,8 +101,23 @@ void refine(Triangulation& grid, std::span<const StructureSpec::Refinement> zone
           "finer cells (refine) come to more than {:.3g} million, and {:.3g} million are what this "
           "machine holds: take larger ones, or a smaller region or reach",
           count / 1e6, most / 1e6));
+    if (!kept.empty()) spare(grid, std::move(stays));
     grid.execute_coarsening_and_refinement();
   }
+}
+
+/// Zones in their order, so that a list that goes on where another ended makes cells that are its cells or
+/// parts of them: those before the first cell that stays together, each later one by itself.
+void refine(Triangulation& grid, std::span<const Zone> zones, double most) {
+  std::set<CellBox> kept;
+  const auto first = std::find_if(zones.begin(), zones.end(), [](const Zone& z) { return z.cell_size == 0; });
+  const auto together = static_cast<std::size_t>(first - zones.begin());
+  if (together > 0) halve(grid, zones.first(together), kept, most);
+  for (std::size_t k = together; k < zones.size(); ++k)
+    if (zones[k].cell_size == 0)
+      kept.insert(numbers_of(zones[k].region));
+    else
+      halve(grid, zones.subspan(k, 1), kept, most);
 }
 
 /// The cell across a face, of four smaller ones the first; -1: none.

@@ -36,8 +36,8 @@ void Division::share(AlignedVector& u, AlignedVector& v) {
   if (!partition) return;
   std::size_t n = 0;
   const auto three = [](auto& field, std::size_t node) { return &field[4 * node]; };
-  partition->each_node(
-      6,
+  partition->each(
+      Of::nodes, 6,
       [&](int node, double* to) {
         for (const AlignedVector* field : {&u, &v})
           to = std::copy_n(three(*field, static_cast<std::size_t>(node)), 3, to);
@@ -48,37 +48,23 @@ void Division::share(AlignedVector& u, AlignedVector& v) {
       });
 }
 
-void Division::each_node(int width, const WriteRow& write, const TakeRows& take) const {
-  partition ? partition->each_node(width, write, take) : rows_of(nodes, width, write, take);
+void Division::each(Of of, int width, const WriteRow& write, const TakeRows& take) const {
+  partition ? partition->each(of, width, write, take) : rows_of(held(of), width, write, take);
 }
 
-void Division::each_cell(int width, const WriteRow& write, const TakeRows& take) const {
-  partition ? partition->each_cell(width, write, take) : rows_of(cells, width, write, take);
-}
-
-void Division::save_nodes(std::vector<double>& state, bool here, int width, const WriteRow& write) const {
+void Division::save(std::vector<double>& state, bool here, Of of, int width, const WriteRow& write) const {
   const TakeRows take = [&](std::span<const double> rows) {
     if (here || first_rank()) state.insert(state.end(), rows.begin(), rows.end());
   };
-  here ? rows_of(nodes, width, write, take) : each_node(width, write, take);
+  here ? rows_of(held(of), width, write, take) : each(of, width, write, take);
 }
 
-void Division::save_cells(std::vector<double>& state, bool here, int width, const WriteRow& write) const {
-  const TakeRows take = [&](std::span<const double> rows) {
-    if (here || first_rank()) state.insert(state.end(), rows.begin(), rows.end());
-  };
-  here ? rows_of(cells, width, write, take) : each_cell(width, write, take);
-}
-
-Division::Saved Division::saved_nodes(StateReader& state, bool here, std::size_t width) const {
-  const double* const first = state.take(width * (here ? nodes : nodes_in_all()));
-  return [=, this](int n) { return first + width * static_cast<std::size_t>(here ? n : whole_node(n)); };
-}
-
-Division::Saved Division::saved_cells(StateReader& state, bool here, std::size_t width) const {
-  const double* const first = state.take(width * (here ? cells : cells_in_all()));
-  return [=, this](int cell) {
-    return first + width * static_cast<std::size_t>(here ? cell : whole_cell(cell));
+Division::Saved Division::saved(StateReader& state, bool here, Of of, std::size_t width) const {
+  const std::size_t in_all = of == Of::nodes ? nodes_in_all() : cells_in_all();
+  const double* const first = state.take(width * (here ? held(of) : in_all));
+  return [=, this](int k) {
+    const int row = here ? k : of == Of::nodes ? whole_node(k) : whole_cell(k);
+    return first + width * static_cast<std::size_t>(row);
   };
 }
 

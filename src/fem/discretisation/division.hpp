@@ -15,6 +15,7 @@ struct Division {
 
   std::size_t nodes = 0, cells = 0;  // of this rank's part
 
+  std::size_t held(Of of) const { return of == Of::nodes ? nodes : cells; }
   std::size_t nodes_in_all() const { return partition ? partition->nodes_in_all() : nodes; }
   std::size_t cells_in_all() const { return partition ? partition->cells_in_all() : cells; }
   bool divided() const { return partition && !partition->holds_all(); }  // memory, too
@@ -39,15 +40,12 @@ struct Division {
                                const std::function<void(int, double*)>& write) const;
   /// Every rank takes `width` numbers of every node or cell of the whole mesh, in its order, which the owner
   /// writes: some thousand rows at a time.
-  void each_node(int width, const WriteRow& write, const TakeRows& take) const;
-  void each_cell(int width, const WriteRow& write, const TakeRows& take) const;
-  /// Appends `width` numbers of every node, as they are held `here`, or on the first rank of the whole; and
-  /// where they are in such a state, by the nodes held here. The same of cells.
-  void save_nodes(std::vector<double>& state, bool here, int width, const WriteRow& write) const;
-  void save_cells(std::vector<double>& state, bool here, int width, const WriteRow& write) const;
+  void each(Of of, int width, const WriteRow& write, const TakeRows& take) const;
+  /// Appends `width` numbers of every node or cell, as they are held `here`, or on the first rank of the
+  /// whole; and where they are in such a state, by the numbers here.
+  void save(std::vector<double>& state, bool here, Of of, int width, const WriteRow& write) const;
   using Saved = std::function<const double*(int)>;
-  Saved saved_nodes(StateReader& state, bool here, std::size_t width) const;
-  Saved saved_cells(StateReader& state, bool here, std::size_t width) const;
+  Saved saved(StateReader& state, bool here, Of of, std::size_t width) const;
   /// Makes fields current everywhere, of a structure that every rank holds whole.
   void share(AlignedVector& u, AlignedVector& v);
 };

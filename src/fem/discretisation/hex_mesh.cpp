@@ -155,6 +155,24 @@ Mat3 jacobian(const HexMesh& mesh, int cell, const Vec3& xi) {
   return TrilinearMap(mesh.nodes, mesh.hexes[cell]).jacobian(xi);
 }
 
+CellBox numbers_of(const Box3& box) {
+  CellBox all;
+  Eigen::Map<Vec3>(all.data()) = box.min(), Eigen::Map<Vec3>(all.data() + 3) = box.max();
+  return all;
+}
+
+CellBox box_about(const std::array<Vec3, 8>& corners) {
+  Box3 box;
+  for (const Vec3& x : corners) box.extend(x);
+  return numbers_of(box);
+}
+
+std::array<Vec3, 8> corners_of(const HexMesh& mesh, int cell) {
+  std::array<Vec3, 8> corners;
+  for (std::size_t a = 0; a < 8; ++a) corners[a] = mesh.nodes[mesh.hexes[cell][a]];
+  return corners;
+}
+
 std::string cell_name(const HexMesh& mesh, int cell) {
   if (mesh.number.empty()) return fmt::format("cell {}", cell + 1);
   const long number = mesh.number[static_cast<std::size_t>(cell)];

@@ -43,6 +43,12 @@ struct HexMesh {
   std::string remark;  // of the reader: what the file holds beside its cells
 };
 
+/// Bounds of a cell by its corners, which name it among cells of all sizes.
+using CellBox = std::array<double, 6>;
+CellBox numbers_of(const Box3& box);
+CellBox box_about(const std::array<Vec3, 8>& corners);
+std::array<Vec3, 8> corners_of(const HexMesh& mesh, int cell);
+
 /// How a message names a cell: by its number in the file, or by its place from 1.
 std::string cell_name(const HexMesh& mesh, int cell);
 

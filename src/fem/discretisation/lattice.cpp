@@ -92,11 +92,16 @@ double graded_count(std::vector<double> fixed, double size, const std::vector<Fi
   return count;
 }
 
-double brick_count(const std::vector<Box3>& boxes, double cell_size,
-                   const std::vector<StructureSpec::Refinement>& refinements) {
-  std::array<std::vector<double>, 3> planes;
+Lines ends_of(const std::vector<Box3>& boxes) {
+  Lines planes;
   for (int axis = 0; axis < 3; ++axis)
     for (const Box3& b : boxes) planes[axis].push_back(b.min()[axis]), planes[axis].push_back(b.max()[axis]);
+  return planes;
+}
+
+double brick_count(const std::vector<Box3>& boxes, double cell_size,
+                   const std::vector<StructureSpec::Refinement>& refinements) {
+  const Lines planes = ends_of(boxes);
   double count = 0;
   for (const Box3& b : boxes) {
     double cells = 1;
@@ -115,7 +120,7 @@ std::vector<double> even_lines(double low, double high, int n) {
   return lines;
 }
 
-HexMesh lattice(const Lines& lines, const std::function<bool(int, int, int)>& solid) {
+HexMesh lattice(const Lines& lines, const std::vector<Box3>& boxes) {
   const std::array<int, 3> n{static_cast<int>(lines[0].size()) - 1, static_cast<int>(lines[1].size()) - 1,
                              static_cast<int>(lines[2].size()) - 1};
   const auto place = [&](int i, int j, int k) {
@@ -126,7 +131,10 @@ HexMesh lattice(const Lines& lines, const std::function<bool(int, int, int)>& so
   for (int k = 0; k < n[2]; ++k)
     for (int j = 0; j < n[1]; ++j)
       for (int i = 0; i < n[0]; ++i) {
-        if (!solid(i, j, k)) continue;
+        const Vec3 centre(0.5 * (lines[0][i] + lines[0][i + 1]), 0.5 * (lines[1][j] + lines[1][j + 1]),
+                          0.5 * (lines[2][k] + lines[2][k + 1]));
+        if (std::none_of(boxes.begin(), boxes.end(), [&](const Box3& b) { return b.contains(centre); }))
+          continue;
         static const int corner[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
                                          {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
         std::array<int, 8> hex;
@@ -165,18 +173,10 @@ std::vector<FineZone> zones_along(const std::vector<StructureSpec::Refinement>& 
 
 HexMesh bricks(const std::vector<Box3>& boxes, double cell_size,
                const std::vector<StructureSpec::Refinement>& refinements) {
-  Lines lines;
-  for (int axis = 0; axis < 3; ++axis) {
-    std::vector<double> planes;
-    for (const Box3& b : boxes) planes.push_back(b.min()[axis]), planes.push_back(b.max()[axis]);
-    lines[axis] = graded_lines(planes, cell_size, zones_along(refinements, axis));
-  }
-  const auto solid = [&](int i, int j, int k) {
-    const Vec3 centre(0.5 * (lines[0][i] + lines[0][i + 1]), 0.5 * (lines[1][j] + lines[1][j + 1]),
-                      0.5 * (lines[2][k] + lines[2][k + 1]));
-    return std::any_of(boxes.begin(), boxes.end(), [&](const Box3& b) { return b.contains(centre); });
-  };
-  return lattice(lines, solid);
+  Lines lines = ends_of(boxes);
+  for (int axis = 0; axis < 3; ++axis)
+    lines[axis] = graded_lines(std::move(lines[axis]), cell_size, zones_along(refinements, axis));
+  return lattice(lines, boxes);
 }
 
 bool refines_locally(const StructureSpec& spec) {

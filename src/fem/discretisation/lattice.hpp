@@ -7,7 +7,6 @@
 /// growth.
 #pragma once
 #include <array>
-#include <functional>
 #include <vector>
 
 #include "fem/discretisation/hex_mesh.hpp"
@@ -34,8 +33,11 @@ double graded_count(std::vector<double> fixed, double size, const std::vector<Fi
 /// n equal cells from low to high.
 std::vector<double> even_lines(double low, double high, int n);
 
-/// The cells of the lattice for which solid(i, j, k) is true, x fastest.
-HexMesh lattice(const Lines& lines, const std::function<bool(int, int, int)>& solid);
+/// Where boxes begin and end along each axis.
+Lines ends_of(const std::vector<Box3>& boxes);
+
+/// The cells of the lattice whose middles lie in a box, x fastest.
+HexMesh lattice(const Lines& lines, const std::vector<Box3>& boxes);
 
 /// The zones of a specification in the structure's own axes.
 std::vector<StructureSpec::Refinement> local_refinements(const StructureSpec& spec);

@@ -6,6 +6,7 @@
 
 #include "contact/structures/refinable.hpp"
 #include "core/memory.hpp"
+#include "core/sort_unique.hpp"
 #include "fem/discretisation/disc.hpp"
 #include "fem/discretisation/grid_in.hpp"
 #include "fem/discretisation/hanging.hpp"
@@ -18,10 +19,27 @@
 namespace talus::fem {
 namespace {
 
-/// Planes along an axis between `fixed` ones: as many cells as given, or by the cell size and the zones of
-/// finer cells.
-std::vector<double> planes(const StructureSpec& spec, int axis, const std::vector<double>& fixed) {
-  if (spec.cells[axis] > 0) return even_lines(fixed.front(), fixed.back(), spec.cells[axis]);
+/// What a box or a column, rectangular or hollow, is made of, in its own axes.
+std::vector<Box3> boxes_of(const StructureSpec& spec) {
+  const Vec3& s = spec.size;
+  const double x = s.x() / 2, y = s.y() / 2, low = spec.kind == "box" ? -s.z() / 2 : 0, z = low + s.z();
+  if (spec.kind == "box" || spec.section != "hollow") return {Box3(Vec3(-x, -y, low), Vec3(x, y, z))};
+  const double in_x = x - spec.wall_thickness, in_y = y - spec.wall_thickness;
+  return {Box3(Vec3(-x, -y, low), Vec3(-in_x, y, z)), Box3(Vec3(in_x, -y, low), Vec3(x, y, z)),
+          Box3(Vec3(-in_x, -y, low), Vec3(in_x, -in_y, z)), Box3(Vec3(-in_x, in_y, low), Vec3(in_x, y, z))};
+}
+
+/// Planes along an axis between `fixed` ones: as many cells as given, one of them through each wall, or by
+/// the cell size and the zones of finer cells.
+std::vector<double> planes(const StructureSpec& spec, int axis, std::vector<double> fixed) {
+  sort_unique(fixed);
+  if (spec.cells[axis] > 0) {
+    if (fixed.size() == 2) return even_lines(fixed[0], fixed[1], spec.cells[axis]);
+    std::vector<double> lines = even_lines(fixed[1], fixed[2], std::max(1, spec.cells[axis] - 2));
+    lines.insert(lines.begin(), fixed.front());
+    lines.push_back(fixed.back());
+    return lines;
+  }
   if (!(spec.cell_size > 0))
     bad(spec, "cell_size", "", "a cell size or the numbers of cells are needed",
         "give cell_size = \"0.25 m\" or cells = [nx, ny, nz]");
@@ -41,9 +59,9 @@ double volume_of(const StructureSpec& spec) {
     return sum;
   }
   if (spec.kind == "column" && spec.section == "round") return M_PI / 4 * s.x() * s.y() * s.z();
-  if (spec.kind == "column" && spec.section == "hollow")
-    return 2 * spec.wall_thickness * (s.x() + s.y() - 2 * spec.wall_thickness) * s.z();
-  return s.prod();
+  double sum = 0;
+  for (const Box3& box : boxes_of(spec)) sum += box.volume();
+  return sum;
 }
 
 /// Cells of a bent of round piers: in plan as fine as the finest zone that meets it, in height by layers.
@@ -87,22 +105,10 @@ double refined_count(const StructureSpec& spec) {
                                  : round_bent_count(part, spec, zones_of(part, spec));
     return sum;
   }
-  const Vec3 half(spec.size.x() / 2, spec.size.y() / 2, 0);
-  const auto prism = [&](const Vec3& low, const Vec3& high) {
-    return brick_count({Box3(low, high)}, spec.cell_size, zones);
-  };
-  if (spec.kind == "box") return prism(-0.5 * spec.size, 0.5 * spec.size);
-  const Vec3 top = half + Vec3(0, 0, spec.size.z());
-  if (spec.section == "round")
+  if (spec.kind == "column" && spec.section == "round")
     return section_of(spec).cells() *
            graded_count({0, spec.size.z()}, spec.cell_size, zones_along(zones, 2), 0, spec.size.z());
-  if (spec.section != "hollow") return prism(-half, top);
-  const double x = half.x(), y = half.y(), z = top.z(), in_x = x - spec.wall_thickness,
-               in_y = y - spec.wall_thickness;
-  return brick_count(
-      {Box3(Vec3(-x, -y, 0), Vec3(-in_x, y, z)), Box3(Vec3(in_x, -y, 0), top),
-       Box3(Vec3(-in_x, -y, 0), Vec3(in_x, -in_y, z)), Box3(Vec3(-in_x, in_y, 0), Vec3(in_x, y, z))},
-      spec.cell_size, zones);
+  return brick_count(boxes_of(spec), spec.cell_size, zones);
 }
 
 /// Cells that one cell of the structure at least becomes where `where = "impact"` asks for smaller ones.
@@ -163,12 +169,6 @@ void check_count(const StructureSpec& spec) {
       "take larger cells there, or a smaller region: fine cells go on along each axis to the far side");
 }
 
-HexMesh rectangular(const StructureSpec& spec, const Vec3& low) {
-  Lines lines;
-  for (int i = 0; i < 3; ++i) lines[i] = planes(spec, i, {low[i], low[i] + spec.size[i]});
-  return lattice(lines, [](int, int, int) { return true; });
-}
-
 HexMesh round_column(const StructureSpec& spec) {
   const DiscMesh disc = disc_mesh(section_of(spec));
   const std::vector<double> z = planes(spec, 2, {0, spec.size.z()});
@@ -186,29 +186,6 @@ HexMesh round_column(const StructureSpec& spec) {
   return mesh;
 }
 
-HexMesh hollow_column(const StructureSpec& spec) {
-  const double t = spec.wall_thickness;
-  if (!(t > 0 && 2 * t < std::min(spec.size.x(), spec.size.y())))
-    bad(spec, "wall_thickness", fmt::format("{:g} m", t), "between 0 and half of the section",
-        "give the thickness of the wall");
-  Lines lines;
-  for (int i = 0; i < 2; ++i) {
-    const double outer = spec.size[i] / 2, inner = outer - t;
-    if (spec.cells[i] > 0) {  // one cell through each wall, the rest between them
-      lines[i] = even_lines(-inner, inner, std::max(1, spec.cells[i] - 2));
-      lines[i].insert(lines[i].begin(), -outer);
-      lines[i].push_back(outer);
-    } else {
-      lines[i] = planes(spec, i, {-outer, -inner, inner, outer});
-    }
-  }
-  lines[2] = planes(spec, 2, {0, spec.size.z()});
-  const auto inside = [&](int axis, int i) {
-    return std::abs(0.5 * (lines[axis][i] + lines[axis][i + 1])) < spec.size[axis] / 2 - t;
-  };
-  return lattice(lines, [&](int i, int j, int) { return !(inside(0, i) && inside(1, j)); });
-}
-
 void place(HexMesh& mesh, const StructureSpec& spec) {
   mesh.local = mesh.nodes;
   for (Vec3& x : mesh.nodes) x = spec.rotation * x + spec.position;
@@ -219,22 +196,26 @@ HexMesh prismatic_mesh(const StructureSpec& spec) {
     if (!(spec.size[i] > 0))
       bad(spec, "size", fmt::format("[{:g}, {:g}, {:g}]", spec.size.x(), spec.size.y(), spec.size.z()),
           "every extent must be positive", "give three lengths");
-  HexMesh mesh;
-  if (spec.kind == "box") {
-    mesh = rectangular(spec, -0.5 * spec.size);
-  } else if (spec.kind == "column") {
-    if (spec.section == "rectangular")
-      mesh = rectangular(spec, Vec3(-spec.size.x() / 2, -spec.size.y() / 2, 0));
-    else if (!(spec.cell_size > 0) && spec.cells[0] == 0)
-      bad(spec, "cell_size", "", "a cell size is needed", "give cell_size = \"0.25 m\"");
-    else if (spec.section == "round")
-      mesh = round_column(spec);
-    else if (spec.section == "hollow")
-      mesh = hollow_column(spec);
-    else
+  if (spec.kind == "column") {
+    if (spec.section != "rectangular" && spec.section != "round" && spec.section != "hollow")
       bad(spec, "section", spec.section, "one of rectangular, round, hollow", "choose one");
-  } else {
+    if (spec.section != "rectangular" && !(spec.cell_size > 0) && spec.cells[0] == 0)
+      bad(spec, "cell_size", "", "a cell size is needed", "give cell_size = \"0.25 m\"");
+    const double t = spec.wall_thickness;
+    if (spec.section == "hollow" && !(t > 0 && 2 * t < std::min(spec.size.x(), spec.size.y())))
+      bad(spec, "wall_thickness", fmt::format("{:g} m", t), "between 0 and half of the section",
+          "give the thickness of the wall");
+  } else if (spec.kind != "box") {
     bad(spec, "kind", spec.kind, "one of box, column, viaduct, mesh", "choose one");
+  }
+  HexMesh mesh;
+  if (spec.kind == "column" && spec.section == "round") {
+    mesh = round_column(spec);
+  } else {
+    const std::vector<Box3> boxes = boxes_of(spec);
+    Lines lines = ends_of(boxes);
+    for (int axis = 0; axis < 3; ++axis) lines[axis] = planes(spec, axis, lines[axis]);
+    mesh = lattice(lines, boxes);
   }
   place(mesh, spec);
   return mesh;

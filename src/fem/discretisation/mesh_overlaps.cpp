@@ -6,24 +6,6 @@
 #include "fem/rebar/rebar_embed.hpp"
 
 namespace talus::fem {
-namespace {
-
-/// Whether a cell is so much larger than most that a grid of their size would need cells without number for
-/// it: not searched.
-bool uneven(const HexMesh& mesh) {
-  constexpr double most = 20;
-  double sum = 0, largest = 0;
-  for (const auto& hex : mesh.hexes) {
-    Box3 box;
-    for (const int n : hex) box.extend(mesh.nodes[static_cast<std::size_t>(n)]);
-    const double size = box.sizes().maxCoeff();
-    sum += size, largest = std::max(largest, size);
-  }
-  return largest * static_cast<double>(mesh.hexes.size()) > most * sum;
-}
-
-}  // namespace
-
 std::optional<std::pair<int, int>> overlapping_cells(const HexMesh& mesh) {
   const std::size_t count = mesh.hexes.size();
   DisjointSets sets(static_cast<int>(mesh.nodes.size()));
@@ -32,7 +14,7 @@ std::optional<std::pair<int, int>> overlapping_cells(const HexMesh& mesh) {
   const auto part = [&](std::size_t cell) { return sets.root(mesh.hexes[cell][0]); };
   bool apart = false;
   for (std::size_t cell = 1; cell < count && !apart; ++cell) apart = part(cell) != part(0);
-  if (!apart || uneven(mesh)) return {};
+  if (!apart) return {};
   // A search gives the first cell about a point: from behind it finds what the cell itself hides from before.
   for (const bool reversed : {false, true}) {
     std::vector<std::array<int, 8>> hexes = mesh.hexes;

@@ -203,14 +203,11 @@ void RankTables::each(const std::vector<int>& numbers, std::size_t in_all,
   }
 }
 
-void Partition::each_node(int width, const WriteRow& write, const TakeRows& take) {
-  each(
-      node_number_, nodes_in_all_, [this](int n) { return owns_node(n); }, width, write, take);
-}
-
-void Partition::each_cell(int width, const WriteRow& write, const TakeRows& take) {
-  each(
-      cell_number_, cells_in_all_, [this](int cell) { return owns_cell(cell); }, width, write, take);
+void Partition::each(Of of, int width, const WriteRow& write, const TakeRows& take) {
+  const bool nodes = of == Of::nodes;
+  RankTables::each(
+      nodes ? node_number_ : cell_number_, nodes ? nodes_in_all_ : cells_in_all_,
+      [&](int k) { return nodes ? owns_node(k) : owns_cell(k); }, width, write, take);
 }
 
 std::vector<double> RankTables::collect_at_first(std::span<const double> mine) {

@@ -27,6 +27,8 @@ using NodeRange = std::pair<int, int>;  // [first, last)
 /// Ranges of the numbers n with in[n] != 0, ascending.
 std::vector<NodeRange> ranges_of(const std::vector<char>& in);
 
+enum class Of { nodes, cells };  // whose table it is
+
 /// Rows of a table: one written by whoever has it; some thousand taken, in order.
 using WriteRow = std::function<void(int, double*)>;
 using TakeRows = std::function<void(std::span<const double>)>;
@@ -109,8 +111,8 @@ class Partition : public RankTables {
   }
   /// Every rank takes `width` numbers of every node or cell of the whole mesh, in its order, which the owner
   /// writes: some thousand rows at a time.
-  void each_node(int width, const WriteRow& write, const TakeRows& take);
-  void each_cell(int width, const WriteRow& write, const TakeRows& take);
+  using RankTables::each;
+  void each(Of of, int width, const WriteRow& write, const TakeRows& take);
 
   /// Cells that each rank computes.
   std::vector<long> cells_per_rank() const { return cells_per_rank_; }

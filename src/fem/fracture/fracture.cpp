@@ -412,9 +412,8 @@ Fragment Fracture::detach(const std::vector<int>& whole_cells, const std::vector
   body_.report(
       fmt::format("structure {}: {} cells came off, {:.4g} kg{}", body_.spec.name, whole_cells.size(), f.mass,
                   f.crushed > 0.5e-3 * f.mass
-                      ? fmt::format(", {:.4g} kg of it the steel within and what crushed cells beside them "
-                                    "left at their nodes",
-                                    f.crushed)
+                      ? fmt::format(", {:.4g} kg of it {}what crushed cells beside them left at their nodes",
+                                    f.crushed, body_.bars ? "the steel within and " : "")
                       : std::string()));
   return f;
 }
@@ -426,8 +425,8 @@ void Fracture::save(std::vector<double>& state, bool here) const {
                 body_.lost.detached_volume});
   for (const Vec3* p : {&body_.lost.dust_momentum, &body_.lost.dust_spin})
     state.insert(state.end(), p->data(), p->data() + 3);
-  body_.save_cells(state, here, 1, [this](int cell, double* to) { *to = body_.live[cell]; });
-  body_.save_nodes(state, here, 1, [this](int n, double* to) { *to = body_.mass[n]; });
+  body_.save(state, here, Of::cells, 1, [this](int cell, double* to) { *to = body_.live[cell]; });
+  body_.save(state, here, Of::nodes, 1, [this](int n, double* to) { *to = body_.mass[n]; });
   if (body_.damage) body_.damage->save(state, here);
 }
 
@@ -439,7 +438,7 @@ void Fracture::restore(StateReader& state, bool here) {
   for (Vec3* p : {&body_.lost.dust_momentum, &body_.lost.dust_spin}) std::copy_n(state.take(3), 3, p->data());
   double changed = 0;
   std::fill(body_.cells_at_node.begin(), body_.cells_at_node.end(), 0);
-  const Division::Saved lives = body_.saved_cells(state, here, 1);
+  const Division::Saved lives = body_.saved(state, here, Of::cells, 1);
   for (std::size_t cell = 0; cell < body_.live.size(); ++cell) {
     const char now = *lives(static_cast<int>(cell)) != 0;
     if (now != body_.live[cell]) changed = 1;
@@ -448,7 +447,7 @@ void Fracture::restore(StateReader& state, bool here) {
       for (int n : carriers(body_.mesh, static_cast<int>(cell))) ++body_.cells_at_node[n];
   }
   if (body_.partition) body_.partition->exchange_numbers(body_.cells_at_node);
-  const Division::Saved masses = body_.saved_nodes(state, here, 1);
+  const Division::Saved masses = body_.saved(state, here, Of::nodes, 1);
   for (std::size_t n = 0; n < body_.mass.size(); ++n) {
     const double mass = *masses(static_cast<int>(n));
     if (mass != body_.mass[n]) changed = 1;

@@ -16,24 +16,11 @@
 
 namespace talus::fem {
 
-void ElasticSystem::apply(AlignedVector& x, AlignedVector& y) const {
+void ElasticSystem::apply(const std::vector<Spring>& springs, AlignedVector& x, AlignedVector& y) const {
   std::fill(y.begin(), y.end(), 0.0);
   body_.discretisation.distribute(x);
   body_.elements->add_internal_force(x.data(), y.data(), false, false);
-  if (body_.bars) {
-    // Their stiffness by a difference, so small that neither rotation nor yielding shows.
-    double most = 0;
-    for (double value : x) most = std::max(most, std::abs(value));
-    most = body_.largest(most);
-    const double factor = 1e-7 / most;
-    AlignedVector probe(x), zero(x.size(), 0.0), with(x.size(), 0.0), without(x.size(), 0.0);
-    for (double& value : probe) value *= factor;
-    body_.bars->add_forces(probe.data(), 0, body_.live, with.data());
-    body_.bars->add_forces(zero.data(), 0, body_.live, without.data());
-    for (std::size_t i = 0; i < x.size(); ++i) y[i] += (with[i] - without[i]) / factor;
-  }
-  for (const Spring& spring : body_.bearings ? body_.bearings->springs() : std::vector<Spring>{})
-    spring.add_force(x, y);
+  for (const Spring& spring : springs) spring.add_force(x, y);
   body_.discretisation.condense(y);
 }
 
@@ -84,6 +71,7 @@ double ElasticSystem::highest_frequency(const std::vector<double>& mass,
   const auto sum = [&](auto&& term) {
     return reproducible_sum(own, 4 * static_cast<double>(nodes_in_all), partition, term);
   };
+  const std::vector<Spring> links = springs();
   AlignedVector x(n, 0.0), previous(n, 0.0), y(n, 0.0);
   std::uint64_t seed = 88172645463325252ull;
   for (std::size_t node = 0, i = 0; node < nodes_in_all; ++node) {
@@ -101,7 +89,7 @@ double ElasticSystem::highest_frequency(const std::vector<double>& mass,
   const double start = 1 / std::sqrt(sum([&](std::size_t i) { return mass[i / 4] * x[i] * x[i]; }));
   for (double& a : x) a *= start;
   for (int k = 0; k < steps; ++k) {
-    apply(x, y);
+    apply(links, x, y);
     const double a = sum([&](std::size_t i) { return y[i] * x[i]; });  // x is zero where it is held
     for (std::size_t i = 0; i < n; ++i) y[i] = inverse_mass[i] * y[i] - a * x[i] - beta * previous[i];
     diagonal.push_back(a);
@@ -137,11 +125,12 @@ double ElasticSystem::first_frequency(const std::vector<double>& mass) {
     if (!own) m[d] = 0;
   }
   constexpr double rough = 0.1;  // solutions are dear
+  const std::vector<Spring> links = springs();
   AlignedVector u(4 * mass.size()), f(u.size());
   const auto stiffness = [&](const VecX& from, VecX& to) {
     scatter(body_.dofs, from, u);
     if (divided) body_.partition->exchange(u);
-    apply(u, f);
+    apply(links, u, f);
     gather(body_.dofs, f, to);
     for (int d = 0; d < body_.dofs.size; ++d)
       if (!body_.own_node(body_.dofs.node(d))) to[d] = 0;

@@ -46,8 +46,8 @@ class ElasticSystem {
   double first_frequency(const std::vector<double>& mass);
 
  private:
-  /// y := K x by the kernels, nodes x 4; x is made to fit its constraints.
-  void apply(AlignedVector& x, AlignedVector& y) const;
+  /// y := K x by the kernels and these springs, nodes x 4; x is made to fit its constraints.
+  void apply(const std::vector<Spring>& springs, AlignedVector& x, AlignedVector& y) const;
 
   const StructureBody& body_;
   SymmetricMatrix stiffness_;  // empty until needed

@@ -34,7 +34,7 @@ struct History<ConcreteDamage> {
     const double exact = 1 - 1e-9, root2 = std::sqrt(2.0),
                  k = root2 * (c.biaxial_ratio - 1) / (2 * c.biaxial_ratio - 1);
     return {law.elastic_bound(), exact * c.f_t / std::sqrt(corners),
-            exact * law.parameters().elastic_limit * c.f_cm * (root2 - k) / 3, k};
+            exact * ConcreteDamage::elastic_limit * c.f_cm * (root2 - k) / 3, k};
   }
   static double tension(const Cell& c, int q) { return c.d_t[q]; }
   static double compression(const Cell& c, int q) { return c.d_c[q]; }
@@ -110,7 +110,6 @@ class FieldOf final : public DamageField {
   FieldOf(const HexMesh& mesh, const Law& law, bool finite)
       : DamageField(mesh, finite),
         law_(law),
-        cap_(law.parameters().cap),
         peak_strain_(law.parameters().concrete.f_t / law.parameters().concrete.young) {}
 
   ElasticLimits elastic_limits() const override { return H::limits(law_); }
@@ -322,7 +321,7 @@ class FieldOf final : public DamageField {
     }
   }
 
-  bool at_cap(double damage) const { return damage >= cap_ * (1 - 1e-12); }
+  bool at_cap(double damage) const { return damage >= Law::cap * (1 - 1e-12); }
 
   /// det F over the points; while strains are small 1 and the trace of the strain will do.
   static void find_volume(const PointStrains& at, LawResult& result) {
@@ -389,7 +388,7 @@ class FieldOf final : public DamageField {
 
   Law law_;
   const LawPoints& points_ = law_points();
-  double cap_, peak_strain_;
+  double peak_strain_;
   std::deque<Cell> old_, next_;
 };
 
@@ -460,6 +459,13 @@ void DamageField::restore(StateReader& state, bool here) {
     if (const int cell = this->here(static_cast<int>(record[0])); cell >= 0) append(cell, joined, record + 1);
   }
   evaluation_ = accepted_ = accepted;
+}
+
+void DamageField::take_over(const DamageField& before, const std::vector<int>& same) {
+  remove_if([](int) { return true; });
+  for (std::size_t i = 0; i < before.accepted_count(); ++i)
+    append(same[static_cast<std::size_t>(before.cells_[i])], before.joined_[i], before.numbers(i));
+  evaluation_ = accepted_ = before.accepted_;
 }
 
 double DamageField::stored() const {

@@ -109,6 +109,9 @@ class DamageField {
   void save(std::vector<double>& state, bool here) const;
   std::size_t save_size() const;  // numbers that save() appends of what is held here, at most
   void restore(StateReader& state, bool here);
+  /// The accepted histories of a field on another mesh, of the cells that are `same[cell]` of this one; all
+  /// on one process.
+  void take_over(const DamageField& before, const std::vector<int>& same);
   virtual std::size_t memory_consumption() const = 0;  // [bytes]
 
  protected:

@@ -1,13 +1,10 @@
 #include "fem/materials/material_cdpm2.hpp"
 
-#include <fmt/format.h>
-
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
 #include "core/bisect.hpp"
-#include "core/reject.hpp"
 #include "fem/materials/material_eigen.hpp"
 
 namespace talus::material {
@@ -41,33 +38,11 @@ double newton(V& x, const Residual& residual, const Jacobian& jacobian, const Ad
 
 Cdpm2::Cdpm2(const Parameters& p) : p_(p) {
   const Concrete& c = p.concrete;
-  Requirements needs;
-  require_concrete(needs, c);
-  needs.require(p.initial_hardening > 0 && p.initial_hardening < 1, "material.initial_hardening",
-                p.initial_hardening, "must be in (0, 1)", "0.3");
-  needs.require(p.hardening >= 0 && p.hardening < 1, "material.hardening", p.hardening, "must be in [0, 1)",
-                "0.01");
-  needs.require(p.a_h > p.b_h && p.b_h > p.d_h && p.d_h > 0 && p.c_h > 0, "material.a_h", p.a_h,
-                "needs a_h > b_h > d_h > 0 and c_h > 0", "0.08, 0.003, 2, 1e-6");
-  needs.require(p.dilation > 0.5 && p.dilation < 1.5, "material.dilation", p.dilation,
-                "must be in (0.5, 1.5)", "0.85");
-  needs.require(p.a_s >= 1, "material.a_s", p.a_s, "must be at least 1", "15");
-  needs.require(p.eps_fc > 0 && p.eps_fc < 0.1, "material.eps_fc", p.eps_fc, "must be in (0, 0.1)", "1e-4");
-  needs.require(p.cap > 0.9 && p.cap < 1, "material.damage_cap", p.cap, "must be in (0.9, 1)", "1 - 1e-5");
-  needs.require(p.rate_cap_compression >= 1, "material.rate_cap_compression", p.rate_cap_compression,
-                "must be at least 1", "1.25");
-  e_ = p.eccentricity;
-  if (e_ == 0 && c.f_cm > 0 && c.f_t > 0) {
-    const double b = c.biaxial_ratio * c.f_cm;
-    const double epsilon = c.f_t / b * (b * b - c.f_cm * c.f_cm) / (c.f_cm * c.f_cm - c.f_t * c.f_t);
-    e_ = (1 + epsilon) / (2 - epsilon);
-  }
-  needs.require(e_ >= 0.5 && e_ <= 1, "material.eccentricity", e_, "must be in [0.5, 1]",
-                "leave it out: it follows from the biaxial strength");
-  needs.done();
-
+  const double b = c.biaxial_ratio * c.f_cm;
+  const double epsilon = c.f_t / b * (b * b - c.f_cm * c.f_cm) / (c.f_cm * c.f_cm - c.f_t * c.f_t);
+  e_ = (1 + epsilon) / (2 - epsilon);
   m0_ = 3 * (c.f_cm * c.f_cm - c.f_t * c.f_t) / (c.f_cm * c.f_t) * e_ / (e_ + 1);
-  const double ratio = c.f_t / c.f_cm, d_f = p.dilation;
+  const double ratio = c.f_t / c.f_cm, d_f = dilation;
   b_g_ = (1 + ratio) / 3 / std::log((3 * ratio + 0.5 * m0_) * (d_f + 1) / ((2 * d_f - 1) * (3 + 0.5 * m0_)));
   lambda_ = c.young * c.poisson / ((1 + c.poisson) * (1 - 2 * c.poisson));
   mu_ = c.young / (2 * (1 + c.poisson));
@@ -82,7 +57,7 @@ Cdpm2::Cdpm2(const Parameters& p) : p_(p) {
       const Sym d{std::sin(a) * std::cos(b), std::sin(a) * std::sin(b), std::cos(a), 0, 0, 0};
       double low = 0, high = 20 * c.f_cm;
       const auto at = [&](double x) {
-        return yield({x * d[0], x * d[1], x * d[2], 0, 0, 0}, p.initial_hardening, 1);
+        return yield({x * d[0], x * d[1], x * d[2], 0, 0, 0}, initial_hardening, 1);
       };
       if (at(high) < 0) continue;
       for (int it = 0; it < 40; ++it) {
@@ -132,29 +107,29 @@ double Cdpm2::yield(const Sym& s, double q1, double q2) const {
 
 double Cdpm2::q1(double k) const {
   if (k >= 1) return 1;
-  const double q0 = p_.initial_hardening;
-  return q0 + (1 - q0) * (k * k * k - 3 * k * k + 3 * k) - p_.hardening * (k * k * k - 3 * k * k + 2 * k);
+  const double q0 = initial_hardening;
+  return q0 + (1 - q0) * (k * k * k - 3 * k * k + 3 * k) - hardening * (k * k * k - 3 * k * k + 2 * k);
 }
 
-double Cdpm2::q2(double k) const { return k < 1 ? 1 : 1 + p_.hardening * (k - 1); }
+double Cdpm2::q2(double k) const { return k < 1 ? 1 : 1 + hardening * (k - 1); }
 
 double Cdpm2::ductility(double v) const {
   const double r = -v - 1.0 / 3.0;
-  if (r >= 0) return p_.a_h - (p_.a_h - p_.b_h) * std::exp(-r / p_.c_h);
-  const double e = p_.b_h - p_.d_h, f = e * p_.c_h / (p_.a_h - p_.b_h);
-  return e * std::exp(r / f) + p_.d_h;
+  if (r >= 0) return a_h - (a_h - b_h) * std::exp(-r / c_h);
+  const double e = b_h - d_h, f = e * c_h / (a_h - b_h);
+  return e * std::exp(r / f) + d_h;
 }
 
 double Cdpm2::ductility_slope(double v) const {
   const double r = -v - 1.0 / 3.0;
-  if (r >= 0) return -(p_.a_h - p_.b_h) / p_.c_h * std::exp(-r / p_.c_h);
-  const double e = p_.b_h - p_.d_h, f = e * p_.c_h / (p_.a_h - p_.b_h);
+  if (r >= 0) return -(a_h - b_h) / c_h * std::exp(-r / c_h);
+  const double e = b_h - d_h, f = e * c_h / (a_h - b_h);
   return -e / f * std::exp(r / f);
 }
 
 double Cdpm2::flow_width(double q2) const {
   if (q2 == 1) return b_g_;
-  const double ratio = p_.concrete.f_t / p_.concrete.f_cm, d = p_.dilation;
+  const double ratio = p_.concrete.f_t / p_.concrete.f_cm, d = dilation;
   return q2 / 3 * (1 + ratio) /
          std::log((3 * ratio * q2 + 0.5 * m0_) * (d + 1) / ((2 * d - 1) * (3 * q2 + 0.5 * m0_)));
 }

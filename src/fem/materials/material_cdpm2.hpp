@@ -43,18 +43,14 @@ class Cdpm2 {
   struct Parameters {
     Concrete concrete;
     CellFrame cell = CellFrame::cube(0.1);
-    double eccentricity = 0;                              ///< 0: from biaxial_ratio
-    double initial_hardening = 0.3;                       ///< q_h0
-    double hardening = 0.01;                              ///< H_p
-    double a_h = 0.08, b_h = 0.003, c_h = 2, d_h = 1e-6;  ///< hardening ductility
-    double dilation = 0.85;                               ///< D_f
-    double a_s = 15;                                      ///< softening ductility
-    double eps_fc = 1e-4;                                 ///< compressive softening strain
-    double cap = 1 - 1e-5;
     bool rate_effect = true;
-    double rate_cap_compression = 1.25;
     bool damage = true;  ///< false: plasticity alone
   };
+  static constexpr double initial_hardening = 0.3, hardening = 0.01;     ///< q_h0, H_p
+  static constexpr double a_h = 0.08, b_h = 0.003, c_h = 2, d_h = 1e-6;  ///< hardening ductility
+  static constexpr double dilation = 0.85;                               ///< D_f
+  static constexpr double a_s = 15, eps_fc = 1e-4;                       ///< softening ductility, strain
+  static constexpr double cap = 1 - 1e-5, rate_cap_compression = 1.25;
   struct State {  ///< plain doubles; all zero: virgin
     double strain[6]{}, plastic[6]{};
     double kappa = 0;                         ///< hardening

@@ -83,7 +83,7 @@ double Cdpm2::rate_factor(const Sym& effective, const Sym& rate, const CellFrame
   const double room = std::sqrt(std::max(1.0, 0.9 * largest_cell() / std::max(std::sqrt(diagonal), 1e-9)));
   const double t = std::clamp(rate_factor_tension(std::max(0.0, extremes[0])), 1.0, room);
   const double c =
-      std::clamp(rate_factor_compression(std::max(0.0, -extremes[1])), 1.0, p_.rate_cap_compression);
+      std::clamp(rate_factor_compression(std::max(0.0, -extremes[1])), 1.0, rate_cap_compression);
   return (1 - share) * t + share * c;
 }
 
@@ -103,7 +103,7 @@ void Cdpm2::damage_step(const Sym& effective, const Principal<double>& values, c
   for (int i = 0; i < 6; ++i) moved[i] = s.plastic[i] - plastic_before[i];
   const double flowed = norm_of_strain(moved);
   double softening = 1;
-  if (h.v < 0) softening = 1 + (p_.a_s - 1) * std::min(100.0, -sqrt6 * h.v / std::max(h.r, 1e-12));
+  if (h.v < 0) softening = 1 + (a_s - 1) * std::min(100.0, -sqrt6 * h.v / std::max(h.r, 1e-12));
 
   bool moved_t = false, moved_c = false;
   if (s.size == 0 && (equivalent > onset || s.equivalent_c > onset)) {
@@ -122,8 +122,8 @@ void Cdpm2::damage_step(const Sym& effective, const Principal<double>& values, c
   if (s.equivalent_c > s.c) {
     moved_c = true;
     if (s.equivalent_c > onset) {
-      const double beta = f_t * q2(s.kappa) * root23 /
-                          (std::max(h.r, 1e-9) * f_c * std::sqrt(1 + 2 * p_.dilation * p_.dilation));
+      const double beta =
+          f_t * q2(s.kappa) * root23 / (std::max(h.r, 1e-9) * f_c * std::sqrt(1 + 2 * dilation * dilation));
       s.c1 += share * std::min(beta, 1.0) * flowed / softening;
     }
     s.c2 += (s.equivalent_c - s.c) / softening;
@@ -132,7 +132,7 @@ void Cdpm2::damage_step(const Sym& effective, const Principal<double>& values, c
   if (!p_.damage || s.size == 0) return;
   if (moved_t && s.t > onset) {
     const double before = s.w_t;
-    s.w_t = solve_damage(c.young, f_t, s.t, s.t1, s.t2, c.fracture_energy / (f_t * s.size), s.w_t, p_.cap);
+    s.w_t = solve_damage(c.young, f_t, s.t, s.t1, s.t2, c.fracture_energy / (f_t * s.size), s.w_t, cap);
     const double grown = (1 - share) * (s.w_t - before);
     if (cell.leans && grown > s.cracked) {
       const std::array<double, 3> n = principal_direction(effective, values.first);
@@ -140,7 +140,7 @@ void Cdpm2::damage_step(const Sym& effective, const Principal<double>& values, c
     }
     s.cracked += grown;
   }
-  if (moved_c && s.c > onset) s.w_c = solve_damage(c.young, f_t, s.c, s.c1, s.c2, p_.eps_fc, s.w_c, p_.cap);
+  if (moved_c && s.c > onset) s.w_c = solve_damage(c.young, f_t, s.c, s.c1, s.c2, eps_fc, s.w_c, cap);
 }
 
 Response Cdpm2::respond(const Sym& strain, const Sym& rate, const CellFrame& cell, const State& before,

@@ -1,11 +1,8 @@
 #include "fem/materials/material_damage.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
-#include "core/reject.hpp"
 #include "fem/materials/material_damage_point.hpp"
 
 namespace talus::material {
@@ -37,31 +34,11 @@ constexpr double rubble_friction = 0.7;
 
 ConcreteDamage::ConcreteDamage(const Parameters& p) : p_(p) {
   const Concrete& c = p.concrete;
-  Requirements needs;
-  require_concrete(needs, c);
-  needs.require(c.crushing_energy > 0, "material.crushing_energy", c.crushing_energy, "must be positive",
-                "derive it from f_cm");
-  needs.require(c.young * c.eps_c1 > c.f_cm, "material.eps_c1", c.eps_c1, "must be above f_cm / E",
-                "derive it from f_cm");
-  needs.require(c.biaxial_ratio > 1, "material.biaxial_ratio", c.biaxial_ratio, "must be above 1",
-                "1.16 after Kupfer");
-  needs.require(p.elastic_limit > 0 && p.elastic_limit <= 0.6, "material.elastic_limit", p.elastic_limit,
-                "must be in (0, 0.6]", "0.2 follows the Model Code curve within 5 %");
-  needs.require(p.cap > 0.9 && p.cap < 1, "material.damage_cap", p.cap, "must be in (0.9, 1)",
-                "1 - 1e-5 keeps G_F");
-  needs.require(p.rate_cap_compression >= 1, "material.rate_cap_compression", p.rate_cap_compression,
-                "must be at least 1", "1.25");
-  needs.require(p.aggregate >= 0 && p.aggregate < 0.2, "material.aggregate", p.aggregate,
-                "must be in [0, 0.2) m", "0.016");
-  for (const double share : {p.permanent_tension, p.permanent_compression})
-    needs.require(share >= 0 && share < 1, "material.permanent", share, "must be in [0, 1)", "0.1 and 0.7");
-  needs.done();
-
   young_ = c.young;
   poisson_ = c.poisson;
   f_t_ = c.f_t;
   f_c_ = c.f_cm;
-  f_c0_ = p.elastic_limit * f_c_;
+  f_c0_ = elastic_limit * f_c_;
   stress_peak_ = young_ * c.eps_c1;
   shear_ = young_ / (2 * (1 + poisson_));
   bulk_ = young_ / (3 * (1 - 2 * poisson_));
@@ -71,7 +48,7 @@ ConcreteDamage::ConcreteDamage(const Parameters& p) : p_(p) {
   widen_ = 24 / 0.31 / (p.aggregate + 0.016);
   part_ = p.aggregate > 0 ? 1 / p.aggregate : 0.0;
   closed_ = interlock_ / shear_;
-  const auto missing_at_cap = [&](double share) { return p.cap / (1 - share + share * p.cap); };  // of d
+  const auto missing_at_cap = [](double share) { return cap / (1 - share + share * cap); };  // of d
   ratio_t_ = p.permanent_tension / (1 - p.permanent_tension);
   ratio_c_ = p.permanent_compression / (1 - p.permanent_compression);
   missing_cap_t_ = missing_at_cap(p.permanent_tension);
@@ -120,7 +97,7 @@ void ConcreteDamage::start_compression(const Sym& stress, double tau, double lea
   double factor = 1;
   if (rate && p_.rate_effect)
     factor = std::clamp(rate_factor_compression(std::max(0.0, -extreme_rates(*rate)[1])), 1.0,
-                        p_.rate_cap_compression);
+                        rate_cap_compression);
   if (tau <= factor * f_c0_) return;
   const double l = cell.extent(principal_direction(stress, least));
   s.dif_c = factor;
@@ -166,15 +143,6 @@ bool ConcreteDamage::stress8(const double* strain, StrainRates* rates, const Cel
   if (with == InstructionSet::avx512)
     return stress8_avx512(strain, rates, cell, old, next, stress, energy, dissipation);
   return stress_by<V4>(strain, rates, cell, old, next, stress, energy, dissipation);
-}
-
-double compression_curve(const ConcreteDamage::Parameters& p, double eps, double l) {
-  const Concrete& c = p.concrete;
-  const double f_0 = p.elastic_limit * c.f_cm, eps_0 = f_0 / c.young;
-  if (eps <= eps_0) return c.young * eps;
-  if (eps >= c.eps_c1) return c.f_cm * std::exp(-(eps - c.eps_c1) * l * c.f_cm / c.crushing_energy);
-  const double x = (eps - eps_0) / (c.eps_c1 - eps_0), k = c.young * (c.eps_c1 - eps_0) / (c.f_cm - f_0);
-  return f_0 + (c.f_cm - f_0) * (k * x - x * x) / (1 + (k - 2) * x);
 }
 
 }  // namespace talus::material

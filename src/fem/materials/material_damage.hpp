@@ -111,12 +111,9 @@ class ConcreteDamage {
   struct Parameters {
     Concrete concrete;
     CellFrame cell =
-        CellFrame::cube(0.1);    ///< used by the call for one point; stress8 takes the cell of the element
-    double elastic_limit = 0.2;  ///< f_c0 / f_c, (0, 0.6]
-    double cap = 1 - 1e-5;       ///< largest damage
+        CellFrame::cube(0.1);  ///< used by the call for one point; stress8 takes the cell of the element
     double permanent_tension = 0.1, permanent_compression = 0.7;  ///< rho, [0, 1)
     bool rate_effect = true;
-    double rate_cap_compression = 1.25;
     double aggregate = 0;  ///< largest grain [m]; 0: faces of cracks do not interlock
   };
   /// One point, as in DamageCell.
@@ -127,7 +124,10 @@ class ConcreteDamage {
     Sym flow{}, permanent{};
   };
 
-  /// Throws InputError if parameters are out of range.
+  static constexpr double elastic_limit = 0.2;  ///< f_c0 / f_c: follows the Model Code's curve within 5 %
+  static constexpr double cap = 1 - 1e-5;       ///< largest damage
+  static constexpr double rate_cap_compression = 1.25;
+
   explicit ConcreteDamage(const Parameters& p);
   const Parameters& parameters() const { return p_; }
 
@@ -192,10 +192,6 @@ class ConcreteDamage {
   double k_oct_ = 0, tau_scale_ = 0, k_curve_ = 0, inverse_span_ = 0, elastic_bound_ = 0;
 };
 static_assert(Law<ConcreteDamage>);
-
-/// Stress of a monotonic uniaxial compression test at strain magnitude eps in a cell of extent l [Pa,
-/// positive].
-double compression_curve(const ConcreteDamage::Parameters& p, double eps, double l);
 
 /// Crack width by the crack band, for any law: l times the largest principal value of the strain that is not
 /// elastic, eps - C^-1 sigma [m].

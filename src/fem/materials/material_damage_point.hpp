@@ -282,13 +282,13 @@ inline __attribute__((always_inline)) bool ConcreteDamage::point(const R (&strai
   if (grows_t) {
     const R f_t = select(grow_t, s.f_t, one), b = select(grow_t, s.b_t, one),
             from = select(grow_t, s.r_t, one), tau = select(grow_t, tau_t, one);
-    const auto spent = s.d_t >= p_.cap;  // nothing left to grow
+    const auto spent = s.d_t >= cap;  // nothing left to grow
     const R q = select(spent, tau, tau + ratio_t_ * s.d_t * from), missing = missing_tension(q, f_t, b);
     R opened = select(spent, zero, p_.permanent_tension * missing * q);  // E times the permanent strain
     const auto full = missing >= missing_cap_t_;
-    const R grown = select(full, spread(p_.cap, q), (1 - p_.permanent_tension) * missing * q / (q - opened)),
+    const R grown = select(full, spread(cap, q), (1 - p_.permanent_tension) * missing * q / (q - opened)),
             d = select(grow_t, maximum(grown, s.d_t), s.d_t);
-    if (const auto reach = grow_t & full & (s.d_t < p_.cap); any(reach))
+    if (const auto reach = grow_t & full & (s.d_t < cap); any(reach))
       opened = select(reach, p_.permanent_tension * missing_cap_t_ * reaches_cap(f_t, f_t, b, missing_cap_t_),
                       opened);
     const R r = q - opened;
@@ -312,15 +312,15 @@ inline __attribute__((always_inline)) bool ConcreteDamage::point(const R (&strai
   if (grows_c) {
     const R tau = select(grow_c, tau_c, spread(f_c0_, zero)), from = select(grow_c, s.r_c, tau),
             dif = select(grow_c, s.dif_c, one), b = select(grow_c, s.b_c, one);
-    const auto spent = s.d_c >= p_.cap;
+    const auto spent = s.d_c >= cap;
     const R pressed = select(spent, zero, ratio_c_ * s.d_c * from), q = tau + pressed, began = from + pressed;
     const R missing = missing_compression(q, dif, b);
     R shortened = select(spent, zero, p_.permanent_compression * missing * q);
     const auto full = missing >= missing_cap_c_;
-    const R grown = select(full, spread(p_.cap, q),
-                           (1 - p_.permanent_compression) * missing * q / (q - shortened)),
+    const R grown =
+                select(full, spread(cap, q), (1 - p_.permanent_compression) * missing * q / (q - shortened)),
             d = select(grow_c, maximum(grown, s.d_c), s.d_c);
-    if (const auto reach = grow_c & full & (s.d_c < p_.cap); any(reach))
+    if (const auto reach = grow_c & full & (s.d_c < cap); any(reach))
       shortened = select(reach,
                          p_.permanent_compression * missing_cap_c_ * dif *
                              reaches_cap(spread(f_c_, q), spread(stress_peak_, q), b, missing_cap_c_),

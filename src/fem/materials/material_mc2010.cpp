@@ -67,14 +67,9 @@ Concrete mc2010(const ConcreteInput& input, const std::string& key) {
   not_negative(input.density, "density");
   not_negative(input.f_t, "tensile_strength");
   not_negative(input.fracture_energy, "fracture_energy");
-  not_negative(input.eps_c1, "eps_c1");
-  not_negative(input.crushing_energy, "crushing_energy");
   if (!(input.poisson >= 0 && input.poisson < 0.5))
     problems.push_back(problem_of(key + ".poisson", fmt::format("{:g}", input.poisson), "must be in [0, 0.5)",
                                   "concrete has about 0.2"));
-  if (input.biaxial_ratio != 0 && !(input.biaxial_ratio > 1.0 && input.biaxial_ratio <= 1.5))
-    problems.push_back(problem_of(key + ".biaxial_ratio", fmt::format("{:g}", input.biaxial_ratio),
-                                  "must be in (1, 1.5]", "1.16 after Kupfer"));
   if (!problems.empty()) throw InputError(problems);
 
   Concrete c;
@@ -98,10 +93,10 @@ Concrete mc2010(const ConcreteInput& input, const std::string& key) {
        f_ck <= 50 ? "MC2010: 0.3 f_ck^(2/3)" : "MC2010: 2.12 ln(1 + 0.1 f_cm)");
   take(c.fracture_energy, input.fracture_energy, 73 * std::pow(f_cm, 0.18), 1, "G_F", "N/m",
        "MC2010: 73 f_cm^0.18");
-  take(c.eps_c1, input.eps_c1, table_eps_c1(f_cm), 1, "eps_c1", "", "MC2010: table 5.1-8");
-  take(c.crushing_energy, input.crushing_energy, crushing_over_tearing * c.fracture_energy, 1, "G_c", "N/m",
+  take(c.eps_c1, 0, table_eps_c1(f_cm), 1, "eps_c1", "", "MC2010: table 5.1-8");
+  take(c.crushing_energy, 0, crushing_over_tearing * c.fracture_energy, 1, "G_c", "N/m",
        "250 G_F, not in MC2010");
-  take(c.biaxial_ratio, input.biaxial_ratio, 1.16, 1, "f_bc/f_c", "", "Kupfer");
+  take(c.biaxial_ratio, 0, 1.16, 1, "f_bc/f_c", "", "Kupfer");
 
   if (!(c.f_t >= least_tension * c.f_cm && c.f_t <= most_tension * c.f_cm))
     problems.push_back(problem_of(
@@ -116,19 +111,9 @@ Concrete mc2010(const ConcreteInput& input, const std::string& key) {
         problem_of(key + ".young", fmt::format("{:.4g} GPa", c.young / 1e9),
                    fmt::format("must be above f_cm/eps_c1 = {:.4g} GPa, the secant modulus at the peak",
                                c.f_cm / c.eps_c1 / 1e9),
-                   "raise young or eps_c1, or leave both out"));
+                   "raise young, or leave it out"));
   if (!problems.empty()) throw InputError(problems);
   return c;
-}
-
-void require_concrete(Requirements& needs, const Concrete& c) {
-  needs.require(c.young > 0, "material.young", c.young, "must be positive", "derive it from f_cm");
-  needs.require(c.poisson >= 0 && c.poisson < 0.5, "material.poisson", c.poisson, "must be in [0, 0.5)",
-                "concrete has about 0.2");
-  needs.require(c.f_t > 0 && c.f_t < c.f_cm, "material.tensile_strength", c.f_t,
-                "must be positive and below f_cm", "derive it from f_cm");
-  needs.require(c.fracture_energy > 0, "material.fracture_energy", c.fracture_energy, "must be positive",
-                "derive it from f_cm");
 }
 
 double rate_factor_tension(double rate) {

@@ -19,8 +19,6 @@
 #include <string>
 #include <vector>
 
-#include "core/reject.hpp"
-
 namespace talus::material {
 
 struct Concrete {
@@ -40,8 +38,7 @@ struct Concrete {
 
 /// What the user may give besides f_cm; zero means "derive it", but for Poisson's ratio.
 struct ConcreteInput {
-  double f_cm = 0, young = 0, poisson = 0.2, density = 0, f_t = 0, fracture_energy = 0, eps_c1 = 0,
-         crushing_energy = 0, biaxial_ratio = 0;
+  double f_cm = 0, young = 0, poisson = 0.2, density = 0, f_t = 0, fracture_energy = 0;
 };
 
 /// Throws InputError with every value outside its range (f_cm 20 to 130 MPa, f_t 0.02 to 0.2 f_cm, and values
@@ -52,9 +49,6 @@ inline Concrete mc2010(double f_cm) {
   input.f_cm = f_cm;
   return mc2010(input);
 }
-
-/// What every law of it asks for.
-void require_concrete(Requirements& needs, const Concrete& concrete);
 
 double rate_factor_tension(double rate);  ///< rate: magnitude of the principal strain rate [1/s]
 double rate_factor_compression(double rate);

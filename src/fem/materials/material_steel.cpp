@@ -24,15 +24,11 @@ Steel::Steel(const Parameters& p) : p_(p) {
             "1.08 f_y for B500B");
   c.require(p.fracture_strain > p.yield / p.young && p.fracture_strain < 1, "steel.fracture_strain",
             p.fracture_strain, "must lie between the yield strain and 1", "0.05 for B500B");
-  c.require(p.kinematic_share >= 0 && p.kinematic_share <= 1, "steel.kinematic_share", p.kinematic_share,
-            "must be in [0, 1]", "1");
   c.require(p.prestress >= 0 && p.prestress < p.yield, "steel.prestress", p.prestress, "must be in [0, f_y)",
             "at most 0.75 f_y after losses");
   c.done();
   const double tangent = (p.ultimate - p.yield) / (p.fracture_strain - p.yield / p.young);
   hardening_ = tangent / (1 - tangent / p.young);  // with respect to plastic strain
-  kinematic_ = p.kinematic_share * hardening_;
-  isotropic_ = hardening_ - kinematic_;
 }
 
 Steel::Result Steel::operator()(double strain, double rate, const State& before, State& next) const {
@@ -46,10 +42,9 @@ Steel::Result Steel::operator()(double strain, double rate, const State& before,
   double yield = old.yield;
   if (yield == 0) {
     yield = p_.yield;  // a rate only raises it: the logarithm is asked for where it decides
-    if (p_.rate_effect && std::abs(relative) > yield + isotropic_ * old.accumulated)
-      yield = steel_yield_at_rate(yield, rate);
+    if (p_.rate_effect && std::abs(relative) > yield) yield = steel_yield_at_rate(yield, rate);
   }
-  const double excess = std::abs(relative) - (yield + isotropic_ * old.accumulated);
+  const double excess = std::abs(relative) - yield;
   if (excess <= 0) {
     r.stress = trial;
     r.tangent = e;
@@ -58,12 +53,10 @@ Steel::Result Steel::operator()(double strain, double rate, const State& before,
     next.yield = yield;
     next.plastic += sign * growth;
     next.accumulated += growth;
-    next.back_stress += sign * kinematic_ * growth;
+    next.back_stress += sign * hardening_ * growth;
     r.stress = trial - e * sign * growth;
     r.tangent = e * hardening_ / (e + hardening_);
-    const double mean =
-        yield + isotropic_ * (old.accumulated + 0.5 * growth);  // of |sigma - X| over the step
-    r.dissipation = mean * growth;
+    r.dissipation = yield * growth;
   }
   r.energy = stored(r.stress, next.back_stress);
   if (strain + p_.prestress / e > p_.fracture_strain) {
@@ -129,25 +122,11 @@ Steel::Parameters steel_grade(const std::string& grade, const std::string& key, 
   throw InputError(problem);
 }
 
-BondSlip::BondSlip(const Parameters& p) : p_(p) {
-  Requirements c;
-  c.require(p.f_cm >= 8e6 && p.f_cm <= 130e6, "bond.f_cm", p.f_cm, "must be between 8 and 130 MPa",
-            "give it in Pa or with its unit");
-  s1_ = p.good_conditions ? 1.0e-3 : 1.8e-3;
-  s2_ = p.good_conditions ? 2.0e-3 : 3.6e-3;
-  s3_ = p.rib_spacing;
-  c.require(p.rib_spacing > s2_ && p.rib_spacing < 0.1, "bond.rib_spacing", p.rib_spacing,
-            "must be above s_2 (2 mm, 3.6 mm for other bond conditions) and below 0.1 m", "10 mm");
-  c.done();
-  tau_max_ = (p.good_conditions ? 2.5 : 1.25) * std::sqrt(p.f_cm / 1e6) * 1e6;
-  unloading_ = 200e9;
-}
-
 double BondSlip::envelope(double slip) const {
   const double s = std::abs(slip);
-  if (s <= s1_) return tau_max_ * std::pow(s / s1_, 0.4);
-  if (s <= s2_) return tau_max_;
-  if (s <= s3_) return tau_max_ * (1 - 0.6 * (s - s2_) / (s3_ - s2_));
+  if (s <= s_1) return tau_max_ * std::pow(s / s_1, 0.4);
+  if (s <= s_2) return tau_max_;
+  if (s <= s_3) return tau_max_ * (1 - 0.6 * (s - s_2) / (s_3 - s_2));
   return 0.4 * tau_max_;
 }
 
@@ -164,41 +143,26 @@ double bond_bound(double envelope, double stiffness, double slip, double trial) 
 }  // namespace
 
 double BondSlip::tangent(double slip, const State& old) const {
-  const double largest = std::max(old.largest, std::abs(slip)), trial = unloading_ * (slip - old.plastic),
+  const double largest = std::max(old.largest, std::abs(slip)), trial = unloading * (slip - old.plastic),
                full = envelope(largest);
-  const double bound = bond_bound(full, unloading_, slip, trial);
-  if (std::abs(trial) < bound || (trial * slip > 0 && bound < full)) return unloading_;
-  if (std::abs(slip) < largest || largest >= s1_ || largest == 0) return 0;
-  return std::min(unloading_, 0.4 * tau_max_ / s1_ * std::pow(largest / s1_, -0.6));
+  const double bound = bond_bound(full, unloading, slip, trial);
+  if (std::abs(trial) < bound || (trial * slip > 0 && bound < full)) return unloading;
+  if (std::abs(slip) < largest || largest >= s_1 || largest == 0) return 0;
+  return std::min(unloading, 0.4 * tau_max_ / s_1 * std::pow(largest / s_1, -0.6));
 }
 
 BondSlip::Result BondSlip::operator()(double slip, const State& before, State& next) const {
   const State old = before;  // next may be the same object
   next = old;
   next.largest = std::max(old.largest, std::abs(slip));
-  const double trial = unloading_ * (slip - old.plastic);
-  const double bound = bond_bound(envelope(next.largest), unloading_, slip, trial);
+  const double trial = unloading * (slip - old.plastic);
+  const double bound = bond_bound(envelope(next.largest), unloading, slip, trial);
   Result r;
   r.stress = std::clamp(trial, -bound, bound);
-  next.plastic = slip - r.stress / unloading_;
-  r.energy = 0.5 * r.stress * r.stress / unloading_;
+  next.plastic = slip - r.stress / unloading;
+  r.energy = 0.5 * r.stress * r.stress / unloading;
   r.dissipation = std::max(0.0, r.stress * (next.plastic - old.plastic));
   return r;
-}
-
-Bearing::Bearing(const Parameters& p) : p_(p) {
-  Requirements c;
-  c.require(p.normal_stiffness > 0, "bearing.normal_stiffness", p.normal_stiffness, "must be positive",
-            "1e9 N/m");
-  c.require(p.shear_stiffness > 0, "bearing.shear_stiffness", p.shear_stiffness, "must be positive",
-            "1e7 N/m");
-  c.require(p.friction >= 0 && std::isfinite(p.friction), "bearing.friction", p.friction,
-            "must not be negative", "0.05 for PTFE, 0.3 to 0.5 for elastomer on concrete");
-  c.require(p.seat_along[0] < 0 && p.seat_along[1] > 0, "bearing.seat_along", p.seat_along[0], "must hold 0",
-            "what rests on the cap beam");
-  c.require(p.seat_across[0] <= 0 && p.seat_across[1] >= 0, "bearing.seat_across", p.seat_across[0],
-            "must hold 0", "from the deck's place to the ends of the cap beam");
-  c.done();
 }
 
 Bearing::Result Bearing::operator()(double closing, const std::array<double, 2>& u, const State& before,

@@ -1,19 +1,19 @@
 /// Laws in one dimension for steel and for what lies between steel, concrete and supports.
 ///
 /// Bar (bilinear J2, uniaxial):
-///   sigma = sigma_0 + E (eps - eps_p),  |sigma - X| <= f_y + H_i kappa,  dX = H_k deps_p,  dkappa = |deps_p|
+///   sigma = sigma_0 + E (eps - eps_p),  |sigma - X| <= f_y,  dX = H deps_p
 ///   f_y(rate) = f_y + 6 MPa ln(rate / 5e-5 1/s), at least f_y, frozen when yielding starts       [ceb187]
 ///   broken once the total strain beyond the initial one exceeds eps_u
 ///
 /// symbol    meaning                                                                  unit
 /// sigma_0   initial stress (prestress)                                               Pa
-/// H_k H_i   kinematic and isotropic share of the hardening modulus                   Pa
-/// energy    sigma^2 / (2 E) + X^2 / (2 H_k)                                          J/m^3
+/// H         hardening modulus, all of it kinematic (Bauschinger effect)              Pa
+/// energy    sigma^2 / (2 E) + X^2 / (2 H)                                            J/m^3
 ///
 /// Bond (slip s of the bar against the concrete) [mc2010, 6.1.1, pull-out failure]:
 ///   tau = tau_max (s/s_1)^0.4, s <= s_1;  tau_max, s <= s_2;  falling to tau_f = 0.4 tau_max at s_3; tau_f
-///   beyond good conditions: tau_max = 2.5 sqrt(f_cm / MPa) MPa, s_1 = 1 mm, s_2 = 2 mm; others 1.25, 1.8
-///   mm, 3.6 mm; s_3 = rib spacing unloading with 200 MPa/mm, friction in reverse 0.25 of the envelope
+///   beyond; good conditions: tau_max = 2.5 sqrt(f_cm / MPa) MPa, s_1 = 1 mm, s_2 = 2 mm, s_3 = 10 mm (clear
+///   rib spacing); unloading with 200 MPa/mm, friction in reverse 0.25 of the envelope
 ///
 /// Bearing: N = k_n max(0, delta); horizontal t = k_t (u - u_p) with |t - N s| <= mu N, s the slope of what
 /// it stands on: where the foot rises by s du_p as it slides, N takes its part of the work. Friction
@@ -34,7 +34,6 @@ class Steel {
     double yield = 500e6;           ///< f_y [Pa]
     double ultimate = 540e6;        ///< stress at the fracture strain [Pa]
     double fracture_strain = 0.05;  ///< eps_u
-    double kinematic_share = 1;     ///< of the hardening, in [0, 1]; 1 gives a Bauschinger effect
     double prestress = 0;           ///< sigma_0 [Pa]
     bool rate_effect = true;
   };
@@ -59,18 +58,16 @@ class Steel {
     const double e = p_.young;
     stress = p_.prestress + e * (strain - old.plastic);
     energy = stored(stress, old.back_stress);
-    return old.broken == 0 &&
-           std::abs(stress - old.back_stress) <=
-               (old.yield == 0 ? p_.yield : old.yield) + isotropic_ * old.accumulated &&
+    return old.broken == 0 && std::abs(stress - old.back_stress) <= (old.yield == 0 ? p_.yield : old.yield) &&
            strain + p_.prestress / e <= p_.fracture_strain;
   }
 
  private:
   double stored(double stress, double back) const {
-    return 0.5 * stress * stress / p_.young + (kinematic_ > 0 ? 0.5 * back * back / kinematic_ : 0.0);
+    return 0.5 * stress * stress / p_.young + (hardening_ > 0 ? 0.5 * back * back / hardening_ : 0.0);
   }
   Parameters p_;
-  double hardening_ = 0, kinematic_ = 0, isotropic_ = 0;
+  double hardening_ = 0;
 };
 
 /// CEB: f_y + 6 MPa ln(rate / 5e-5), at least f_y [Pa].
@@ -83,19 +80,13 @@ Steel::Parameters steel_grade(const std::string& grade, const std::string& key =
 
 class BondSlip {
  public:
-  struct Parameters {
-    double f_cm = 38e6;  ///< [Pa]
-    bool good_conditions = true;
-    double rib_spacing = 0.01;  ///< s_3 [m]
-  };
   struct State {
     double plastic = 0, largest = 0;  ///< slip [m]
   };
   struct Result {
     double stress = 0, energy = 0, dissipation = 0;  ///< per area of the bar's surface: Pa, J/m^2, J/m^2
   };
-  explicit BondSlip(const Parameters& p);
-  const Parameters& parameters() const { return p_; }
+  explicit BondSlip(double f_cm) : tau_max_(2.5 * std::sqrt(f_cm / 1e6) * 1e6) {}
   double envelope(double slip) const;
   /// d tau / d s at this slip, at least 0 and at most the unloading stiffness [Pa/m].
   double tangent(double slip, const State& old) const;
@@ -103,8 +94,8 @@ class BondSlip {
   Result operator()(double slip, const State& old, State& next) const;
 
  private:
-  Parameters p_;
-  double tau_max_ = 0, s1_ = 0, s2_ = 0, s3_ = 0, unloading_ = 0;
+  static constexpr double s_1 = 1e-3, s_2 = 2e-3, s_3 = 10e-3, unloading = 200e9;  // [m], [Pa/m]
+  double tau_max_;
 };
 
 class Bearing {
@@ -127,7 +118,7 @@ class Bearing {
     std::array<double, 2> shear{};       ///< on the deck, along and across [N]
     double energy = 0, dissipation = 0;  ///< [J]
   };
-  explicit Bearing(const Parameters& p);
+  explicit Bearing(const Parameters& p) : p_(p) {}
   const Parameters& parameters() const { return p_; }
   /// closing > 0 compresses; u: horizontal displacement of the deck against the pier since it was placed,
   /// slope: rise of the seat, along and across [m, -].

@@ -220,15 +220,21 @@ double CapacityTests::weight_of(const PierPlace& place, const Vec3& axis) const 
   return weight;
 }
 
+/// 2 pi L^2 / (root^2 r c) [s].
+double CapacityTests::bending_period(std::size_t k, double root) const {
+  const Member& member = loads_.members()[k];
+  const double c = std::sqrt(body_.spec.young / body_.spec.density);
+  return 2 * M_PI * member.length * member.length /
+         (root * root * c * least_gyration(body_.mesh, loads_.place(k).place.cells, body_.cell_mass, member));
+}
+
 PushDown CapacityTests::push_down(std::size_t k) const {
   const PierPlace& place = loads_.place(k).place;
   const Member& member = loads_.members()[k];
   const Vec3 z = member.axis_x.cross(member.axis_y);
   const std::unique_ptr<FemStructure> test = cut_out(place, true);
   const double c = std::sqrt(body_.spec.young / body_.spec.density),
-               gyration = least_gyration(body_.mesh, place.cells, body_.cell_mass, member);
-  const double bending = 2 * M_PI * member.length * member.length / (4.730 * 4.730 * gyration * c);
-  const double period = std::max(2 * member.length / c, 0.5 * bending);
+               period = std::max(2 * member.length / c, 0.5 * bending_period(k, 4.730));
   test->body_.alpha = 2 * M_PI / period;
   const double speed = press_strain * member.length / (periods_to_strain * period),
                weight = weight_of(place, z);
@@ -263,9 +269,7 @@ PushDown CapacityTests::push_over(std::size_t k, int axis) const {
   const Member& member = loads_.members()[k];
   const Vec3 z = member.axis_x.cross(member.axis_y), e = axis == 0 ? member.axis_x : member.axis_y;
   const std::unique_ptr<FemStructure> test = cut_out(place, false);
-  const double c = std::sqrt(body_.spec.young / body_.spec.density),
-               gyration = least_gyration(body_.mesh, place.cells, body_.cell_mass, member);
-  const double period = 2 * M_PI * member.length * member.length / (1.875 * 1.875 * gyration * c);
+  const double period = bending_period(k, 1.875);
   test->body_.alpha = 0.2 * 4 * M_PI / period;
   const double speed = drift_step * member.length / (periods_to_drift * period), h = test->critical_step();
   double top_mass = 0;

@@ -25,6 +25,7 @@ class CapacityTests : public MemberCapacity {
   bool unharmed(const PierPlace& place) const;  // no cell of it is gone or has a history
   std::unique_ptr<FemStructure> cut_out(const PierPlace& place, bool top_held) const;
   double weight_of(const PierPlace& place, const Vec3& axis) const;
+  double bending_period(std::size_t member, double root) const;
   PushDown push_down(std::size_t member) const;
   PushDown push_over(std::size_t member, int axis) const;
 

@@ -94,8 +94,8 @@ std::string FemStructure::plan() const {
                       body_.finite ? "total Lagrangian, any rotation" : "small strains and rotations");
   if (const double fine = impact_refinement(body_.spec).cell_size; fine > 0)
     text += fmt::format(
-        "{}: cells are halved down to {:g} m where a block is about to strike, as long as nothing of it has "
-        "cracked\n",
+        "{}: cells are halved down to {:g} m where a block is about to strike; those that have cracked "
+        "stay\n",
         body_.spec.name, fine);
   text += plan_of_steps(body_, motion_.condensed.by_choice(), motion_.modal.possible());
   text += body_.spec.damage == "none" ? fmt::format("{}: elastic, no damage history kept\n", body_.spec.name)
@@ -151,16 +151,16 @@ std::string FemStructure::plan() const {
 }
 
 void FemStructure::shape(const TakePart& take) const {
-  body_.each_node(
-      3, [this](int n, double* to) { std::copy_n(body_.mesh.nodes[n].data(), 3, to); },
+  body_.each(
+      Of::nodes, 3, [this](int n, double* to) { std::copy_n(body_.mesh.nodes[n].data(), 3, to); },
       [&](std::span<const double> rows) {
         Snapshot part;
         for (std::size_t at = 0; at < rows.size(); at += 3) part.nodes.emplace_back(&rows[at]);
         take(part);
       });
   constexpr int width = 9;
-  body_.each_cell(
-      width,
+  body_.each(
+      Of::cells, width,
       [this](int cell, double* to) {
         *to++ = body_.live[cell];
         for (const int n : body_.mesh.hexes[cell]) *to++ = body_.whole_node(n);
@@ -181,8 +181,8 @@ void FemStructure::shape(const TakePart& take) const {
 }
 
 void FemStructure::values(const TakePart& take) const {
-  body_.each_node(
-      6,
+  body_.each(
+      Of::nodes, 6,
       [this](int n, double* to) {
         for (const AlignedVector* field : {&fields_.u, &fields_.v})
           to = std::copy_n(&(*field)[4 * static_cast<std::size_t>(n)], 3, to);
@@ -194,8 +194,8 @@ void FemStructure::values(const TakePart& take) const {
         take(part);
       });
   constexpr int width = 5;
-  body_.each_cell(
-      width,
+  body_.each(
+      Of::cells, width,
       [this](int cell, double* to) {
         *to++ = body_.live[cell];
         if (body_.live[cell] == 0) return;

@@ -431,6 +431,29 @@ void Bars::restore(StateReader& state, bool here) {
   dowels_->restore(mine);
 }
 
+bool Bars::yielded() const {
+  return std::any_of(states_.old.begin(), states_.old.end(),
+                     [](const material::Steel::State& s) { return s.accumulated > 0 || s.broken > 0; });
+}
+
+void Bars::take_over(const Bars& before) {
+  const auto &old = before.bars_.segments(), &segments = bars_.segments();
+  std::vector<double> part(old.size(), -1), records;  // of each old segment, the last one in it
+  for (std::size_t k = 0, j = 0; k < segments.size(); ++k) {
+    const double middle = segments[k].arc + 0.5 * segments[k].length;
+    while (old[j].bar < segments[k].bar || old[j].arc + old[j].length < middle) ++j;
+    states_.old[k] = before.states_.old[j], states_.old_strain[k] = before.states_.old_strain[j];
+    part[j] = static_cast<double>(k);
+  }
+  states_.back_to_accepted();
+  find_broken();
+  if (!dowels_) return;
+  before.dowels_->save(records, [](std::size_t) { return true; });
+  for (std::size_t at = 0; at < records.size(); at += rebar::DowelField::record_width)
+    records[at] = part[static_cast<std::size_t>(records[at])];
+  dowels_->restore(records);
+}
+
 std::vector<Spring> springs_of(const rebar::EmbeddedBars& bars, const std::vector<Mat3>* frames) {
   std::vector<Spring> list;
   for (std::size_t k = 0; k < bars.segments().size(); ++k) {

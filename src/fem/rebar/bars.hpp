@@ -73,6 +73,10 @@ class Bars {
   /// `here`: what this rank holds; else the whole, on the first rank, for any number of them.
   void save(std::vector<double>& state, bool here) const;
   void restore(StateReader& state, bool here);
+  bool yielded() const;  ///< any of the segments here
+  /// The states of the same bars in larger cells, each segment those of the one that it is a part of; dowels
+  /// stand in cells that are the same. With perfect bond, on one process.
+  void take_over(const Bars& before);
 
  private:
   int host(std::size_t segment) const { return bars_.segments()[segment].cell; }  // -1: not here

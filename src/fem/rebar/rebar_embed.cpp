@@ -5,8 +5,8 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <unordered_map>
 
+#include "contact/geometry/bvh_tree.hpp"
 #include "core/error.hpp"
 #include "core/place.hpp"
 #include "fem/materials/material_simd.hpp"
@@ -18,45 +18,27 @@ namespace {
 /// to the last bit.
 double length(double x, double y, double z) { return std::sqrt(std::fma(x, x, std::fma(y, y, z * z))); }
 
-/// Uniform grid over the cells' boxes. Cell lists are sorted, so the first match does not depend on hashing.
-class GridSearch {
+/// The lowest cell that holds a point.
+class CellSearch {
  public:
-  GridSearch(std::span<const Vec3> nodes, std::span<const std::array<int, 8>> hexes, double tolerance)
+  CellSearch(std::span<const Vec3> nodes, std::span<const std::array<int, 8>> hexes, double tolerance)
       : nodes_(nodes), hexes_(hexes), tolerance_(tolerance) {
-    double size = 0;
-    for (const auto& hex : hexes) {
-      Box3 box;
-      for (const int n : hex) box.extend(nodes[n]);
-      size += box.sizes().maxCoeff();
-      all_.extend(box);
-    }
-    size_ = hexes.empty() ? 1 : size / double(hexes.size());
-    for (std::size_t c = 0; c < hexes.size(); ++c) {
-      Box3 box;
-      for (const int n : hexes[c]) box.extend(nodes[n]);
-      const double margin = 2 * tolerance_ * box.sizes().maxCoeff();
-      const auto low = key_of(box.min() - Vec3::Constant(margin)),
-                 high = key_of(box.max() + Vec3::Constant(margin));
-      for (long i = low[0]; i <= high[0]; ++i)
-        for (long j = low[1]; j <= high[1]; ++j)
-          for (long k = low[2]; k <= high[2]; ++k) buckets_[pack({i, j, k})].push_back(static_cast<int>(c));
-    }
+    tree_.build(static_cast<int>(hexes.size()), [this](int cell) { return box_of(cell); });
   }
 
   std::optional<HostPoint> operator()(const Vec3& p) const {
-    const auto found = buckets_.find(pack(key_of(p)));
-    if (found == buckets_.end()) return {};
+    std::vector<int> near;
+    tree_.traverse([&](const Vec3& low, const Vec3& high) { return Box3(low, high).contains(p); },
+                   [&](int cell) {
+                     if (box_of(cell).contains(p)) near.push_back(cell);
+                     return true;
+                   });
+    std::sort(near.begin(), near.end());
     std::optional<HostPoint> nearly;  // outside all cells by no more than the tolerance: the nearest cell
     double nearest = 1 + 2 * tolerance_;
-    for (const int c : found->second) {
+    for (const int c : near) {
       std::array<Vec3, 8> x;
-      Box3 box;
-      for (int i = 0; i < 8; ++i) {
-        x[i] = nodes_[hexes_[c][i]];
-        box.extend(x[i]);
-      }
-      const double margin = 2 * tolerance_ * box.sizes().maxCoeff();
-      if ((p - box.min()).minCoeff() < -margin || (box.max() - p).minCoeff() < -margin) continue;
+      for (int i = 0; i < 8; ++i) x[i] = nodes_[hexes_[c][i]];
       // From the cell's own corner: far from the origin the last digits of the coordinates are coarser than
       // the tolerance.
       const Vec3 corner_at = x[0];
@@ -87,20 +69,17 @@ class GridSearch {
   }
 
  private:
-  std::array<long, 3> key_of(const Vec3& p) const {
-    const Vec3 q = (p - all_.min()) / size_;
-    return {long(std::floor(q.x())), long(std::floor(q.y())), long(std::floor(q.z()))};
+  Box3 box_of(int cell) const {
+    Box3 box;
+    for (const int n : hexes_[cell]) box.extend(nodes_[n]);
+    const Vec3 margin = Vec3::Constant(2 * tolerance_ * box.sizes().maxCoeff());
+    return {box.min() - margin, box.max() + margin};
   }
-  static std::uint64_t pack(const std::array<long, 3>& k) {
-    std::uint64_t h = 0;
-    for (const long x : k) h = (h << 21) | (std::uint64_t(x + (1 << 20)) & 0x1fffff);
-    return h;
-  }
+
   std::span<const Vec3> nodes_;
   std::span<const std::array<int, 8>> hexes_;
-  double tolerance_, size_ = 1;
-  Box3 all_;
-  std::unordered_map<std::uint64_t, std::vector<int>> buckets_;
+  double tolerance_;
+  contact::BoxTree tree_;
 };
 
 struct Sample {
@@ -170,8 +149,8 @@ std::optional<Vec3> surface_outside(const Vec3& centre, const Vec3& direction, d
 
 HostSearch host_search(std::span<const Vec3> nodes, std::span<const std::array<int, 8>> hexes,
                        double tolerance) {
-  return [grid = std::make_shared<const GridSearch>(nodes, hexes, tolerance)](const Vec3& p) {
-    return (*grid)(p);
+  return [search = std::make_shared<const CellSearch>(nodes, hexes, tolerance)](const Vec3& p) {
+    return (*search)(p);
   };
 }
 
@@ -330,14 +309,9 @@ EmbeddedBars::Sums EmbeddedBars::forces(const double* u, double h,
     const bool in_sums = here && (!counted || counted[s.cell]);
     double stress, energy;
     if (law.elastic(strain, old[k], stress, energy)) {
-      if (in_sums) {
-        sums.energy += volume * energy;
-        sums.largest_strain = std::max(sums.largest_strain, std::abs(strain));
-        sums.yielding += old[k].accumulated > 0;
-      }
+      if (in_sums) { sums.energy += volume * energy; }
     } else if (old[k].broken > 0) {
       stress = 0;
-      if (in_sums) sums.broken += 1, sums.yielding += old[k].accumulated > 0;
     } else {
       const auto r = law(strain, h > 0 ? (strain - old_strain[k]) / h : 0.0, old[k], next[k]);
       changed.push_back(static_cast<int>(k));
@@ -346,9 +320,6 @@ EmbeddedBars::Sums EmbeddedBars::forces(const double* u, double h,
       if (in_sums) {
         sums.energy += volume * r.energy;
         sums.dissipation += volume * r.dissipation;
-        sums.largest_strain = std::max(sums.largest_strain, std::abs(strain));
-        sums.yielding += next[k].accumulated > 0;
-        sums.broken += next[k].broken > 0;
       }
     }
     next_strain[k] = strain;

@@ -67,9 +67,7 @@ class EmbeddedBars {
  public:
   struct Sums {
     double energy = 0, dissipation = 0;  ///< stored now; of this call [J]
-    double largest_strain = 0;
-    int yielding = 0, broken = 0;
-    int breaking = 0;  ///< broken in this call
+    int breaking = 0;                    ///< broken in this call
   };
   EmbeddedBars() = default;
   EmbeddedBars(std::vector<Bar> bars, std::vector<Segment> segments, std::span<const Vec3> reference,

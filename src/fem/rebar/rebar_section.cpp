@@ -148,12 +148,6 @@ Section::Section(const Member& m, double wall, const std::vector<Bar>& bars, dou
     : Section(m.section, m.width, m.section == Member::Section::round ? m.width : m.depth, wall,
               crossing(m, bars, position), s) {}
 
-double Section::steel_area() const {
-  double sum = 0;
-  for (const SectionBar& b : bars_) sum += b.area;
-  return sum;
-}
-
 double Section::axial_compression() const {
   double n = area_ * strengths_.f_cd();
   for (const SectionBar& b : bars_) n += b.area * (bar_stress(b, concrete_.eps_c2) - strengths_.f_cd());

@@ -77,9 +77,8 @@ class Section {
           const Strengths& s);
 
   double area() const { return area_; }  ///< concrete, gross [m^2]
-  double steel_area() const;
-  double axial_compression() const;  ///< N_Rd of pure compression [N]
-  double axial_tension() const;      ///< positive [N]
+  double axial_compression() const;      ///< N_Rd of pure compression [N]
+  double axial_tension() const;          ///< positive [N]
   /// M_Rd at a given N [N m]; 0 outside [-axial_tension, axial_compression].
   double moment(double axial, double angle) const;
   struct Point {

@@ -10,12 +10,6 @@
 namespace talus::rebar {
 namespace {
 
-material::BondSlip::Parameters parameters(double f_cm) {
-  material::BondSlip::Parameters p;
-  p.f_cm = f_cm;
-  return p;
-}
-
 /// Distances along the bar of its bends and of its ends where they are held, or if it is closed.
 std::vector<double> anchors(const Bar& bar) {
   std::vector<double> at;
@@ -45,7 +39,7 @@ void solve_tridiagonal(std::vector<double>& d, const std::vector<double>& e, std
 
 }  // namespace
 
-SlipField::SlipField(const EmbeddedBars& bars, double f_cm) : bars_(&bars), law_(parameters(f_cm)) {
+SlipField::SlipField(const EmbeddedBars& bars, double f_cm) : bars_(&bars), law_(f_cm) {
   const auto& segments = bars.segments();
   for (int k = 0; k < static_cast<int>(segments.size());) {
     Run run{segments[k].bar, k, k, static_cast<int>(surface_.size())};

@@ -1,4 +1,5 @@
 // Mesh files that are read but cannot stand: what is wrong is named by the file's own numbers.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -201,4 +202,27 @@ TEST(BadMesh, CellsThatOverlapWithoutACommonNode) {
   expect_in(said("0.5", "1.5"), {"warning: ", "cell 701", "cell 702", "overlap"});
   expect_in(said("-9", "9"), {"warning: ", "overlap"});
   EXPECT_EQ(said("1", "2").find("overlap"), std::string::npos);
+}
+
+/// A cell of 4 m over one of 160 of 0.1 m: meshes of so different cells were not searched.
+TEST(BadMesh, ALargeCellOverManySmallOnes) {
+  constexpr int corner[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
+                                {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
+  std::string nodes, cells;
+  int node = 0, cell = 0;
+  const auto add = [&](const Vec3& low, double size) {
+    cells += fmt::format("{}", ++cell);
+    for (const auto& c : corner) {
+      const Vec3 x = low + size * Vec3(c[0], c[1], c[2]);
+      nodes += fmt::format("{},{},{},{}\n", ++node, x.x(), x.y(), x.z());
+      cells += fmt::format(",{}", node);
+    }
+    cells += "\n";
+  };
+  for (int k = 0; k < 160; ++k) add(Vec3(0.2 * k, 0, 0), 0.1);
+  add(Vec3(31.75, -2, 0), 4);
+  StructureSpec spec = from_text("*NODE\n" + nodes + "*ELEMENT, TYPE=C3D8\n" + cells);
+  std::string all;
+  FemStructure body(spec, Vec3::Zero(), [&](const std::string& line) { all += line + "\n"; });
+  expect_in(all, {"warning: ", "cell 160", "cell 161", "overlap"});
 }

@@ -52,4 +52,15 @@ inline ConcreteDamage::Parameters c30(double cell = 0.1) {
   return p;
 }
 
+/// Stress of a monotonic uniaxial compression test at strain magnitude eps in a cell of extent l [Pa,
+/// positive].
+inline double compression_curve(const ConcreteDamage::Parameters& p, double eps, double l) {
+  const Concrete& c = p.concrete;
+  const double f_0 = ConcreteDamage::elastic_limit * c.f_cm, eps_0 = f_0 / c.young;
+  if (eps <= eps_0) return c.young * eps;
+  if (eps >= c.eps_c1) return c.f_cm * std::exp(-(eps - c.eps_c1) * l * c.f_cm / c.crushing_energy);
+  const double x = (eps - eps_0) / (c.eps_c1 - eps_0), k = c.young * (c.eps_c1 - eps_0) / (c.f_cm - f_0);
+  return f_0 + (c.f_cm - f_0) * (k * x - x * x) / (1 + (k - 2) * x);
+}
+
 }  // namespace talus::material::test

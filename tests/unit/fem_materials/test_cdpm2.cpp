@@ -179,7 +179,6 @@ TEST(Cdpm2, CrackClosesAndCompressionIsNotWeakened) {
 TEST(Cdpm2, LargeAndRandomStepsStayOnOrInsideTheSurface) {
   Cdpm2::Parameters p = reference();
   p.damage = false;
-  p.hardening = 0.01;
   const Cdpm2 law(p);
   std::mt19937 generator(9);
   std::normal_distribution<double> u(0, 1);

@@ -62,7 +62,7 @@ TEST(ConcreteDamage, UniaxialTensionFollowsTheExponential) {
   for (int i = 1; i <= 40000; ++i) {
     const double eps = i * 5e-8;
     const Response r = pull(law, eps, state);
-    if (state.d_t >= law.parameters().cap) break;
+    if (state.d_t >= ConcreteDamage::cap) break;
     const double expected = c.young * eps <= c.f_t
                                 ? c.young * eps
                                 : c.f_t * std::exp(-(c.young * eps - c.f_t) / (c.young * softening));
@@ -80,7 +80,7 @@ TEST(ConcreteDamage, UniaxialCompressionFollowsTheModelCode) {
     const double eps = i * 1e-6;
     const Response r =
         law(strain_of({0, 0, -c.young * eps, 0, 0, 0}, c.young, c.poisson), still, state, state);
-    EXPECT_NEAR(-r.stress[2], compression_curve(law.parameters(), eps, 0.1), 1e-5 * c.f_cm);
+    EXPECT_NEAR(-r.stress[2], test::compression_curve(law.parameters(), eps, 0.1), 1e-5 * c.f_cm);
     best = std::max(best, -r.stress[2]);
     if (eps <
         c.eps_c1) {  // the Model Code's own parabola, without an elastic range, is at most 6 % of f_c away
@@ -152,7 +152,7 @@ TEST(ConcreteDamage, CrushingEnergyBeyondThePeakForAnyCellSize) {
       if (eps >= c.eps_c1) beyond += 0.5 * (before - r.stress[0]) * (next - eps);
       before = -r.stress[0];
       stored = r.energy;
-      if (state.d_c < law.parameters().cap) left = stored;
+      if (state.d_c < ConcreteDamage::cap) left = stored;
       eps = next;
     }
     EXPECT_NEAR((beyond - stored + left) * h / c.crushing_energy, 1, 5e-3) << h;
@@ -197,7 +197,7 @@ TEST(ConcreteDamage, PermanentStrainLeavesTheEnvelopeAndClosesTheBooks) {
       const double h = 0.1, f_t = p.concrete.f_t, young = p.concrete.young,
                    softening = p.concrete.fracture_energy / (h * f_t) - f_t / (2 * young);
       const auto curve = [&](double e) {
-        return e > 0 ? f_t * std::exp(-(e - f_t / young) / softening) : -compression_curve(p, -e, h);
+        return e > 0 ? f_t * std::exp(-(e - f_t / young) / softening) : -test::compression_curve(p, -e, h);
       };
       ConcreteDamage::State state;
       double work = 0, lost = 0, before = 0, at = 0, stored = 0;

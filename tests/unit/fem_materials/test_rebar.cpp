@@ -291,7 +291,6 @@ TEST(EmbeddedBars, ForceIsTheGradientOfTheEnergyAndBalances) {
     std::vector<int> changed;
     const auto sums =
         embedded.forces(displacement(m, at).data(), 0, state, strain, state, strain, changed, f.data());
-    EXPECT_EQ(sums.yielding, 0);
     EXPECT_TRUE(changed.empty());
     if (force) *force = f;
     return sums.energy;
@@ -333,8 +332,8 @@ TEST(EmbeddedBars, WhatIsNotDeformedHasNoStrainToTheLastBit) {
   const std::vector<double> still(4 * m.nodes.size(), 0.0);
   std::vector<double> strain(state.size(), 0.0), host, force(still);
   std::vector<int> changed;
-  const auto sums = embedded.forces(still.data(), 0, state, strain, state, strain, changed, force.data());
-  EXPECT_EQ(sums.largest_strain, 0);
+  embedded.forces(still.data(), 0, state, strain, state, strain, changed, force.data());
+  EXPECT_EQ(strain, std::vector<double>(state.size(), 0.0));
   EXPECT_EQ(force, still);
   embedded.host_strains(still.data(), host);
   EXPECT_EQ(host, std::vector<double>(state.size(), 0.0));
@@ -356,9 +355,7 @@ TEST(EmbeddedBars, UniformStretchYieldsAndMassIsComplete) {
   EXPECT_NEAR(top, 200e9 * 0.001 * bars[0].area(), 1);
   for (Vec3& p : x) p.z() *= 1.01;
   EXPECT_TRUE(changed.empty());
-  EXPECT_EQ(embedded.forces(displacement(m, x).data(), 0, state, strain, state, strain, changed, force.data())
-                .yielding,
-            4);
+  embedded.forces(displacement(m, x).data(), 0, state, strain, state, strain, changed, force.data());
   EXPECT_EQ(changed, (std::vector<int>{0, 1, 2, 3}));
   std::vector<double> mass(m.nodes.size(), 0.0);
   embedded.add_mass(7850, mass);

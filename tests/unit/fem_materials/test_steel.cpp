@@ -33,32 +33,28 @@ TEST(Steel, BilinearCurveAndFracture) {
 }
 
 TEST(Steel, CycleShowsTheBauschingerEffectAndTheTangentIsTheDerivative) {
-  for (const double share : {0.0, 0.5, 1.0}) {
-    Steel::Parameters p;
-    p.rate_effect = false;
-    p.kinematic_share = share;
-    p.ultimate = 700e6;
-    const Steel law(p);
-    Steel::State state;
-    const double top = law(0.02, 0, state, state).stress;
-    double strain = 0.02, stress = top;
-    Steel::State walk = state;
-    while (true) {  // unload until it yields the other way
-      strain -= 1e-5;
-      const auto r = law(strain, 0, walk, walk);
-      ASSERT_GE(r.dissipation, 0);
-      stress = r.stress;
-      if (r.tangent < 0.9 * p.young) break;
-    }
-    const double hardened = top - p.yield;
-    EXPECT_NEAR(stress, top - 2 * (p.yield + (1 - share) * hardened), 4e-3 * p.yield) << share;
-    for (const double e : {0.001, 0.015, 0.03}) {
-      Steel::State a, b, c;
-      const auto r = law(e, 0, Steel::State{}, a);
-      const double fd =
-          (law(e + 1e-8, 0, Steel::State{}, b).stress - law(e - 1e-8, 0, Steel::State{}, c).stress) / 2e-8;
-      EXPECT_NEAR(fd / r.tangent, 1, 1e-5);
-    }
+  Steel::Parameters p;
+  p.rate_effect = false;
+  p.ultimate = 700e6;
+  const Steel law(p);
+  Steel::State state;
+  const double top = law(0.02, 0, state, state).stress;
+  double strain = 0.02, stress = top;
+  Steel::State walk = state;
+  while (true) {  // unload until it yields the other way
+    strain -= 1e-5;
+    const auto r = law(strain, 0, walk, walk);
+    ASSERT_GE(r.dissipation, 0);
+    stress = r.stress;
+    if (r.tangent < 0.9 * p.young) break;
+  }
+  EXPECT_NEAR(stress, top - 2 * p.yield, 4e-3 * p.yield);
+  for (const double e : {0.001, 0.015, 0.03}) {
+    Steel::State a, b, c;
+    const auto r = law(e, 0, Steel::State{}, a);
+    const double fd =
+        (law(e + 1e-8, 0, Steel::State{}, b).stress - law(e - 1e-8, 0, Steel::State{}, c).stress) / 2e-8;
+    EXPECT_NEAR(fd / r.tangent, 1, 1e-5);
   }
 }
 
@@ -117,8 +113,7 @@ TEST(Steel, GradesAndBadInput) {
 }
 
 TEST(BondSlip, EnvelopeAndUnloading) {
-  BondSlip::Parameters p;
-  const BondSlip law(p);
+  const BondSlip law(38e6);
   const double top = 2.5 * std::sqrt(38.0) * 1e6;
   EXPECT_NEAR(law.strength(), top, 1);
   BondSlip::State state;
@@ -138,14 +133,12 @@ TEST(BondSlip, EnvelopeAndUnloading) {
   const auto back = law(slip - 1e-3, state, state);
   EXPECT_NEAR(back.stress, -0.25 * 0.4 * top, 1);
   EXPECT_GT(back.dissipation, 0);
-  p.rib_spacing = 1e-3;
-  EXPECT_THROW(BondSlip{p}, InputError);
 }
 
 /// Back through the origin the stress rises from a quarter of the envelope to all of it by the unloading
 /// stiffness. With a jump at 0 slips had no balance there, and bars of a cracking tie ended the run.
 TEST(BondSlip, GoesThroughTheOriginWithoutAJump) {
-  const BondSlip law(BondSlip::Parameters{});
+  const BondSlip law(38e6);
   for (const double side : {1.0, -1.0}) {
     BondSlip::State state;
     for (int i = 0; i <= 100; ++i) law(side * i * 5e-6, state, state);  // half a millimetre out
@@ -247,8 +240,6 @@ TEST(Bearing, SticksSlidesLiftsAndFallsOff) {
   EXPECT_GT(near_an_end(1e-3, {0, -0.19}, state, state).normal, 0);
   EXPECT_EQ(near_an_end(1e-3, {0, -0.21}, state, state).normal, 0);
   EXPECT_EQ(state.lost, 1);
-  p.seat_along = {0, 0.4};
-  EXPECT_THROW(Bearing{p}, InputError);
 }
 
 }  // namespace
