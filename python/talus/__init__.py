@@ -8,6 +8,7 @@ Reading needs h5py and NumPy alone; plots need Matplotlib; running needs the ext
 """
 import json as _json
 import numbers as _numbers
+import os as _os
 import pathlib as _pathlib
 import re as _re
 
@@ -53,12 +54,16 @@ def _toml(value, within=False):
 
 
 def _overrides(values):
+    if values is not None and not hasattr(values, "items"):
+        raise TypeError(f"{values!r}: `set` is a dict of keys and values, {{\"simulation.duration\": \"8 s\"}}")
     return [(key, _toml(value)) for key, value in (values or {}).items()]
 
 
 def _scene(scene):
     """(text, whether it is one): a path, or the text of a scene, which has more than one line."""
-    text = str(scene)
+    if not isinstance(scene, (str, _os.PathLike)):
+        raise TypeError(f"a scene is the path of a file, or its text, not {type(scene).__name__}")
+    text = _os.fspath(scene)
     return text, "\n" in text
 
 
@@ -162,6 +167,9 @@ def sweep(scene, set, output, jobs=1, each=None):
     import multiprocessing
     from concurrent.futures import ProcessPoolExecutor
 
+    for key, values in set.items():
+        if isinstance(values, str) or not hasattr(values, "__iter__"):
+            raise TypeError(f"{key}: {values!r}: a sweep has a list of values for each key")
     keys = list(set)
     combinations = [dict(zip(keys, values)) for values in itertools.product(*set.values())]
     for values in combinations:

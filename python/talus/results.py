@@ -106,6 +106,24 @@ class Block:
         return f"<block {self.name}, {self.mass:.4g} kg>"
 
 
+class _Absent(dict):
+    """In place of a group that the file does not have."""
+
+    def __init__(self, what):
+        super().__init__()
+        self._what = what
+
+    def __missing__(self, name):
+        raise KeyError(f"no {self._what} {name}; there are none")
+
+
+def _at(names, index, what):
+    """names[index], by its number from either end."""
+    if not -len(names) <= index < len(names):
+        raise IndexError(f"no {what} {index}; there are {len(names)}")
+    return names[index]
+
+
 class Blocks(Group):
     """/history/blocks: arrays over all blocks; `blocks["B1"]` or `blocks[0]` is one of them."""
 
@@ -117,7 +135,7 @@ class Blocks(Group):
 
     def __getitem__(self, name):
         if isinstance(name, (int, np.integer)):
-            return Block(self._results, range(len(self._results.block_names))[name])
+            return Block(self._results, _at(range(len(self._results.block_names)), name, "block"))
         if name in self._group:
             return super().__getitem__(name)
         if name in self._results.block_names:
@@ -152,7 +170,11 @@ def _instead(directory, opener, file):
 def _open(file):
     if not h5py.is_hdf5(file):
         raise OSError(f"{file}: no HDF5 file, or one cut short; name the output directory of Talus")
-    return h5py.File(file, "r", locking=False) if h5py.version.hdf5_version_tuple >= (1, 12, 1) else h5py.File(file, "r")
+    unlocked = {"locking": False} if h5py.version.hdf5_version_tuple >= (1, 12, 1) else {}
+    try:
+        return h5py.File(file, "r", **unlocked)
+    except OSError as error:
+        raise OSError(f"{file}: cut short or damaged: {error}") from None
 
 
 class _Opened:
@@ -211,7 +233,7 @@ class Results(_Opened):
     @property
     def structures(self):
         """A group for each structure; empty without any."""
-        return self._root.history["structures"] if "structures" in self._root.history else {}
+        return self._root.history["structures"] if "structures" in self._root.history else _Absent("structure")
 
     @property
     def contacts(self):
@@ -234,7 +256,7 @@ class Results(_Opened):
     def field(self, index):
         """The fields of a frame: `field(-1).structures.pier.displacement`."""
         frames = sorted(name for name in self._root.fields if name != "time")
-        return self._root.fields[frames[index]]
+        return self._root.fields[_at(frames, index, "frame")]
 
     def unit(self, path):
         return self._attribute(path, "unit")
@@ -289,7 +311,7 @@ def rotation_matrix(q):
 
 
 class EnsembleResults(_Opened):
-    """An ensemble's directory: `members`, `lines`, `hits` as groups of arrays (docs/guide/ensemble.md), `summary` from summary.json.
+    """An ensemble's directory: `members`, `lines`, `hits` as groups of arrays (docs/guide/ensemble.md), `summary` from summary.json, `fragility` from fragility.json.
 
         e = talus.open_ensemble("results/slope")
         e.members.runout                    [members, blocks] m
@@ -313,12 +335,21 @@ class EnsembleResults(_Opened):
         return json.loads((self.directory / "summary.json").read_text(encoding="utf-8"))
 
     @property
+    def fragility(self):
+        """fragility.json by the name of the structure: `e.fragility["viaduct"]["per_event"]`."""
+        file = self.directory / "fragility.json"
+        if not file.is_file():
+            raise FileNotFoundError(f"{file}: there is none; talus fragility {self.directory} --structure NAME makes it")
+        last = json.loads(file.read_text(encoding="utf-8"))
+        return {f["structure"]: f for f in [last, *last.pop("others", [])]}
+
+    @property
     def lines(self):
-        return self._root["lines"] if "lines" in self._root else {}
+        return self._root["lines"] if "lines" in self._root else _Absent("line")
 
     @property
     def hits(self):
-        return self._root["hits"] if "hits" in self._root else {}
+        return self._root["hits"] if "hits" in self._root else _Absent("structure that is hit,")
 
     def line(self, name):
         if name not in self.lines:

@@ -99,7 +99,7 @@ int command_ensemble(const Options& options) {
   run.ranks = all != nullptr ? all->size() : 1;
   if (options.threads == 0 && run.ranks > 1) run.threads = 1;
   run.meet = wait_for_all;
-  run.progress = [&](const ensemble::Progress& p) { progress.show(p.done, p.asked, p.failed); };
+  run.progress = [&](const ensemble::Progress& p) { progress.show(p); };
   run.stop = &stop_signal();
   on_stop(OnStop::ask);
   const long members = ensemble::run_members(ensemble, run);

@@ -59,7 +59,7 @@ int command_fragility(const Options& options) {
   request.window = window_of(options.window);
   request.threads = threads_of(options);
   request.capacity = options.capacity;
-  request.progress = [&](int done, int asked) { progress.show(done, asked, 0); };
+  request.progress = [&](const ensemble::Progress& p) { progress.show(p); };
   request.tell = [](const std::string& line) { tell("{}\n", line); };
   request.stop = &stop_signal();
   on_stop(OnStop::ask);
@@ -100,7 +100,7 @@ int command_calibrate(const Options& options) {
   for (const std::string& text : options.vary) request.parameters.push_back(ensemble::parse_parameter(text));
   request.candidates = options.candidates;
   request.threads = threads_of(options);
-  request.progress = [&](int done, int asked) { progress.show(done, asked, 0); };
+  request.progress = [&](const ensemble::Progress& p) { progress.show(p); };
   request.stop = &stop_signal();
   ensemble::check(request);
   const io::DirectoryLock lock = io::claim_directory(options.output, io::Results::other);

@@ -14,7 +14,8 @@ EnsembleProgress::EnsembleProgress(const char* what)
       start_(Clock::now()),
       last_(terminal_ ? start_ - std::chrono::hours(1) : start_) {}
 
-void EnsembleProgress::show(long done, long asked, long failed) {
+void EnsembleProgress::show(const ensemble::Progress& progress) {
+  const auto [done, asked, failed] = progress;
   if (first_ < 0) first_ = done - 1;
   const auto now = Clock::now();
   if (now - last_ < (terminal_ ? std::chrono::milliseconds(100) : std::chrono::seconds(30))) return;

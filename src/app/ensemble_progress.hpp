@@ -3,13 +3,15 @@
 #pragma once
 #include <chrono>
 
+#include "ensemble/progress.hpp"
+
 namespace talus::app {
 
 class EnsembleProgress {
  public:
   /// `what` there are so many of, e.g. "member".
   explicit EnsembleProgress(const char* what = "member");
-  void show(long done, long asked, long failed);
+  void show(const ensemble::Progress& progress);
   void clear();
 
  private:

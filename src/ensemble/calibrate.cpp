@@ -219,7 +219,10 @@ class Calibration {
       if (request_.stop != nullptr && request_.stop->load() != 0)
         return best() == nullptr ? std::vector<std::string>() : report();
       candidates_.push_back(std::move(c));
-      if (request_.progress) request_.progress(k + 1, request_.candidates);
+      const auto failed =
+          std::ranges::count_if(candidates_, [](const Candidate& made) { return !made.fault.empty(); });
+      if (request_.progress)
+        request_.progress({.done = k + 1, .asked = request_.candidates, .failed = failed});
     }
     return report();
   }

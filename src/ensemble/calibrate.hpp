@@ -17,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include "ensemble/progress.hpp"
 #include "scene/scene.hpp"
 
 namespace talus::ensemble {
@@ -39,7 +40,7 @@ struct CalibrationRequest {
   std::vector<Parameter> parameters;
   int candidates = 32;
   int threads = 1;
-  std::function<void(int done, int asked)> progress;
+  std::function<void(const Progress&)> progress;  // from any thread, one at a time
   const std::atomic<int>* stop = nullptr;
 };
 

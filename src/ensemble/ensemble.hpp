@@ -12,6 +12,7 @@
 #include "ensemble/design.hpp"
 #include "ensemble/member.hpp"
 #include "ensemble/path.hpp"
+#include "ensemble/progress.hpp"
 #include "ensemble/statistics.hpp"
 #include "sim/shared.hpp"
 
@@ -80,10 +81,6 @@ class Ensemble {
   std::shared_ptr<const geometry::Terrain> ground_;  // for places and lines
   GroundHeight height_;
   bool shares_ground_ = true, shares_structures_ = true;
-};
-
-struct Progress {
-  long done = 0, asked = 0, failed = 0;
 };
 
 struct Run {

@@ -101,14 +101,19 @@ double tick_of(double range) {
   return (raw <= power ? 1 : raw <= 2 * power ? 2 : raw <= 5 * power ? 5 : 10) * power;
 }
 
-/// A diagram of curves over a common axis.
+/// A diagram of curves over a common axis. On an axis of decades x is a decimal logarithm.
 class Chart {
  public:
-  Chart(std::string x_label, std::string y_label, double x0, double x1, double y0, double y1)
+  enum class Axis { linear, decades };
+  Chart(std::string x_label, std::string y_label, double x0, double x1, double y0, double y1,
+        Axis axis = Axis::linear)
       : x_label_(std::move(x_label)),
         y_label_(std::move(y_label)),
-        x0_(x0),
-        x1_(x1 > x0 ? x1 : x0 + 1),
+        decades_(axis == Axis::decades),
+        x0_(decades_ ? std::floor(x0) : x0),
+        x1_(decades_  ? std::max(std::ceil(x1), x0_ + 1)
+            : x1 > x0 ? x1
+                      : x0 + 1),
         y0_(y0),
         y1_(y1) {}
   void curve(const std::vector<std::pair<double, double>>& points, const std::string& colour) {
@@ -134,12 +139,12 @@ class Chart {
   }
   std::string svg() const {
     std::string axes;
-    const double dx = tick_of(x1_ - x0_), dy = tick_of(y1_ - y0_);
+    const double dx = decades_ ? 1 : tick_of(x1_ - x0_), dy = tick_of(y1_ - y0_);
     for (double x = std::ceil(x0_ / dx) * dx; x <= x1_ * (1 + 1e-9); x += dx)
       axes += fmt::format(
           "<line x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1}\" y2=\"{2}\" class=\"g\"/><text x=\"{0:.1f}\" "
           "y=\"{3}\" class=\"t\" text-anchor=\"middle\">{4:g}</text>",
-          at_x(x), top, bottom, bottom + 15, x);
+          at_x(x), top, bottom, bottom + 15, decades_ ? std::pow(10, std::round(x)) : x);
     for (double y = std::ceil(y0_ / dy) * dy; y <= y1_ * (1 + 1e-9); y += dy)
       axes += fmt::format(
           "<line x1=\"{0}\" x2=\"{1}\" y1=\"{2:.1f}\" y2=\"{2:.1f}\" class=\"g\"/><text x=\"{3}\" "
@@ -157,6 +162,7 @@ class Chart {
   double at_x(double x) const { return left + (x - x0_) / (x1_ - x0_) * (right - left); }
   double at_y(double y) const { return bottom - (y - y0_) / (y1_ - y0_) * (bottom - top); }
   std::string x_label_, y_label_, body_;
+  bool decades_;
   double x0_, x1_, y0_, y1_;
 };
 
@@ -574,20 +580,22 @@ class Page {
     std::set<std::size_t> shown;
     for (const Json& m : f.value("members", Json::array())) {
       double low = std::numeric_limits<double>::infinity(), high = 0;
+      std::string hits;
       for (const Json& c : m["curves"])
         if (c.value("fitted", false) && c.value("reached", 0) > 0)
           low = std::min(low, c["energy"].front().get<double>()),
-          high = std::max(high, c["energy"].back().get<double>());
+          high = std::max(high, c["energy"].back().get<double>()), hits = c.value("hits", "");
       if (!(high > 0)) continue;
-      Chart chart("energy of the hit, kJ", "P(class or worse), " + m.value("name", ""), low / 1e3, high / 1e3,
-                  0, 1);
+      const auto decade = [](double joules) { return std::log10(joules / 1e3); };
+      Chart chart(fmt::format("energy of hits {}, kJ", hits), "P(class or worse), " + m.value("name", ""),
+                  decade(low), decade(high), 0, 1, Chart::Axis::decades);
       for (const Json& c : m["curves"]) {
         if (!c.value("fitted", false) || c.value("reached", 0) == 0) continue;
         const std::size_t k = std::min<std::size_t>(3, static_cast<std::size_t>(c.value("class", 1) - 1));
         shown.insert(k);
         std::vector<std::pair<double, double>> value, lower, upper;
         for (std::size_t q = 0; q < c["energy"].size(); ++q) {
-          const double e = c["energy"][q].get<double>() / 1e3;
+          const double e = decade(c["energy"][q].get<double>());
           value.emplace_back(e, c["probability"][q].get<double>()),
               lower.emplace_back(e, c["low"][q].get<double>()),
               upper.emplace_back(e, c["high"][q].get<double>());

@@ -53,11 +53,17 @@ class VertexTable {
   std::vector<int> slots_;
 };
 
-[[noreturn]] inline void refuse_vertex(const std::string& name, std::size_t i) {
-  throw InputError(Problem{.file = name,
-                           .key = fmt::format("mesh vertex {}", i),
-                           .rule = "coordinates must be finite numbers",
-                           .remedy = "export the file again"});
+inline constexpr double farthest = 1e9;  // coordinate of a vertex [m]: beyond, it is no number of metres
+
+inline void check_vertices(const std::vector<Vec3>& points, const std::string& name) {
+  for (std::size_t i = 0; i < points.size(); ++i)
+    if (const Vec3& p = points[i]; !(p.array().abs() <= farthest).all())
+      throw InputError(
+          Problem{.file = name,
+                  .key = fmt::format("mesh vertex {}", i),
+                  .value = fmt::format("({:g}, {:g}, {:g})", p.x(), p.y(), p.z()),
+                  .rule = fmt::format("coordinates must be finite numbers, of at most {:g} m", farthest),
+                  .remedy = "export the file again"});
 }
 
 /// Collects faces as a file lists them, then shares identical vertices and drops those that no face uses.
@@ -110,8 +116,7 @@ struct Builder {
     if (mesh.triangles.empty())
       throw InputError(
           Problem{.file = name, .key = "mesh", .rule = "has no faces", .remedy = "give a surface mesh"});
-    for (std::size_t i = 0; i < points.size(); ++i)
-      if (!points[i].allFinite()) refuse_vertex(name, i);
+    check_vertices(points, name);
     std::vector<int> number(points.size(), -1);
     VertexTable table(mesh.vertices, points.size());
     for (auto& t : mesh.triangles)

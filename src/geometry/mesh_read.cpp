@@ -332,8 +332,7 @@ Mesh read_mesh_text(const std::string& text, const std::string& name) {
     if (mesh.triangles.empty())
       throw InputError(
           Problem{.file = name, .key = "mesh", .rule = "has no faces", .remedy = "give a surface mesh"});
-    for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
-      if (!mesh.vertices[i].allFinite()) refuse_vertex(name, i);
+    check_vertices(mesh.vertices, name);
     return mesh;
   }
   if (e == "obj") return read_obj(text, name);

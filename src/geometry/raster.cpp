@@ -1,6 +1,7 @@
 #include "geometry/raster.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <strings.h>
 #include <unistd.h>
 
@@ -86,6 +87,29 @@ void refuse_exchanged(const char* heights, double columns, double rows, const st
                            .remedy = "exchange ncols and nrows in its header, if its lines are right"});
 }
 
+/// Throws InputError for points in rows, separated by commas, of more numbers than the first row names, or
+/// three: of "600001,200059,523,7" the reader takes 523 m.
+void refuse_decimal_commas(const std::string& text, const std::string& path) {
+  std::istringstream lines(text);
+  std::string first, second;
+  lines >> first >> second;
+  const auto numbers = [](const std::string& row) {
+    return row.find_first_not_of("0123456789+-.eE,") == std::string::npos ? std::ranges::count(row, ',') + 1
+                                                                          : 0;
+  };
+  const auto columns = numbers(second), named = numbers(first) > 0 ? 3 : std::ranges::count(first, ',') + 1;
+  if (columns <= named || columns < 4) return;
+  throw InputError(Problem{
+      .file = path,
+      .key = "raster",
+      .value = second,
+      .rule = fmt::format("is a row of {} numbers between commas, and {} are expected: what follows a "
+                          "decimal comma would be cut off",
+                          columns, named),
+      .remedy = "separate the columns by semicolons, or give decimal points; if they are columns, "
+                "name all of them in the first row: x,y,z,class"});
+}
+
 /// A key of the header of an ESRI ASCII grid and its value.
 struct HeaderEntry {
   std::string key, value;
@@ -115,8 +139,14 @@ std::optional<std::string> checked_ascii_grid(const std::string& path, bool& is_
       const bool is_text = std::all_of(head.begin(), head.end(), [](unsigned char c) {
         return std::isprint(c) != 0 || std::isspace(c) != 0;
       });
-      if (bytes.starts_with(head) || !is_text) return {};
-      return as_utf8(read_bytes(path), path);  // points in rows, which the library reads in ASCII alone
+      if (!is_text) return {};
+      std::string rows(4096, '\0');
+      in.seekg(0).read(rows.data(), static_cast<std::streamsize>(rows.size()));
+      rows.resize(static_cast<std::size_t>(in.gcount()));
+      const bool as_it_is = bytes.starts_with(head);
+      if (!as_it_is) rows = as_utf8(read_bytes(path), path);  // the library reads ASCII alone
+      refuse_decimal_commas(rows, path);
+      return as_it_is ? std::optional<std::string>() : rows;
     }
   }
   is_grid = true;
@@ -155,6 +185,7 @@ std::optional<std::string> checked_ascii_grid(const std::string& path, bool& is_
     header.push_back({key, value});
   };
   while (!cursor.at_end() && is_letter(*cursor.position()) && strncasecmp(cursor.position(), "nan", 3) != 0) {
+    const char* const at = cursor.position();
     std::string key(cursor.word());
     std::transform(key.begin(), key.end(), key.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
@@ -162,6 +193,13 @@ std::optional<std::string> checked_ascii_grid(const std::string& path, bool& is_
       take("nodata_value", std::string(cursor.word()));
       as_it_is = as_it_is && key == "nodata_value";
       continue;
+    }
+    constexpr const char* keys[] = {"ncols",     "nrows",    "xllcorner", "yllcorner", "xllcenter",
+                                    "yllcenter", "cellsize", "dx",        "dy"};
+    if (std::ranges::find(keys, key) == std::end(keys)) {
+      cursor.position(at);
+      cursor.fail("raster", fmt::format("is no key of this format: {}, nodata_value", fmt::join(keys, ", ")),
+                  "write each key and its number, without a unit, apart by a blank");
     }
     cursor.skip_space();
     const char* start = cursor.position();
@@ -310,7 +348,7 @@ Raster read_raster(const std::string& path) {
                 .remedy = points ? "make a grid of its ground points first, as GeoTIFF: QGIS (point "
                                    "cloud conversion, export to raster), PDAL's writers.gdal, or "
                                    "gdal_grid -a linear for points in rows"
-                                 : "give an ESRI ASCII grid or a GeoTIFF"});
+                                 : "give an ESRI ASCII grid or a GeoTIFF: gdal_translate in out.tif"});
   }
   if (r.transform[2] != 0 || r.transform[4] != 0)
     throw InputError(Problem{.file = path,

@@ -249,7 +249,7 @@ void warn_of_kind(const Raster& r, const std::string& path, std::vector<Problem>
   if (r.bytes)
     warnings.push_back(raster_warning(
         path, "values of 8 bits",
-        "heights of whole metres from 0 to 255: a hillshade or another picture has such values",
+        "heights of whole metres within a range of 255: a hillshade or another picture has such values",
         "give the elevation model itself, unless it is one"));
 }
 

@@ -26,9 +26,7 @@ namespace {
 constexpr std::size_t fits_cache =
     32768;  // triangles; below, their order in memory makes no difference to a query
 
-constexpr double highest = 1e6,
-                 farthest =
-                     1e9;  // height of a grid, coordinate of a mesh [m]: beyond, it is no number of metres
+constexpr double highest = 1e6;  // height of a grid [m]: beyond, it is no number of metres
 
 Problem too_high(const std::string& path, int row, int column, double z) {
   return {.file = path,
@@ -471,19 +469,6 @@ Terrain assemble(std::vector<Vec3> vertices, std::vector<std::array<int, 3>> tri
 
 Terrain make_terrain(std::vector<Vec3> vertices, std::vector<std::array<int, 3>> triangles,
                      const TerrainOptions& options, const std::string& name) {
-  for (const Vec3& v : vertices)
-    if (!v.allFinite())
-      throw InputError(Problem{.file = name,
-                               .key = "site.terrain",
-                               .rule = "has a coordinate that is not finite",
-                               .remedy = "correct the file"});
-    else if (v.cwiseAbs().maxCoeff() > farthest)
-      throw InputError(Problem{.file = name,
-                               .key = "site.terrain",
-                               .value = fmt::format("vertex {} at [{:g}, {:g}, {:g}]",
-                                                    &v - vertices.data() + 1, v.x(), v.y(), v.z()),
-                               .rule = fmt::format("coordinates must not exceed {:g} m", farthest),
-                               .remedy = "correct the file"});
   std::vector<Problem> warnings;
   if (!options.two_sided) warnings = orient_sheets(vertices, triangles, name, options.origin, options.crop);
   Terrain out = assemble(std::move(vertices), std::move(triangles), options, name);

@@ -159,6 +159,7 @@ std::string write_bars(const std::string& mesh, double length, bool four) {
       out << fmt::format("B{},{},{},{},{},B500B\n", i + 1, number(four ? bar_diameter / 2 : bar_diameter),
                          number(x), number(y), number(z));
   }
+  if (!out.flush()) throw NumericalFailure("the bars " + path + " cannot be written");
   return path;
 }
 

@@ -12,12 +12,20 @@
 namespace talus::verify {
 namespace {
 
-std::string temporary(const std::string& name) {
-  // One folder for each process: suites may run side by side.
-  const auto folder =
+/// One folder for each process, as suites may run side by side; removed at its end.
+struct Folder {
+  std::filesystem::path path =
       std::filesystem::temp_directory_path() / fmt::format("talus-verify-{}", static_cast<long>(::getpid()));
-  std::filesystem::create_directories(folder);
-  return (folder / name).string();
+  Folder() { std::filesystem::create_directories(path); }
+  ~Folder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path, ignored);
+  }
+};
+
+std::string temporary(const std::string& name) {
+  static const Folder folder;
+  return (folder.path / name).string();
 }
 
 }  // namespace

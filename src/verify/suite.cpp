@@ -5,12 +5,12 @@
 #include <cmath>
 #include <ctime>
 #include <filesystem>
-#include <fstream>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "core/error.hpp"
+#include "io/files.hpp"
 #include "scene/scene.hpp"
 #include "sim/world.hpp"
 
@@ -252,9 +252,10 @@ std::string json(const Report& report) {
 }
 
 void write_report(const Report& report, const std::string& directory) {
-  std::filesystem::create_directories(directory);
-  std::ofstream(directory + "/verify.json") << json(report);
-  std::ofstream(directory + "/verify.html") << html(report);
+  const std::filesystem::path to = directory;
+  std::filesystem::create_directories(to);
+  io::write_file(to / "verify.json", json(report), false);
+  io::write_file(to / "verify.html", html(report), false);
   std::vector<std::string> done;
   for (const CurvePoint& p : report.curves) {
     if (std::find(done.begin(), done.end(), p.case_id) != done.end()) continue;
@@ -262,7 +263,7 @@ void write_report(const Report& report, const std::string& directory) {
     std::vector<CurvePoint> mine;
     for (const CurvePoint& q : report.curves)
       if (q.case_id == p.case_id) mine.push_back(q);
-    std::ofstream(directory + "/" + p.case_id + ".svg") << svg_plot(p.title, mine);
+    io::write_file(to / (p.case_id + ".svg"), svg_plot(p.title, mine), false);
   }
 }
 

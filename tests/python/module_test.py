@@ -241,6 +241,12 @@ class Running(unittest.TestCase):
             self.assertEqual(told["crossings"], 8)
             with self.assertRaisesRegex(KeyError, "no line rode; there are road"):
                 e.line("rode")
+            with self.assertRaisesRegex(FileNotFoundError, "talus fragility .* makes it"):
+                e.fragility
+            with self.assertRaisesRegex(KeyError, "pier; there are none"):
+                e.hits["pier"]
+            (self.root / "e" / "fragility.json").write_text('{"structure": "B", "others": [{"structure": "A", "limits": "x"}]}')
+            self.assertEqual(e.fragility, {"B": {"structure": "B"}, "A": {"structure": "A", "limits": "x"}})
         with self.assertRaisesRegex(FileNotFoundError, "talus.open_ensemble"):
             talus.open(self.root / "e")
         with self.assertRaisesRegex(talus.SceneError, "holds the results of an ensemble"):
@@ -289,6 +295,23 @@ class Running(unittest.TestCase):
                 r.unit("/ledger/heat")
             with self.assertRaisesRegex(AttributeError, "/ledger has no heat; it has algorithmic"):
                 r.ledger.heat
+            with self.assertRaisesRegex(IndexError, "no block 1; there are 1"):
+                r.blocks[1]
+            with self.assertRaisesRegex(IndexError, r"no frame 900; there are \d+"):
+                r.field(900)
+            with self.assertRaisesRegex(KeyError, "no structure P1; there are none"):
+                r.structures["P1"]
+        short = self.root / "short.h5"
+        short.write_bytes((self.root / "slide" / "results.h5").read_bytes()[:-100])
+        with self.assertRaisesRegex(OSError, "short.h5: cut short or damaged"):
+            talus.open(short)
+        for scene in (None, 5, SLIDE.encode()):
+            with self.assertRaisesRegex(TypeError, "a scene is the path of a file, or its text"):
+                talus.check(scene)
+        with self.assertRaisesRegex(TypeError, "`set` is a dict"):
+            talus.check(SLIDE, ["title=x"])
+        with self.assertRaisesRegex(TypeError, "a list of values for each key"):
+            talus.sweep(SLIDE, {"simulation.duration": "1 s"}, self.root / "swept")
         text = self.root / "scene.toml"
         text.write_text(SLIDE)
         for opener in (talus.open, talus.open_ensemble):

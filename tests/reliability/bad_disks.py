@@ -66,6 +66,17 @@ def full_by_limit(work):
     expect("the run goes on when there is room", run("-o", directory, "--resume"), 0, "done at t = 0.4")
 
 
+def verified(work):
+    """Suites take minutes: that their page could not be written is an error."""
+    for limit in (100, 2000):  # the table, the page
+        directory = work / f"verified-{limit}"
+        ended = subprocess.run([talus, "verify", "dda/A1", "-o", directory], capture_output=True, text=True, timeout=240,
+                               preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)))
+        expect(f"a page of verify beyond {limit} bytes", ended, 3, "verify.", "File too large")
+        check("it says nothing of files that it did not write", "wrote" not in ended.stdout, ended.stdout)
+        check("no half-written page stays", all(f.stat().st_size < limit for f in directory.iterdir()), str(list(directory.iterdir())))
+
+
 def full_by_mount(work):
     """A file system of 300 kB in memory, where that is allowed."""
     directory = work / "mount"
@@ -215,7 +226,7 @@ if __name__ == "__main__":
     talus = sys.argv[1]
     work = pathlib.Path(tempfile.mkdtemp(prefix="talus-disks-"))
     try:
-        for test in (full_by_limit, full_by_mount, read_only, vanished, wrong_run, finished, nothing_lost):
+        for test in (full_by_limit, verified, full_by_mount, read_only, vanished, wrong_run, finished, nothing_lost):
             test(work)
     finally:
         shutil.rmtree(work, ignore_errors=True)

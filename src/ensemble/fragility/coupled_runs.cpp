@@ -146,7 +146,7 @@ std::optional<Outcome> CoupledRuns::outcome_of(const fs::path& directory) const 
   return o;
 }
 
-void CoupledRuns::run_one(std::size_t k) {
+bool CoupledRuns::run_one(std::size_t k) {
   const fs::path directory = folder(k);
   std::optional<sim::Simulation> simulation;
   double back = 0.02;
@@ -161,9 +161,10 @@ void CoupledRuns::run_one(std::size_t k) {
   io::Outcome outcome;
   outcome.status = result.status, outcome.message = result.message, outcome.counters = result.counters,
   outcome.audit = result.audit, outcome.audit_made = result.audit_made;
-  if (result.status == "interrupted") return;
+  if (result.status == "interrupted") return false;
   if (request_.capacity && result.status != "failed") write_capacity(*simulation, directory);
   recorder.finish(outcome);
+  return true;
 }
 
 /// Capacities of the structure's members as they stand at the end of a run, beside those as built.
@@ -206,18 +207,22 @@ void CoupledRuns::run() {
       todo.push_back(k);
   std::atomic<std::size_t> next{0};
   std::mutex mutex;
-  int done = static_cast<int>(tasks_.size() - todo.size());
+  Progress progress{.done = static_cast<long>(tasks_.size() - todo.size()),
+                    .asked = static_cast<long>(tasks_.size())};
+  for (const Outcome& o : outcomes_) progress.failed += o.made && !o.good;
   const auto work = [&] {
     while (request_.stop == nullptr || request_.stop->load() == 0) {
       const std::size_t at = next.fetch_add(1);
       if (at >= todo.size()) return;
       const std::size_t k = todo[at];
       try {
-        run_one(k);
+        if (!run_one(k)) return;
+        if (auto o = outcome_of(folder(k))) outcomes_[k] = std::move(*o);
       } catch (const std::exception& error) { why[k] = error.what(); }
       const std::lock_guard lock(mutex);
-      if (auto o = why[k].empty() ? outcome_of(folder(k)) : std::nullopt) outcomes_[k] = std::move(*o);
-      if (request_.progress) request_.progress(++done, static_cast<int>(tasks_.size()));
+      ++progress.done;
+      progress.failed += !outcomes_[k].good;
+      if (request_.progress) request_.progress(progress);
     }
   };
   std::vector<std::thread> threads;

@@ -45,7 +45,8 @@ class CoupledRuns {
   scene::Scene scene_of(const Task& t, double back);
   std::filesystem::path folder(std::size_t k) const;
   std::optional<Outcome> outcome_of(const std::filesystem::path& directory) const;
-  void run_one(std::size_t k);
+  /// False if it was stopped before its end.
+  bool run_one(std::size_t k);
   void write_capacity(sim::Simulation& simulation, const std::filesystem::path& directory);
   const std::vector<PushDown>& as_built(const Task& task);
   void plan_file();

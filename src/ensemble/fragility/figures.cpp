@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include <fmt/format.h>
 
@@ -323,27 +322,26 @@ class Figures {
     for (std::size_t t = 0; t < runs_.tasks.size(); ++t)
       own += runs_.outcomes[t].good && runs_.tasks[t].event->struck == static_cast<int>(m);
     const bool only_own = own >= least_own_runs;
+    std::vector<double> x;
+    std::vector<int> grades;
+    for (std::size_t t = 0; t < runs_.tasks.size(); ++t) {
+      if (!runs_.outcomes[t].good || grade(runs_.outcomes[t]) < 0 || !(runs_.tasks[t].event->energy > 0) ||
+          (only_own && runs_.tasks[t].event->struck != static_cast<int>(m)))
+        continue;
+      x.push_back(std::log(runs_.tasks[t].event->energy));
+      grades.push_back(grade(runs_.outcomes[t]));
+    }
+    const std::vector<Logistic> fits = fit_logistic(x, grades, classes);
     for (int k = 1; k <= classes; ++k) {
       member["per_event"].push_back(probability(k, grade, static_cast<int>(m)));
-      std::vector<double> x;
-      std::vector<int> y;
-      for (std::size_t t = 0; t < runs_.tasks.size(); ++t) {
-        if (!runs_.outcomes[t].good || grade(runs_.outcomes[t]) < 0 || !(runs_.tasks[t].event->energy > 0) ||
-            (only_own && runs_.tasks[t].event->struck != static_cast<int>(m)))
-          continue;
-        x.push_back(std::log(runs_.tasks[t].event->energy));
-        y.push_back(grade(runs_.outcomes[t]) >= k);
-      }
-      const auto reached = static_cast<std::size_t>(std::accumulate(y.begin(), y.end(), 0));
       Json curve{{"class", k},
                  {"hits", only_own ? "on this member" : "anywhere"},
                  {"runs", x.size()},
-                 {"reached", reached}};
-      // Where all hits or none reach the class they say nothing of how it depends on their energy.
-      const Logistic fit = reached > 0 && reached < y.size() ? fit_logistic(x, y) : Logistic{};
+                 {"reached", std::ranges::count_if(grades, [k](int g) { return g >= k; })}};
+      const Logistic& fit = fits[static_cast<std::size_t>(k - 1)];
       curve["fitted"] = fit.fitted;
       if (fit.fitted) {
-        curve["law"] = "P = 1 / (1 + exp(-(a + b ln(E / 1 J))))";
+        curve["law"] = "P = 1 / (1 + exp(-(a + b ln(E / 1 J)))), b the same for all classes";
         curve["a"] = fit.a, curve["b"] = fit.b;
         curve["goodness"] = {
             {"deviance", fit.deviance}, {"null_deviance", fit.null_deviance}, {"brier", fit.brier}};

@@ -20,6 +20,8 @@
 #include <string>
 #include <vector>
 
+#include "ensemble/progress.hpp"
+
 namespace talus::ensemble {
 
 struct FragilityRequest {
@@ -29,8 +31,8 @@ struct FragilityRequest {
   double window = 0.5;  // of the strike and what follows [s]
   int threads = 1;
   bool capacity = false;  // each run ends with the push-down of the structure's members
-  std::function<void(int done, int asked)> progress;
-  std::function<void(const std::string&)> tell;  // what is about to be computed, and warnings
+  std::function<void(const Progress&)> progress;  // from any thread, one at a time
+  std::function<void(const std::string&)> tell;   // what is about to be computed, and warnings
   const std::atomic<int>* stop = nullptr;
 };
 

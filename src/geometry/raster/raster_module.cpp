@@ -327,6 +327,22 @@ struct InMemory {
   }
 };
 
+/// What a file is that is none of the formats of heights, by what the library knows it for.
+std::string other_format(const char* path) {
+  GDALDriverH driver = GDALIdentifyDriverEx(path, GDAL_OF_RASTER, nullptr, nullptr);
+  return (driver ? std::string("is of the format ") + GDALGetDriverLongName(driver)
+                 : std::string("is of no format that is known")) +
+         "; ESRI ASCII grids, GeoTIFF, HGT, DTED, HFA and points in rows (XYZ) are read";
+}
+
+/// Bytes with a sign, which the library reads as if they had none.
+void apply_sign(GDALRasterBandH band, Raster* out) {
+  const char* type = GDALGetMetadataItem(band, "PIXELTYPE", "IMAGE_STRUCTURE");
+  if (!type || std::strcmp(type, "SIGNEDBYTE") != 0) return;
+  for (double& z : out->values)
+    if (z > 127) z -= 256;
+}
+
 }  // namespace
 
 extern "C" __attribute__((visibility("default"))) bool talus_raster_read(const char* path,
@@ -351,7 +367,7 @@ extern "C" __attribute__((visibility("default"))) bool talus_raster_read(const c
   const char* options[] = {"DATATYPE=Float64", nullptr};
   GDALDatasetH data = GDALOpenEx(text ? copy.names.front().c_str() : path, GDAL_OF_RASTER | GDAL_OF_READONLY,
                                  height_formats, options, nullptr);
-  if (!data) return fail(out, "not a raster that GDAL reads");
+  if (!data) return fail(out, other_format(path).c_str());
   const std::unique_ptr<void, void (*)(void*)> close(data, [](void* d) { GDALClose(d); });
   out->columns = GDALGetRasterXSize(data);
   out->rows = GDALGetRasterYSize(data);
@@ -374,6 +390,7 @@ extern "C" __attribute__((visibility("default"))) bool talus_raster_read(const c
                    GDT_Float64, 0, 0) != CE_None)
     return fail(out, "cannot be read to its end");
   if (GDALDataTypeIsComplex(GDALGetRasterDataType(band))) return fail(out, "holds complex numbers");
+  apply_sign(band, out);
   if (!apply_mask(band, out) || !apply_alpha(data, out)) return fail(out, "its mask cannot be read");
   drop_unwritten(band, out);
   int has_nodata = 0;

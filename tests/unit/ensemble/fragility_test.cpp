@@ -275,10 +275,25 @@ TEST(Fragility, ClustersRunsAndProbabilities) {
   EXPECT_EQ(text_of(place.path() / "two" / "fragility.json"), text_of(out / "fragility.json"));
   int done_again = 0;
   FragilityRequest again = request_of(out, 1);
-  again.progress = [&](int, int) { ++done_again; };
+  again.progress = [&](const Progress&) { ++done_again; };
   write_fragility(again);
   EXPECT_EQ(done_again, 0);
   EXPECT_EQ(text_of(place.path() / "two" / "fragility.json"), text_of(out / "fragility.json"));
+
+  // A run that the stop cuts off is not counted as done.
+  const fs::path cut = place.path() / "cut";
+  fs::copy(out, cut, fs::copy_options::recursive);
+  fs::remove_all(cut / "fragility");
+  std::atomic<int> stop = 0;
+  long counted = 0;
+  FragilityRequest amid = request_of(cut, 2);
+  amid.window = 0.1;  // of several macro steps, between which it can be stopped
+  amid.stop = &stop;
+  amid.progress = [&](const Progress& p) {
+    stop = 2;
+    counted = p.done;
+  };
+  EXPECT_EQ(write_fragility(amid).done, counted);
 
   // Stopped after eight runs, there is one of each kind of hit, and the figures stand for all; the same
   // command goes on to the same bytes. A plan of other runs begins anew, whichever of the old ones were
@@ -287,11 +302,11 @@ TEST(Fragility, ClustersRunsAndProbabilities) {
   fs::copy(out, third, fs::copy_options::recursive);
   fs::remove_all(third / "fragility");
   fs::remove(third / "fragility.json");
-  std::atomic<int> stop = 0;
+  stop = 0;
   FragilityRequest stopped = request_of(third, 1);
   stopped.stop = &stop;
   int until = 3;
-  stopped.progress = [&](int done, int) { stop = done == until ? 2 : 0; };
+  stopped.progress = [&](const Progress& p) { stop = p.done == until ? 2 : 0; };
   const FragilityResult few = write_fragility(stopped);
   EXPECT_EQ(few.done, 3);
   EXPECT_LT(json_of(third / "fragility.json")["runs"]["share_of_hits"].get<double>(), 1);

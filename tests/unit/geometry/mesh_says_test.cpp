@@ -79,6 +79,20 @@ TEST(MeshSays, NumbersEndAtBlanks) {
   EXPECT_NO_THROW(read_mesh_text("v 0 0 0#a\nv 1 0 0\nv 0 1 0\nf 1/2/3 2//4 3\n", "t.obj"));
 }
 
+TEST(MeshSays, CoordinatesAreNumbersOfMetres) {
+  for (const char* x : {"1e200", "1e100", "-2e9", "nan", "inf"}) {
+    const std::string vertices = "v 0 0 0\nv " + std::string(x) + " 0 0\nv 0 1 0\n";
+    try {
+      read_mesh_text(vertices + "f 1 2 3\n", "t.obj");
+      ADD_FAILURE() << x;
+    } catch (const InputError& e) {
+      ASSERT_EQ(e.problems().size(), 1u) << x;
+      EXPECT_EQ(e.problems()[0].key, "mesh vertex 1") << x;
+      EXPECT_NE(e.problems()[0].rule.find("at most 1e+09 m"), std::string::npos) << x;
+    }
+  }
+}
+
 TEST(MeshSays, NothingStandsBehindWhatTheHeaderCounts) {
   const std::string points = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n", two = "3 0 1 2\n3 0 2 3\n";
   const auto off = [&](const std::string& counts, const std::string& faces) {

@@ -96,6 +96,14 @@ TEST(RasterSays, ScaleAndOffsetAreApplied) {
   EXPECT_FALSE(warned(of_bytes, "8 bits"));
 }
 
+TEST(RasterSays, BytesMayHaveASign) {
+  TinyTiff t = tiff({-20, -10, 0, 10, 20, 30, 40, -1, -128});
+  t.bytes = true, t.sign = true, t.nodata = "-128";
+  const Terrain ground = terrain_of(t);
+  EXPECT_EQ(north_west(ground), -20);
+  EXPECT_EQ(ground.surface.vertices.size(), 8u);
+}
+
 TEST(RasterSays, NodataIsAStoredValueNotAScaledOne) {
   TinyTiff t = tiff({10, 20, 30, 40, 50, 60, 70, 80, 0});
   t.nodata = "0";
@@ -234,6 +242,36 @@ TEST(RasterSays, AnIncompleteHeaderIsNamed) {
   EXPECT_EQ(value("ncols 2\nnrows 3\n" + place + "1 2 3\n4 5 6\n"), "ncols 2, nrows 3");
   EXPECT_EQ(value("ncols 2\nnrows 2\nxllcorner 0\nxllcenter 0.5\nyllcorner 0\ncellsize 1\n1 2\n3 4\n"),
             "xllcorner and xllcenter");
+  EXPECT_EQ(value("ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 1 m\n1 2\n3 4\n"), "m");
+  EXPECT_EQ(value("ncols: 2\nnrows: 2\n" + place + "1 2\n3 4\n"), "ncols:");
+}
+
+TEST(RasterSays, PointsInRowsKeepTheirDecimals) {
+  const auto rule = [](const std::string& text) -> std::string {
+    const File file("p.csv", text);
+    try {
+      const auto vertices = load_terrain(file.path).surface.vertices;
+      return std::to_string(vertices.size()) + " up to " + std::to_string(vertices.back().z());
+    } catch (const InputError& e) { return e.problems()[0].rule; }
+  };
+  const std::string cut = "a row of 4 numbers between commas, and 3 are expected";
+  EXPECT_NE(rule("0,1,500,5\n1,1,501,5\n0,0,502,5\n1,0,503,5\n").find(cut), std::string::npos);
+  EXPECT_NE(rule("x,y,z\n0,1,500,5\n1,1,501,5\n0,0,502,5\n1,0,503,5\n").find(cut), std::string::npos);
+  EXPECT_EQ(rule("x,y,z,class\n0,1,500,5\n1,1,501,5\n0,0,502,5\n1,0,503,5\n"), "4 up to 501.000000");
+  EXPECT_EQ(rule("x;y;z\n0;1;500,5\n1;1;501,5\n0;0;502,5\n1;0;503,5\n"), "4 up to 501.500000");
+}
+
+TEST(RasterSays, AFormatThatIsNotReadIsNamed) {
+  const auto rule = [](const std::string& text) -> std::string {
+    const File file("g.grd", text);
+    try {
+      load_terrain(file.path);
+    } catch (const InputError& e) { return e.problems()[0].rule; }
+    return {};
+  };
+  EXPECT_NE(rule("DSAA\n2 2\n0 1\n0 1\n1 4\n1 2\n3 4\n").find("Golden Software ASCII Grid"),
+            std::string::npos);
+  EXPECT_NE(rule("north: 2\nsouth: 0\n").find("of no format that is known"), std::string::npos);
 }
 
 TEST(RasterSays, HeightsBeyondAnyTerrainAreWarnedOf) {

@@ -13,6 +13,7 @@ struct TinyTiff {
   int columns = 3, rows = 3, bands = 1;
   std::vector<double> values;       // rows x columns x bands, north first
   bool bytes = false;               // 8 bits a value, else double
+  bool sign = false;                // of bytes
   int photometric = 1;              // 1 grey, 2 RGB, 3 palette
   bool alpha = false;               // the last band is one
   std::string nodata, metadata;     // tags 42113, 42112
@@ -81,7 +82,7 @@ struct TinyTiff {
     std::string pixels;
     for (const double v : values) {
       if (bytes)
-        pixels += static_cast<char>(static_cast<unsigned char>(v));
+        pixels += static_cast<char>(static_cast<int>(v));
       else
         pixels += std::string(reinterpret_cast<const char*>(&v), 8);
     }
@@ -98,7 +99,7 @@ struct TinyTiff {
         {278, longs(static_cast<std::uint32_t>(rows))},
         {279, longs(static_cast<std::uint32_t>(pixels.size()))},
         {284, shorts({1})},
-        {339, shorts(std::vector<int>(static_cast<std::size_t>(bands), bytes ? 1 : 3))},
+        {339, shorts(std::vector<int>(static_cast<std::size_t>(bands), bytes ? sign ? 2 : 1 : 3))},
         {33550, doubles({cell, cell, scale_z})},
         {33922, doubles({0, 0, 0, west, north, 0})}};
     if (alpha) tags[338] = shorts({2});
