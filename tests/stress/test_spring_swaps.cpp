@@ -88,7 +88,9 @@ TEST_P(SpringSwaps, MakeNoEnergy) {
         std::max(friction_back, o.rows[i - 1].ledger.friction_work - o.rows[i].ledger.friction_work);
   }
   EXPECT_LE(growth, (swap.made + swap.chord) * in_motion);
-  if (swap.chord > 0) EXPECT_LE(o.result.counters.gained, swap.made * in_motion);  // from step to step
+  if (swap.chord > 0) {
+    EXPECT_LE(o.result.counters.gained, swap.made * in_motion);  // from step to step
+  }
   EXPECT_LE(residual, 1e-4 * in_motion);
   EXPECT_LE(friction_back, 1e-4 * in_motion);
   EXPECT_LE(std::abs(o.last().ledger.numerical_dissipation()), swap.taken * in_motion);

@@ -320,7 +320,7 @@ TEST(ConcreteDamage, CapIsReachedAndKept) {
 
 TEST(ConcreteDamage, CellExtentIsFrozenAlongTheCrackNormal) {
   ConcreteDamage::Parameters p = c30();
-  p.cell = {{{0.3, 0, 0}, {0, 0.1, 0}, {0, 0, 0.2}}};
+  p.cell = CellFrame::of(Vec3(0.3, 0.1, 0.2).asDiagonal());
   const ConcreteDamage law(p);
   const Concrete& c = p.concrete;
   const double expected[3] = {0.3, 0.1, 0.2};
