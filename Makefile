@@ -3,7 +3,8 @@ JOBS ?= $(shell nproc)
 PRESET ?= release
 BUILD := build/$(PRESET)
 
-.PHONY: help setup build test verify demo cases bench reference docs fuzz deb format format-check lint lint-changed clean
+.PHONY: help setup build test verify demo cases bench reference docs fuzz deb
+.PHONY: format format-check lint lint-changed clean
 
 help:
 	@echo "make demo    install what is missing, build, run the demo case, name the report to open"
@@ -11,8 +12,8 @@ help:
 	@echo "make build   build alone: the program is build/release/talus"
 	@echo "make verify  every row of talus verify, against what docs/results says falls short (some minutes)"
 	@echo "make cases   run every case in full (long)"
-	@echo "make bench   benchmark of the contact solver, kernels, and the scenes beside Bullet and ODE (docs/results/peers.md)"
-	@echo "make reference  regenerate docs/scene.md, docs/theory/tolerances.md and docs/talus.1 from the program (seconds)"
+	@echo "make bench   benchmarks: contact solver, kernels, scenes beside Bullet, ODE (docs/results/peers.md)"
+	@echo "make reference  docs/scene.md, docs/theory/tolerances.md, docs/talus.1 by the program (seconds)"
 	@echo "make docs    the same, and the tables and plots of talus verify in docs/results/ (some ten minutes)"
 	@echo "make fuzz    fuzz the readers, ten minutes of CPU time each (needs clang and libclang-rt-14-dev)"
 	@echo "make deb     the Debian package: build/deb/talus_*.deb"
@@ -23,7 +24,8 @@ help:
 setup:
 	@scripts/setup.sh
 
-# The program and its modules; the tests are built by `make test`. First the report's page, whose npm packages come over the network: what is missing there is told at once.
+# The program and its modules; the tests are built by `make test`. First the report's page, whose npm packages
+# come over the network: what is missing there is told at once.
 build:
 	@test -f $(BUILD)/build.ninja || cmake --preset $(PRESET)
 	@cmake --build $(BUILD) --target talus_report_page
@@ -37,7 +39,8 @@ test: setup
 
 verify: build
 	@for suite in dda fem coupling stability invariants; do \
-	  python3 tests/verify/run.py $(BUILD)/talus $$suite docs/results/verification-$$suite.md $(BUILD)/verify-$$suite --full || exit 1; done
+	  python3 tests/verify/run.py $(BUILD)/talus $$suite docs/results/verification-$$suite.md \
+	    $(BUILD)/verify-$$suite --full || exit 1; done
 
 demo: setup build
 	@$(BUILD)/talus run cases/tirol-pier/reinforced.toml -o results/tirol-pier
@@ -61,7 +64,8 @@ docs: reference
 	@scripts/results.sh $(BUILD)
 
 deb: setup build
-	@cd $(BUILD) && cpack -G DEB -B $(CURDIR)/build/deb > $(CURDIR)/build/deb.log || { tail -20 $(CURDIR)/build/deb.log; exit 1; }
+	@cd $(BUILD) && cpack -G DEB -B $(CURDIR)/build/deb > $(CURDIR)/build/deb.log || \
+	  { tail -20 $(CURDIR)/build/deb.log; exit 1; }
 	@ls $(CURDIR)/build/deb/*.deb
 
 format:

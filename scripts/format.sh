@@ -5,7 +5,8 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 command -v clang-format >/dev/null || { echo "clang-format is not installed (packages.txt)" >&2; exit 77; }
-mapfile -t files < <(find src tests bench python \( -name '*.cpp' -o -name '*.hpp' -o -name '*.inc' \) | LC_ALL=C sort)
+mapfile -t files < <(
+  find src tests bench python \( -name '*.cpp' -o -name '*.hpp' -o -name '*.inc' \) | LC_ALL=C sort)
 unformatted() {
   printf '%s\0' "${files[@]}" | xargs -0 -n 20 -P "$(nproc)" \
     sh -c 'for f; do clang-format --dry-run -Werror "$f" >/dev/null 2>&1 || echo "$f"; done' _ | LC_ALL=C sort

@@ -1,10 +1,12 @@
-"""Talus in Python: check and run scenes in this process, sweep over keys, read results and ensembles as NumPy arrays, draw the report's plots.
+"""Talus in Python: check and run scenes in this process, sweep over keys, read results and ensembles as NumPy
+arrays, draw the report's plots.
 
     import talus
     r = talus.run("cases/tirol-pier/scene.toml", set={"simulation.duration": "8 s"})
     talus.plots.speed(r)
 
-Reading needs h5py and NumPy alone; plots need Matplotlib; running needs the extension that `make build` puts beside this package.
+Reading needs h5py and NumPy alone; plots need Matplotlib; running needs the extension that `make build` puts
+beside this package.
 """
 import json as _json
 import numbers as _numbers
@@ -16,7 +18,8 @@ from . import plots
 from .errors import RunError, SceneError
 from .results import Block, EnsembleResults, Results, rotation_matrix
 
-__all__ = ["check", "run", "sweep", "open", "open_ensemble", "plots", "Results", "EnsembleResults", "Block", "Check", "Sweep", "SceneError", "RunError", "rotation_matrix"]
+__all__ = ["check", "run", "sweep", "open", "open_ensemble", "plots", "Results", "EnsembleResults", "Block",
+           "Check", "Sweep", "SceneError", "RunError", "rotation_matrix"]
 
 
 def _extension():
@@ -33,7 +36,8 @@ def _extension():
 
 
 def _toml(value, within=False):
-    """A value of `set` as TOML: "45 deg" is a text, which needs no quotes unless it stands within another value, [0, 0, 1] a list, {"dip": 30} a table."""
+    """A value of `set` as TOML: "45 deg" is a text, which needs no quotes unless it stands within another
+    value, [0, 0, 1] a list, {"dip": 30} a table."""
     if hasattr(value, "tolist"):
         value = value.tolist()
     if isinstance(value, _pathlib.PurePath):
@@ -45,17 +49,19 @@ def _toml(value, within=False):
     if isinstance(value, (list, tuple)):
         return "[" + ", ".join(_toml(v, True) for v in value) + "]"
     if isinstance(value, dict):
-        return "{ " + ", ".join(_json.dumps(str(k), ensure_ascii=False) + " = " + _toml(v, True) for k, v in value.items()) + " }"
+        entries = (_json.dumps(str(k), ensure_ascii=False) + " = " + _toml(v, True) for k, v in value.items())
+        return "{ " + ", ".join(entries) + " }"
     if isinstance(value, _numbers.Integral):
         return str(int(value))
     if isinstance(value, _numbers.Real):
         return repr(float(value))
-    raise TypeError(f"{value!r}: a value of `set` is a number, a text, True, False, a path, or a list or dict of these")
+    raise TypeError(f"{value!r}: a value of `set` is a number, a text, True, False, a path, or a list "
+                    "or dict of these")
 
 
 def _overrides(values):
     if values is not None and not hasattr(values, "items"):
-        raise TypeError(f"{values!r}: `set` is a dict of keys and values, {{\"simulation.duration\": \"8 s\"}}")
+        raise TypeError(f"{values!r}: `set` is a dict of keys and values, {{'simulation.duration': '8 s'}}")
     return [(key, _toml(value)) for key, value in (values or {}).items()]
 
 
@@ -91,12 +97,15 @@ def run(scene, output=None, set=None, resume=False, report=False, progress=None)
 
     scene     path of a file, or the text of a scene (relative paths in it start at the working directory)
     output    directory, as `talus run -o`; results/STEM by default. An earlier run of Talus in it is replaced
-    set       dict of keys and values that replace those of the file: {"interface.rock/slope.friction": "35 deg"}
+    set       dict of keys and values that replace those of the file:
+              {"interface.rock/slope.friction": "35 deg"}
     resume    go on from the directory's checkpoint, if it has one
     report    write report.html as well
-    progress  called as progress(time, duration) between macro steps; what it raises stops the run with its state saved
+    progress  called as progress(time, duration) between macro steps; what it raises stops the run with its
+              state saved
 
-    Raises SceneError for bad input, RunError if the run fails or its audit does. Ctrl-C stops it with its state saved.
+    Raises SceneError for bad input, RunError if the run fails or its audit does. Ctrl-C stops it with its
+    state saved.
     """
     text, is_text = _scene(scene)
     if output is None:
@@ -123,13 +132,15 @@ def open_ensemble(directory):
 
 
 class Sweep:
-    """Runs of one scene that differ in some keys: `runs` is a list of (values, Results); a failed run has its exception in place of results."""
+    """Runs of one scene that differ in some keys: `runs` is a list of (values, Results); a failed run has its
+    exception in place of results."""
 
     def __init__(self, keys, runs):
         self.keys, self.runs = list(keys), runs
 
     def table(self, **columns):
-        """One row a run: dict of lists with the swept keys and, by name, what each function makes of a Results (None for a failed run).
+        """One row a run: dict of lists with the swept keys and, by name, what each function makes of a
+        Results (None for a failed run).
 
             s.table(runout=lambda r: r.summary["blocks"][0]["runout"])
         """
@@ -179,7 +190,8 @@ def sweep(scene, set, output, jobs=1, each=None):
         with ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn")) as pool:
             failures = list(pool.map(_run_one, itertools.repeat(str(scene)), map(str, folders), combinations))
     else:
-        failures = [_run_one(str(scene), str(folder), values) for folder, values in zip(folders, combinations)]
+        failures = [_run_one(str(scene), str(folder), values)
+                    for folder, values in zip(folders, combinations)]
     runs = []
     for values, folder, failure in zip(combinations, folders, failures):
         runs.append((values, RuntimeError(failure) if failure else Results(folder)))

@@ -2,7 +2,8 @@
 
 
 class SceneError(ValueError):
-    """Bad input; nothing was written. `problems` is a list of dicts with severity, file, line, column, key, value, rule, remedy, text."""
+    """Bad input; nothing was written. `problems` is a list of dicts with severity, file, line, column, key,
+    value, rule, remedy, text."""
 
     def __init__(self, problems):
         super().__init__("\n".join(p["text"] for p in problems))
@@ -10,7 +11,7 @@ class SceneError(ValueError):
 
 
 class RunError(RuntimeError):
-    """The run failed: status and message as in summary.json; `results` holds what was computed up to there."""
+    """The run failed: status and message as in summary.json; `results` holds what was computed till then."""
 
     def __init__(self, message, results):
         super().__init__(message)

@@ -65,9 +65,11 @@ def kinetic(results, ax=None, most=12):
 
 
 def energy(results, ax=None):
-    """The ledger: where the energy is and where it went. Numerical dissipation without what follows the step (step_dependence)."""
+    """The ledger: where the energy is and where it went. Numerical dissipation without what follows the step
+    (step_dependence)."""
     ax = _axes(ax, xlabel="time [s]", ylabel="energy [kJ]")
-    entries = {name: results.ledger[name] for name in ("kinetic", "strain", "contact", "friction_work", "damping_work", "damage_work")}
+    names = ("kinetic", "strain", "contact", "friction_work", "damping_work", "damage_work")
+    entries = {name: results.ledger[name] for name in names}
     entries["potential, less the start's"] = results.ledger.potential - results.ledger.potential[0]
     entries["numerical"] = results.ledger.algorithmic - results.ledger.step_dependence
     entries["residual"] = results.ledger.residual
@@ -80,8 +82,9 @@ def energy(results, ax=None):
 
 
 def contact_force(results, structure=None, ax=None, lowpass=300.0):
-    """Size of the contact force on a structure (all by default): means of the coupled steps, and low-passed at `lowpass` Hz as in the report
-    (Butterworth of four poles, no phase shift, class 180 of SAE J211); None: not."""
+    """Size of the contact force on a structure (all by default): means of the coupled steps, and low-passed
+    at `lowpass` Hz as in the report (Butterworth of four poles, no phase shift, class 180 of SAE J211); None:
+    not."""
     ax = _axes(ax, xlabel="time [s]", ylabel="contact force [kN]")
     t, force = results.contact_force(structure)
     ax.plot(t, np.linalg.norm(force, axis=1) / 1e3, lw=0.6, alpha=0.5, label="mean over a step")
@@ -95,15 +98,17 @@ def contact_force(results, structure=None, ax=None, lowpass=300.0):
 def low_passed(results, structure=None, frequency=300.0, spacing=1e-4):
     """Size of the contact force, low-passed as in the report: [n] s, [n] N.
 
-    The impulses of the rows, spread over (time - dt, time], are gathered in bins of `spacing` seconds; the size of their mean forces goes through a
-    Butterworth filter of two poles forth and back (class 180 of SAE J211 at 300 Hz).
+    The impulses of the rows, spread over (time - dt, time], are gathered in bins of `spacing` seconds; the
+    size of their mean forces goes through a Butterworth filter of two poles forth and back (class 180 of SAE
+    J211 at 300 Hz).
     """
     c = results.contacts
     keep = results.contacts_of(structure)
     if not keep.any():
         return np.zeros(0), np.zeros(0)
     end, dt, force = c.time[keep], c.dt[keep], c.force[keep]
-    margin = 50 + int(np.ceil(1 / (frequency * spacing)))   # bins of no force before and after: the transient of the filter
+    # Bins of no force before and after: the transient of the filter.
+    margin = 50 + int(np.ceil(1 / (frequency * spacing)))
     first = int(np.floor((end - dt).min() / spacing)) - margin
     edges = spacing * np.arange(first, int(np.ceil(end.max() / spacing)) + margin + 1)
     # Impulse up to each edge of the bins, exactly: the sum of ramps that begin and end with the rows.
@@ -112,7 +117,8 @@ def low_passed(results, structure=None, frequency=300.0, spacing=1e-4):
     slope = np.cumsum(np.concatenate([force, -force])[order], axis=0)
     at = at[order]
     impulse = np.concatenate([np.zeros((1, 3)), np.cumsum(slope[:-1] * np.diff(at)[:, None], axis=0)])
-    size = np.linalg.norm(np.stack([np.diff(np.interp(edges, at, impulse[:, k])) for k in range(3)], -1), axis=1) / spacing
+    steps = [np.diff(np.interp(edges, at, impulse[:, k])) for k in range(3)]
+    size = np.linalg.norm(np.stack(steps, -1), axis=1) / spacing
     return 0.5 * (edges[:-1] + edges[1:]), _butterworth(size, frequency * spacing)
 
 
@@ -159,13 +165,15 @@ def displacement(results, structure, ax=None):
 
 
 def member_shear(results, structure, ax=None):
-    """Largest shear over time along each member, with V_Rd by mean strengths (the smaller of both axes) where it is known."""
+    """Largest shear over time along each member, with V_Rd by mean strengths (the smaller of both axes) where
+    it is known."""
     ax = _axes(ax, xlabel="largest shear [kN]", ylabel="distance from the base [m]")
     m = results.structures[structure].members
     largest = np.nanmax(np.linalg.norm(m.shear, axis=3), axis=0)
     for i, name in enumerate(m["name"]):
         line, = ax.plot(largest[i] / 1e3, m.station[i], label=name)
-        resistance = np.nanmin(m.shear_resistance[i, 1]) if "shear_resistance" in m and np.isfinite(m.shear_resistance[i, 1]).any() else None
+        known = "shear_resistance" in m and np.isfinite(m.shear_resistance[i, 1]).any()
+        resistance = np.nanmin(m.shear_resistance[i, 1]) if known else None
         if resistance is not None:
             ax.axvline(resistance / 1e3, color=line.get_color(), ls="--", lw=1)
     ax.legend()
@@ -178,7 +186,8 @@ def report(results, structure=None):
 
     names = list(results.structures)
     structure = structure or (names[0] if names else None)
-    figure, axes = plt.subplots(4 if structure else 2, 2, figsize=(12, 16 if structure else 8), constrained_layout=True)
+    rows = 4 if structure else 2
+    figure, axes = plt.subplots(rows, 2, figsize=(12, 4 * rows), constrained_layout=True)
     flat = axes.ravel()
     profile(results, flat[0])
     speed(results, flat[1])

@@ -1,4 +1,5 @@
-"""Results of a run as NumPy arrays. Names, shapes and units are those of docs/output.md; nothing here needs the program.
+"""Results of a run as NumPy arrays. Names, shapes and units are those of docs/output.md; nothing here needs
+the program.
 
     r = talus.open("results/tirol-pier")
     r.time                                   [nt] s
@@ -8,7 +9,8 @@
     r.ledger.kinetic                         [nt] J
     r.summary["headline"]
 
-An array is read at its first use and kept; `unit(path)` and `description(path)` tell of it. `r.file` is the h5py file.
+An array is read at its first use and kept; `unit(path)` and `description(path)` tell of it. `r.file` is the
+h5py file.
 """
 import json
 import os
@@ -24,6 +26,10 @@ def _array(dataset):
     return dataset[...]
 
 
+def _list(names, none="none"):
+    return ", ".join(names) or none
+
+
 class Group:
     """A group of the file: its datasets are arrays, its groups are groups, by attribute or by name."""
 
@@ -34,7 +40,7 @@ class Group:
     def __getitem__(self, name):
         if name not in self._read:
             if name not in self._group:
-                raise KeyError(f"{self._group.name} has no {name}; it has {', '.join(self._group) or 'nothing'}")
+                raise KeyError(f"{self._group.name} has no {name}; it has {_list(self._group, 'nothing')}")
             item = self._group[name]
             self._read[name] = _array(item) if isinstance(item, h5py.Dataset) else Group(item)
         return self._read[name]
@@ -141,7 +147,8 @@ class Blocks(Group):
         if name in self._results.block_names:
             return Block(self._results, self._results.block_names.index(name))
         names = self._results.block_names
-        raise KeyError(f"no block {name}; there are {', '.join(names[:5]) or 'none'}{', ...' if len(names) > 5 else ''}")
+        more = ", ..." if len(names) > 5 else ""
+        raise KeyError(f"no block {name}; there are {_list(names[:5])}{more}")
 
     def __iter__(self):
         return iter(self._results.block_names)
@@ -197,7 +204,8 @@ class Results(_Opened):
         self.directory = pathlib.Path(directory)
         file = self.directory / "results.h5" if self.directory.is_dir() else self.directory
         if not file.is_file():
-            raise FileNotFoundError(f"{directory}: no results.h5; {_instead(self.directory, 'talus.open_ensemble', 'ensemble.h5')}")
+            instead = _instead(self.directory, "talus.open_ensemble", "ensemble.h5")
+            raise FileNotFoundError(f"{directory}: no results.h5; {instead}")
         self.directory = file.parent
         self.file = _open(file)
         self._root = Group(self.file)
@@ -233,11 +241,12 @@ class Results(_Opened):
     @property
     def structures(self):
         """A group for each structure; empty without any."""
-        return self._root.history["structures"] if "structures" in self._root.history else _Absent("structure")
+        history = self._root.history
+        return history["structures"] if "structures" in history else _Absent("structure")
 
     @property
     def contacts(self):
-        """Rows of contacts between blocks and structures: time, dt, point, force, normal, block, structure."""
+        """Contacts of blocks and structures, by rows: time, dt, point, force, normal, block, structure."""
         return self._root.history.contacts.structure
 
     @property
@@ -278,18 +287,20 @@ class Results(_Opened):
             return np.ones(len(self.contacts.time), bool)
         names = list(_array(self.file["geometry/structures/name"]))
         if structure not in names:
-            raise KeyError(f"no structure {structure}; there are {', '.join(names) or 'none'}")
+            raise KeyError(f"no structure {structure}; there are {_list(names)}")
         return self.contacts.structure == names.index(structure)
 
     def contact_force(self, structure=None):
-        """Force on a structure (a name; all of them by default), mean over each coupled step: times [n] s, forces [n, 3] N.
+        """Force on a structure (a name; all of them by default), mean over each coupled step: times [n] s,
+        forces [n, 3] N.
 
         Rows of one step share their time; their forces add up.
         """
         c = self.contacts
         keep = self.contacts_of(structure)
         times, step = np.unique(c.time[keep], return_inverse=True)
-        force = np.stack([np.bincount(step, c.force[keep, k], len(times)) for k in range(3)], -1) if len(times) else np.zeros((0, 3))
+        sums = [np.bincount(step, c.force[keep, k], len(times)) for k in range(3)] if len(times) else []
+        force = np.stack(sums, -1) if sums else np.zeros((0, 3))
         return times, force
 
     def impulse(self, structure=None):
@@ -298,7 +309,8 @@ class Results(_Opened):
         return (c.force[keep] * c.dt[keep][:, None]).sum(axis=0)
 
     def __repr__(self):
-        return f"<results of {os.fspath(self.directory)}: {len(self.time)} rows, {len(self.blocks)} blocks, structures {', '.join(self.structures) or 'none'}>"
+        return (f"<results of {os.fspath(self.directory)}: {len(self.time)} rows, {len(self.blocks)} blocks, "
+                f"structures {_list(self.structures)}>")
 
 
 def rotation_matrix(q):
@@ -311,7 +323,8 @@ def rotation_matrix(q):
 
 
 class EnsembleResults(_Opened):
-    """An ensemble's directory: `members`, `lines`, `hits` as groups of arrays (docs/guide/ensemble.md), `summary` from summary.json, `fragility` from fragility.json.
+    """An ensemble's directory: `members`, `lines`, `hits` as groups of arrays (docs/guide/ensemble.md),
+    `summary` from summary.json, `fragility` from fragility.json.
 
         e = talus.open_ensemble("results/slope")
         e.members.runout                    [members, blocks] m
@@ -324,7 +337,8 @@ class EnsembleResults(_Opened):
         self.directory = pathlib.Path(directory)
         file = self.directory / "ensemble.h5" if self.directory.is_dir() else self.directory
         if not file.is_file():
-            raise FileNotFoundError(f"{directory}: no ensemble.h5; {_instead(self.directory, 'talus.open', 'results.h5')}")
+            instead = _instead(self.directory, "talus.open", "results.h5")
+            raise FileNotFoundError(f"{directory}: no ensemble.h5; {instead}")
         self.directory = file.parent
         self.file = _open(file)
         self._root = Group(self.file)
@@ -339,7 +353,8 @@ class EnsembleResults(_Opened):
         """fragility.json by the name of the structure: `e.fragility["viaduct"]["per_event"]`."""
         file = self.directory / "fragility.json"
         if not file.is_file():
-            raise FileNotFoundError(f"{file}: there is none; talus fragility {self.directory} --structure NAME makes it")
+            raise FileNotFoundError(f"{file}: there is none; talus fragility {self.directory} --structure "
+                                    "NAME makes it")
         last = json.loads(file.read_text(encoding="utf-8"))
         return {f["structure"]: f for f in [last, *last.pop("others", [])]}
 
@@ -353,12 +368,13 @@ class EnsembleResults(_Opened):
 
     def line(self, name):
         if name not in self.lines:
-            raise KeyError(f"no line {name}; there are {', '.join(self.lines) or 'none'}")
+            raise KeyError(f"no line {name}; there are {_list(self.lines)}")
         status = np.asarray(self.members.status).astype(str)
         return Crossings(self.lines[name], self.members.index[~np.isin(status, ["failed", "over limit"])])
 
     def __repr__(self):
-        return f"<ensemble of {os.fspath(self.directory)}: {len(self.members.index)} members, lines {', '.join(self.lines) or 'none'}, hits {', '.join(self.hits) or 'none'}>"
+        return (f"<ensemble of {os.fspath(self.directory)}: {len(self.members.index)} members, "
+                f"lines {_list(self.lines)}, hits {_list(self.hits)}>")
 
 
 class Crossings:
@@ -383,9 +399,11 @@ class Crossings:
         return np.linalg.norm(self._group.velocity, axis=1)
 
     def largest(self, quantity):
-        """Largest value of each member that crosses and came to an end: what the percentiles of the summary are of. [such members]"""
+        """Largest value of each member that crosses and came to an end: what the percentiles of the summary
+        are of. [such members]"""
         values, member = np.asarray(getattr(self, quantity)), self._group.member
-        kept = np.isin(member, self._finished) & np.isfinite(values)   # a height is NaN where there is no ground
+        # A height is NaN where there is no ground.
+        kept = np.isin(member, self._finished) & np.isfinite(values)
         found, at = np.unique(member[kept], return_inverse=True)
         out = np.full(len(found), -np.inf)
         np.maximum.at(out, at, values[kept])

@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <cmath>
 #include <cstdio>
 
 #include "app/tell.hpp"
@@ -21,8 +22,8 @@ void EnsembleProgress::show(const ensemble::Progress& progress) {
   if (now - last_ < (terminal_ ? std::chrono::milliseconds(100) : std::chrono::seconds(30))) return;
   last_ = now;
   const double elapsed = std::chrono::duration<double>(now - start_).count();
-  const long seconds = static_cast<long>(
-      static_cast<double>(asked - done) / static_cast<double>(done - first_) * elapsed + 0.5);
+  const long seconds =
+      std::lround(static_cast<double>(asked - done) / static_cast<double>(done - first_) * elapsed);
   tell("{}{} {} of {}  failed {}  left {}:{:02d}:{:02d}{}", terminal_ ? "\r\033[K" : "", what_, done, asked,
        failed, seconds / 3600, seconds / 60 % 60, seconds % 60, terminal_ ? "" : "\n");
   std::fflush(stderr);

@@ -418,12 +418,4 @@ std::string Hdf5File::text_attribute(const std::string& path, const std::string&
   return text;
 }
 
-double Hdf5File::number_attribute(const std::string& path, const std::string& name) const {
-  double value = std::numeric_limits<double>::quiet_NaN();
-  if (H5Aexists_by_name(id_, path.c_str(), name.c_str(), H5P_DEFAULT) <= 0) return value;
-  const Id attribute(H5Aopen_by_name(id_, path.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
-  H5Aread(attribute, H5T_NATIVE_DOUBLE, &value);
-  return value;
-}
-
 }  // namespace talus::io

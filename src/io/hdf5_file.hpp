@@ -75,7 +75,6 @@ class Hdf5File {
   Array<T> read_rows(const std::string& path, std::size_t first, std::size_t rows) const;
   std::vector<std::string> read_texts(const std::string& path) const;
   std::string text_attribute(const std::string& path, const std::string& name) const;  // empty if absent
-  double number_attribute(const std::string& path, const std::string& name) const;
 
  private:
   Hdf5File(std::filesystem::path path, std::int64_t id, bool writing);
