@@ -127,6 +127,19 @@ TEST(Bits, IslandsKnowNothingOfEachOther) {
   for (std::size_t i = 0; i < one.last().position.size(); ++i) expect_same(one.last(), i, two.last(), i);
 }
 
+TEST(Bits, HeapsFarOffDoNotChangeEachOthersSteps) {
+  const std::string both = read_text(TALUS_SOURCE_DIR "/tests/determinism/two_heaps.toml");
+  std::string alone = both;
+  const std::size_t other = alone.find("# The other heap");
+  alone.erase(other, alone.find("# The heap") - other);
+  const Outcome a = run_scene(alone), b = run_scene(both);
+  ASSERT_TRUE(a.ok() && b.ok());
+  const std::size_t n = a.last().position.size(), others = b.last().position.size() - n;
+  ASSERT_EQ(n, 3u);
+  ASSERT_EQ(others, 5u);
+  for (std::size_t i = 0; i < n; ++i) expect_same(a.last(), i, b.last(), others + i);
+}
+
 TEST(Bits, OrderOfBlocksDoesNotMatter) {
   const std::vector<int> order{3, 0, 5, 1, 4, 2};
   for (const bool apart : {true, false}) {

@@ -517,17 +517,29 @@ std::vector<std::size_t> CoupledSystem::join_met(const BlockPairs& met, double d
   return due;
 }
 
-/// A block that is pushed out of an overlap moves that far however short the macro step: neighbours are
-/// searched for as far as it went.
+namespace {
+/// Where a structure takes steps, rows are of its own state: whoever advances the system ends stretches at
+/// them.
+bool rows_end_stretches(const Environment& env) {
+  return std::any_of(env.structures.begin(), env.structures.end(),
+                     [](const StructurePart& part) { return part.stepped(); });
+}
+}  // namespace
+
+/// Neighbours of what went farther than foreseen are searched for twice as far as it went, over a stretch of
+/// the same length: other islands are stepped as before. Each of them is a new one, or went farther than
+/// twice what it did the last time: the tries end. Beside a structure that takes steps, where all that is
+/// near shares them, a stretch is halved first, and this is for what is pushed out of an overlap, however
+/// short it is.
 void CoupledSystem::widen() {
-  for (const Farther& f : escapes_)
-    if (f.kind == Partner::Kind::block &&
+  for (const Farther& f : escapes_) {
+    if (rows_end_stretches(env_) && f.kind == Partner::Kind::block &&
         !(f.way <= model_.blocks[static_cast<std::size_t>(f.index)].shape->radius))
       throw NumericalFailure(
           fmt::format("t = {:.6g} s: block {} moves {:.3g} m in the shortest macro step, more than its size",
                       state_.time, model_.blocks[static_cast<std::size_t>(f.index)].name, f.way));
-  // Each of them is a new one, or went farther than twice what it did the last time: the tries end.
-  for (const Farther& f : escapes_) wider_.push_back({f.kind, f.index, 2 * f.way});
+    wider_.push_back({f.kind, f.index, 2 * f.way});
+  }
 }
 
 bool CoupledSystem::advance(double end, const std::atomic<int>* stop, std::span<const double> rows) {
@@ -541,15 +553,6 @@ bool CoupledSystem::advance_to(double t, const std::atomic<int>* stop) {
     if (!advance(t, stop)) return false;
   return true;
 }
-
-namespace {
-/// Where a structure takes steps, rows are of its own state: whoever advances the system ends stretches at
-/// them.
-bool rows_end_stretches(const Environment& env) {
-  return std::any_of(env.structures.begin(), env.structures.end(),
-                     [](const StructurePart& part) { return part.stepped(); });
-}
-}  // namespace
 
 double CoupledSystem::longest_stretch() const {
   const double step = settings_.step.fixed_step;
@@ -595,7 +598,7 @@ std::vector<dda::State> CoupledSystem::again(const SystemState& from, std::span<
   return states;
 }
 
-/// One stretch, tried shorter until it stands.
+/// One stretch, tried with what it met until it stands, or shorter where a structure takes steps.
 bool CoupledSystem::go_on(double end, const std::atomic<int>* stop, std::span<const double> rows) {
   recorded_.clear();
   while (end - state_.time > contact::tolerances().time_round_off * std::max(1.0, std::abs(end))) {
@@ -615,7 +618,7 @@ bool CoupledSystem::go_on(double end, const std::atomic<int>* stop, std::span<co
       const bool halves = 0.5 * duration >= settings_.step.min_step;
       if (!failure.text.empty() && !(failure.shorter && halves)) throw NumericalFailure(failure.text);
       if (within != nullptr && within->load() != 0) return false;
-      if (halves)
+      if (halves && rows_end_stretches(env_))
         state_.stretch = 0.5 * duration;
       else
         widen();
