@@ -136,14 +136,46 @@ double settles(const ContactLaw& law, const dda::Model::Block& block, double gra
 
 }  // namespace
 
+/// A stiffness on which the lightest block swings faster than the shortest step can follow, w min_step > 1
+/// with w = (a / depth under a)^(1/2) at a = 1 m/s^2: each bounce would be lost in one step.
+void Builder::check_too_stiff(const ContactLaw& law, int i, int j) {
+  const scene::Scene& s = world_->scene;
+  const dda::Model::Block* worst = nullptr;
+  double least = s.simulation.min_step * s.simulation.min_step;  // [m], depth under 1 m/s^2
+  for (const dda::Model::Block& b : model_.blocks) {
+    if (b.ndof() == 0 || (b.material != i && b.material != j) || law.stiffness == ContactLaw::Stiffness::hard)
+      continue;
+    if (const double depth = settles(law, b, 1); depth < least) worst = &b, least = depth;
+  }
+  if (!worst) return;
+  Problem p = problem_of(law, i, j);
+  p.rule = fmt::format(
+      "block {} swings on it at {:.2g} rad/s, faster than simulation.min_step = {:.3g} s can follow",
+      worst->name, 1 / std::sqrt(least), s.simulation.min_step);
+  p.remedy = "look at its unit; what is as stiff as that is \"hard\"";
+  problems_.push_back(std::move(p));
+}
+
+/// About the stiffness of the contacts of materials i and j.
+Problem Builder::problem_of(const ContactLaw& law, int i, int j) const {
+  const scene::Scene& s = world_->scene;
+  Problem p;
+  p.file = s.file;
+  p.key = fmt::format("interface.{}/{}.{}", s.materials[static_cast<std::size_t>(i)].name,
+                      s.materials[static_cast<std::size_t>(j)].name,
+                      law.curved() ? "contact_law" : "normal_stiffness");
+  p.value = law.kind == ContactLaw::Kind::table ? "table" : fmt::format("{:.4g}", law.normal_stiffness);
+  return p;
+}
+
 void Builder::check_stiffness() {
   constexpr double refused = 0.1, told = 0.01;  // of the inradius
-  const scene::Scene& s = world_->scene;
   const double gravity = model_.gravity.norm();
   const int n = env_.laws.materials;
   for (int i = 0; i < n; ++i)
     for (int j = i; j < n; ++j) {
       const ContactLaw& law = env_.laws(i, j);
+      check_too_stiff(law, i, j);
       const dda::Model::Block* worst = nullptr;
       double depth = 0;
       for (const dda::Model::Block& b : model_.blocks) {
@@ -155,13 +187,8 @@ void Builder::check_stiffness() {
       }
       if (!worst) continue;
       const double r = worst->shape->inradius, part = depth / r;
-      Problem p;
-      p.file = s.file;
+      Problem p = problem_of(law, i, j);
       const bool table = law.kind == ContactLaw::Kind::table;
-      p.key = fmt::format("interface.{}/{}.{}", s.materials[static_cast<std::size_t>(i)].name,
-                          s.materials[static_cast<std::size_t>(j)].name,
-                          law.curved() ? "contact_law" : "normal_stiffness");
-      p.value = table ? "table" : fmt::format("{:.4g}", law.normal_stiffness);
       p.rule = fmt::format("block {} sinks in by {:.3g} m under its own weight, {:.2g} % of its inradius{}",
                            worst->name, depth, 100 * part, part > refused ? "; 10 % at most" : "");
       p.remedy = table ? "look at the table's units: bare numbers are in m and N"

@@ -65,8 +65,10 @@ class Builder {
   /// What the curved laws need beyond their own keys: elastic moduli for Hertz, a stiffness for crushing.
   void complete_laws();
   /// Springs that a block's own weight presses by more than a tenth of its inradius are an error, by more
-  /// than a hundredth a warning.
+  /// than a hundredth a warning. Springs on which a block swings faster than the shortest step are an error.
   void check_stiffness();
+  void check_too_stiff(const ContactLaw& law, int i, int j);
+  Problem problem_of(const ContactLaw& law, int i, int j) const;
 
   // Structures (build_structures.cpp)
   /// Where a structure's reports go; what begins with "warning: " is one, "; " before what to do.

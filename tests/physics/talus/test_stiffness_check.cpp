@@ -47,6 +47,16 @@ TEST(StiffnessCheck, WeightMayNotSinkABlockInByATenthOfItsInradius) {
   }
 }
 
+/// A block of mass m on three springs swings at (3 k/m)^(1/2), which a step of 1e-9 s is to follow.
+TEST(StiffnessCheck, NoBlockSwingsFasterThanTheShortestStep) {
+  const double most = 2500 / 3e-18;  // [N/m]
+  EXPECT_EQ(said(number(0.99 * most)), "");
+  for (const double stiffness : {1.01 * most, 1e300})
+    EXPECT_NE(said(number(stiffness)).find("block B swings on it at"), std::string::npos) << stiffness;
+  EXPECT_NE(said("\"1e30 Pa/m\"").find("what is as stiff as that is \"hard\""), std::string::npos);
+  EXPECT_EQ(said("\"hard\""), "");
+}
+
 /// The reader keeps laws of materials that something in the scene brings together, and those alone are
 /// judged: of two blocks on a plane, their own against each other.
 TEST(StiffnessCheck, OnlyWhatCanMeetIsJudged) {
