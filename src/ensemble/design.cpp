@@ -208,6 +208,7 @@ std::vector<Problem> Design::place(const scene::Scene& provisional, OverGround g
     if (provisional.site)
       geometry::expect_same_crs(provisional.site->crs, v.area.crs, block->release->polygon,
                                 v.vary.key + ".polygon");
+    warnings.insert(warnings.end(), v.area.warnings.begin(), v.area.warnings.end());
     v.extent = geometry::extent_of(v.area, origin_, ground_);
     v.turns = block->release->turn && !find(v.block + ".orientation");
     if (v.turns)

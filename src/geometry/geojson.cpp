@@ -200,20 +200,23 @@ std::optional<Eigen::Vector2d> crossing(const Ring& ring) {
   return {};
 }
 
-/// Throws InputError naming the place for rings that do not say which side of them is meant.
-void refuse_invalid(const Area::Polygon& polygon, const std::string& path, const std::string& key,
-                    const std::string& name) {
-  const auto refuse = [&](const Eigen::Vector2d& at, const std::string& rule, const std::string& remedy) {
-    throw InputError(Problem{.file = path,
-                             .key = key,
-                             .value = fmt::format("{} at {:.10g}, {:.10g}", name, at.x(), at.y()),
-                             .rule = rule,
-                             .remedy = remedy});
+/// Tells of rings that cross themselves by their place; throws InputError for a hole that lies outside.
+void check_rings(const Area::Polygon& polygon, const std::string& path, const std::string& key,
+                 const std::string& name, std::vector<Problem>& warnings) {
+  const auto problem = [&](const Eigen::Vector2d& at, const std::string& rule, const std::string& remedy) {
+    return Problem{.file = path,
+                   .key = key,
+                   .value = fmt::format("{} at {:.10g}, {:.10g}", name, at.x(), at.y()),
+                   .rule = rule,
+                   .remedy = remedy};
   };
   for (const Ring& ring : polygon)
-    if (const auto at = crossing(ring))
-      refuse(*at, "its sides cross there, so that inside and outside are not said",
-             "mend it in the GIS (QGIS: Fix geometries), or ogr2ogr -makevalid out.geojson in.geojson");
+    if (const auto at = crossing(ring)) {
+      warnings.push_back(
+          problem(*at, "its sides cross there; what they go around an odd number of times is taken as inside",
+                  "mend it in the GIS (QGIS: Fix geometries), or ogr2ogr -makevalid out.geojson in.geojson"));
+      warnings.back().severity = Problem::Severity::warning;
+    }
   for (std::size_t k = 1; k < polygon.size(); ++k) {
     bool within = false;
     for (std::size_t i = 0; i < polygon[k].size(); ++i) {
@@ -221,8 +224,9 @@ void refuse_invalid(const Area::Polygon& polygon, const std::string& path, const
       within |= is_within(polygon.front(), a) || is_within(polygon.front(), 0.5 * (a + b));
     }
     if (!within)
-      refuse(polygon[k].front(), "begins a hole that lies outside of its polygon",
-             "a further part is a polygon of its own (MultiPolygon); remove a hole that is none");
+      throw InputError(
+          problem(polygon[k].front(), "begins a hole that lies outside of its polygon",
+                  "a further part is a polygon of its own (MultiPolygon); remove a hole that is none"));
   }
 }
 
@@ -296,7 +300,7 @@ Area read_area(const std::string& path, const std::string& key) {
                              .rule = "holds no polygon that encloses an area",
                              .remedy = "give Polygon or MultiPolygon geometries"});
   for (std::size_t k = 0; k < area.polygons.size(); ++k)
-    refuse_invalid(area.polygons[k], path, key, fmt::format("polygon {}", k + 1));
+    check_rings(area.polygons[k], path, key, fmt::format("polygon {}", k + 1), area.warnings);
   return area;
 }
 

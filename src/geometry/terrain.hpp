@@ -100,15 +100,17 @@ std::string remedy_for_origin(const Box3& terrain, const Vec3& origin);
 
 /// Areas of a GeoJSON file, a shapefile or a GeoPackage: polygons and multipolygons, rings of [x, y] in map
 /// coordinates. A place belongs to a polygon if it lies within its first ring and in none of the others, its
-/// holes.
+/// holes. Of a ring that crosses itself that is within which it goes around an odd number of times, as in the
+/// repair of GIS programs.
 struct Area {
   using Polygon = std::vector<std::vector<Eigen::Vector2d>>;  // the outer ring, then those of its holes
   std::vector<Polygon> polygons;                              // which may overlap
   std::string crs;                                            // of the file, if it names one
+  std::vector<Problem> warnings;                              // of rings that cross themselves
   bool contains(double x, double y) const;
   Eigen::AlignedBox2d limits() const;
 };
-/// Throws InputError at `key`, also for a ring that crosses itself and for a hole that lies outside.
+/// Throws InputError at `key`, also for a hole that lies outside.
 Area read_area(const std::string& path, const std::string& key);
 
 /// How large an area is in plan, and the share of it that lies over ground, by the middles of a hundred by a

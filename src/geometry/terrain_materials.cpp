@@ -24,8 +24,9 @@ struct Cover {
   Limits limits;
 };
 
-Cover polygon_cover(const std::string& path, const std::string& crs) {
+Cover polygon_cover(const std::string& path, const std::string& crs, std::vector<Problem>& warnings) {
   const Area area = read_area(path, "site.area.polygon");
+  warnings.insert(warnings.end(), area.warnings.begin(), area.warnings.end());
   expect_same_crs(crs, area.crs, path, "site.area.polygon");
   return {[area](double x, double y) { return area.contains(x, y); }, area.limits()};
 }
@@ -89,7 +90,7 @@ void assign_materials(TriangleSurface& s, const TerrainOptions& options, std::ve
     const std::string& file = is_polygon ? area.polygon_file : area.raster_file;
     const std::string key = is_polygon ? "site.area.polygon" : "site.area.raster";
     const Cover cover =
-        is_polygon ? polygon_cover(file, options.crs) : raster_cover(file, area.value, options.crs);
+        is_polygon ? polygon_cover(file, options.crs, warnings) : raster_cover(file, area.value, options.crs);
     const std::string degrees = remedy_for_degrees(cover.limits);
     if (!cover.limits.intersects(terrain))
       throw InputError(Problem{

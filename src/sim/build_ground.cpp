@@ -175,11 +175,12 @@ void Builder::check_release_areas() {
     const bool placed = names_.count(b.name + "-1") > 0;  // else an error has told that none finds a place
     if (!b.release || b.release->at || !placed) continue;
     const std::string key = fmt::format("block.{}.release.polygon", b.name);
-    const geometry::AreaExtent extent = geometry::extent_of(
-        geometry::read_area(b.release->polygon, key), s.site->origin, [&](double x, double y) {
-          return std::isfinite(uppermost_ground(env_.terrain.get(), s.planes, x, y)) &&
-                 !terrain_->over_hole(x, y);
-        });
+    const geometry::Area area = geometry::read_area(b.release->polygon, key);
+    add_warnings(area.warnings);
+    const geometry::AreaExtent extent = geometry::extent_of(area, s.site->origin, [&](double x, double y) {
+      return std::isfinite(uppermost_ground(env_.terrain.get(), s.planes, x, y)) &&
+             !terrain_->over_hole(x, y);
+    });
     add_warnings(geometry::beside_ground(extent, key));
   }
 }
