@@ -136,12 +136,14 @@ double settles(const ContactLaw& law, const dda::Model::Block& block, double gra
 
 }  // namespace
 
-/// A stiffness on which the lightest block swings faster than the shortest step can follow, w min_step > 1
-/// with w = (a / depth under a)^(1/2) at a = 1 m/s^2: each bounce would be lost in one step.
+/// A stiffness on which the lightest block swings faster than any step can follow, w h > 1 with h the usual
+/// `min_step` (coarser ones take oscillations together on purpose), finer where the scene asks for it, and
+/// w = (a / depth under a)^(1/2) at a = 1 m/s^2: each bounce would be lost in one step.
 void Builder::check_too_stiff(const ContactLaw& law, int i, int j) {
   const scene::Scene& s = world_->scene;
   const dda::Model::Block* worst = nullptr;
-  double least = s.simulation.min_step * s.simulation.min_step;  // [m], depth under 1 m/s^2
+  const double shortest = std::min(s.simulation.min_step, scene::Simulation{}.min_step);
+  double least = shortest * shortest;  // [m], depth under 1 m/s^2
   for (const dda::Model::Block& b : model_.blocks) {
     if (b.ndof() == 0 || (b.material != i && b.material != j) || law.stiffness == ContactLaw::Stiffness::hard)
       continue;
@@ -149,9 +151,8 @@ void Builder::check_too_stiff(const ContactLaw& law, int i, int j) {
   }
   if (!worst) return;
   Problem p = problem_of(law, i, j);
-  p.rule = fmt::format(
-      "block {} swings on it at {:.2g} rad/s, faster than simulation.min_step = {:.3g} s can follow",
-      worst->name, 1 / std::sqrt(least), s.simulation.min_step);
+  p.rule = fmt::format("block {} swings on it at {:.2g} rad/s, faster than steps of {:.3g} s can follow",
+                       worst->name, 1 / std::sqrt(least), shortest);
   p.remedy = "look at its unit; what is as stiff as that is \"hard\"";
   problems_.push_back(std::move(p));
 }
