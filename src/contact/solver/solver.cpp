@@ -187,6 +187,7 @@ SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& s
     work_->normal.run(system, search.p, search.v, tolerance, 300);
     system.velocities(search.p, search.v);
     search.consider(search.p, search.v, system.residual(search.v, search.p));
+    done = search.enough();  // the caller goes on from what is left
   } else if (few || search.best > Search::near * settings.velocity_scale) {
     sweeps(search, tolerance, report);
   }

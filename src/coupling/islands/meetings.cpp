@@ -81,25 +81,27 @@ bool IslandPlanner::touched(int i, int j) const {
   return knows(i, j) || knows(j, i);
 }
 
-/// True if two blocks touch, or will within the stretch if each goes on as it goes: what touches nothing
-/// falls, what is borne goes straight on.
+/// A block's motion over the stretch if it goes on as it goes: what touches nothing falls, what is borne goes
+/// straight on, what sleeps stays.
+contact::Motion IslandPlanner::foreseen(int block, double duration) const {
+  const auto k = static_cast<std::size_t>(block);
+  contact::Motion m;
+  m.start = dda::pose(state_.blocks, block);
+  if (state_.asleep[k] != 0) return m;
+  if (state_.contacts[k].empty()) m.half_gravity_step = 0.5 * duration * duration * model_.gravity;
+  m.displacement = duration * state_.blocks.v[k] + m.half_gravity_step;
+  m.rotation = duration * state_.blocks.w[k];
+  return m;
+}
+
+/// True if two blocks touch, or will within the stretch on the motions foreseen.
 bool IslandPlanner::will_meet(int i, int j, double duration) const {
   const dda::State& s = state_.blocks;
   const Polyhedron &A = *model_.blocks[static_cast<std::size_t>(i)].shape,
                    &B = *model_.blocks[static_cast<std::size_t>(j)].shape;
   const double level = touching(i) + touching(j);
   if (!contact::apart(A, dda::pose(s, i), B, dda::pose(s, j), level)) return true;
-  const auto foreseen = [&](int b) {
-    const auto k = static_cast<std::size_t>(b);
-    contact::Motion m;
-    m.start = dda::pose(s, b);
-    if (state_.asleep[k] != 0) return m;
-    if (state_.contacts[k].empty()) m.half_gravity_step = 0.5 * duration * duration * model_.gravity;
-    m.displacement = duration * s.v[k] + m.half_gravity_step;
-    m.rotation = duration * s.w[k];
-    return m;
-  };
-  return come_within(A, foreseen(i), B, foreseen(j), level) <= 1;
+  return come_within(A, foreseen(i, duration), B, foreseen(j, duration), level) <= 1;
 }
 
 bool IslandPlanner::rebounds(int i, int j) const {
@@ -127,9 +129,9 @@ bool IslandPlanner::may_meet(int i, int j, double duration) const {
 /// clusters that are too dear to locate their events. To locate one event at each of its k
 /// contacts costs a cluster k solutions of k contacts; time stepping costs it one solution in each of the n
 /// time steps of the stretch. It goes by itself, with its events located, up to k = `dearer` n. One whose
-/// parts are all cheaper than that, and throw each other back, goes part by part (`in_turn`, per block).
+/// parts are all cheaper than that, and throw each other back, goes part by part (Course, per block).
 void IslandPlanner::join_clusters(double duration, const BlockPairs& pairs, const BlockPairs& met,
-                                  DisjointSets& sets, std::vector<char>& in_turn) const {
+                                  DisjointSets& sets, std::vector<Course>& course) const {
   const int n = static_cast<int>(model_.blocks.size());
   const auto moves = [&](int i) { return model_.blocks[static_cast<std::size_t>(i)].ndof() > 0; };
   const auto both_move = [&](const std::pair<int, int>& pair) {
@@ -198,9 +200,10 @@ void IslandPlanner::join_clusters(double duration, const BlockPairs& pairs, cons
         std::ceil(duration / settings_.step.time_step(mine.length.value(), model_.gravity.norm()));
     if (mine.contacts <= most) continue;
     if (mine.rebounds && mine.most <= most) {
-      in_turn[static_cast<std::size_t>(i)] = 1;
+      course[static_cast<std::size_t>(i)] = Course::in_turn;
       continue;
     }
+    course[static_cast<std::size_t>(i)] = Course::as_one;
     int& first = heap[static_cast<std::size_t>(meeting.root(i))];
     if (first < 0) first = i;
     sets.join(i, first);
@@ -257,9 +260,17 @@ Meetings IslandPlanner::meetings(const IslandPlan& p, std::span<const IslandRepo
                                  const dda::State& begun, const Stretch& stretch) const {
   constexpr int pairs_at_once = 64;
   std::unordered_map<int, std::span<const Leg>> ways;
-  for (std::size_t i = 0; i < reports.size(); ++i)
-    for (std::size_t k = 0; k < reports[i].ways.size(); ++k)
-      ways[p.islands[i].blocks[k]] = reports[i].ways[k];
+  std::unordered_map<int, Leg> ahead;  // of islands that are still to be stepped
+  for (std::size_t i = 0; i < reports.size(); ++i) {
+    const Island& island = p.islands[i];
+    for (std::size_t k = 0; k < island.blocks.size(); ++k)
+      if (!reports[i].ways.empty())
+        ways[island.blocks[k]] = reports[i].ways[k];
+      else if (island.watched[k] != 0)
+        ways[island.blocks[k]] = {&(ahead[island.blocks[k]] = {stretch.start, stretch.end,
+                                                               foreseen(island.blocks[k], stretch.duration)}),
+                                  1};
+  }
   const auto way_of = [&](int block) {
     const auto of = ways.find(block);
     return Way(of != ways.end() ? of->second : std::span<const Leg>{}, dda::pose(begun, block));

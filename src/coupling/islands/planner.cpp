@@ -147,16 +147,16 @@ IslandPlan IslandPlanner::plan(double duration, std::span<const Farther> farther
       if (!env_.structures[q].fixed_surface) sets.join(i, n + static_cast<int>(q));
     }
   }
-  std::vector<char> in_turn(static_cast<std::size_t>(n), 0);
-  join_clusters(duration, pairs, met, sets, in_turn);
-  group(pairs, fixed, sets, in_turn, p);
+  std::vector<Course> course(static_cast<std::size_t>(n), Course::by_itself);
+  join_clusters(duration, pairs, met, sets, course);
+  group(pairs, fixed, sets, course, p);
   return p;
 }
 
 /// One island per set of blocks and structures (numbered after the blocks), in the order of their first
 /// blocks; islands asleep as a whole are skipped.
 void IslandPlanner::group(const BlockPairs& pairs, std::span<const CandidatePair> fixed, DisjointSets& sets,
-                          std::span<const char> in_turn, IslandPlan& p) const {
+                          std::span<const Course> course, IslandPlan& p) const {
   const int n = static_cast<int>(model_.blocks.size());
   const auto moves = [&](int i) { return model_.blocks[static_cast<std::size_t>(i)].ndof() > 0; };
   std::vector<int> island_of(static_cast<std::size_t>(n) + env_.structures.size(), -1);
@@ -191,7 +191,7 @@ void IslandPlanner::group(const BlockPairs& pairs, std::span<const CandidatePair
     }
     Island& island = p.islands[static_cast<std::size_t>(id)];
     island.blocks.push_back(i);
-    island.in_turn = island.in_turn || in_turn[static_cast<std::size_t>(i)] != 0;
+    island.course = std::max(island.course, course[static_cast<std::size_t>(i)]);
   }
   const auto use = [&](Island& island, int structure) {
     p.structure_used[static_cast<std::size_t>(structure)] = 1;

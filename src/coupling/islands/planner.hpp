@@ -47,22 +47,24 @@ class IslandPlanner {
   DisjointSets parts(const Island& island, double duration) const;
   /// An island for each of the sets of its blocks.
   IslandPlan divide(const Island& island, DisjointSets& sets) const;
-  /// Blocks of different islands that met on the ways that they took; what was not stepped is where it is.
+  /// Blocks of different islands that met on the ways that they took, those of islands without a report on
+  /// the motions foreseen; what is in no island is where it is.
   Meetings meetings(const IslandPlan& p, std::span<const IslandReport> reports, const dda::State& begun,
                     const Stretch& stretch) const;
 
  private:
   void pair_structures(double duration, std::span<const Farther> farther, IslandPlan& p) const;
   void join_clusters(double duration, const BlockPairs& pairs, const BlockPairs& met, DisjointSets& sets,
-                     std::vector<char>& in_turn) const;
+                     std::vector<Course>& course) const;
   double touching(int block) const;
   bool touched(int i, int j) const;
   bool both_move(const CandidatePair& pair) const;
   bool rebounds(int i, int j) const;
+  contact::Motion foreseen(int block, double duration) const;
   bool will_meet(int i, int j, double duration) const;
   bool may_meet(int i, int j, double duration) const;
   void group(const BlockPairs& pairs, std::span<const CandidatePair> fixed, DisjointSets& sets,
-             std::span<const char> in_turn, IslandPlan& p) const;
+             std::span<const Course> course, IslandPlan& p) const;
 
   const dda::Model& model_;
   const SystemState& state_;

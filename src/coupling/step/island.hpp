@@ -12,13 +12,17 @@
 
 namespace talus::coupling {
 
+/// How the blocks of an island go: in steps of their own, part by part between their meetings, or as a mass
+/// too dear to locate its events, which is stepped after the others.
+enum class Course : char { by_itself, in_turn, as_one };
+
 struct Island {
   std::vector<int> blocks;            // with DOFs, ascending
   std::vector<CandidatePair> pairs;   // everything that may touch within the macro step, deterministic order
   std::vector<int> structures;        // indices into Environment::structures, deformable ones only
   std::vector<SurfacePair> surfaces;  // structures that may touch each other
   std::vector<char> watched;          // per block: it may come near blocks of other islands
-  bool in_turn = false;               // parts of it go by themselves between their meetings
+  Course course = Course::by_itself;
   int place(int block) const {
     return static_cast<int>(std::ranges::lower_bound(blocks, block) - blocks.begin());
   }

@@ -192,6 +192,7 @@ struct CoupledSystem::MacroStep {
   std::vector<char> started;  // per structure
   dda::State begun;           // where islands that may meet others begin
   std::vector<IslandReport> reports;
+  std::vector<char> stepped;  // per island: its report is there
 };
 
 /// A structure as it is when the macro step begins: kept, or where it has been stepped in vain, put back.
@@ -219,13 +220,14 @@ double CoupledSystem::hint_of(const Island& island) const {
   return hint;
 }
 
-/// Per block: all events of its island were located, or it was in none.
+/// Per block: all events of its island are located, or it is in none.
 std::vector<char> CoupledSystem::events_located(const MacroStep& m) const {
   std::vector<char> located(model_.blocks.size(), 1);
   for (std::size_t i = 0; i < m.reports.size(); ++i)
     for (const int b : m.plan.islands[i].blocks)
       located[static_cast<std::size_t>(b)] =
-          !m.reports[i].time_stepped && m.plan.islands[i].structures.empty();
+          !m.reports[i].time_stepped && m.plan.islands[i].structures.empty() &&
+          (m.stepped[i] != 0 || m.plan.islands[i].course != Course::as_one);
   return located;
 }
 
@@ -235,7 +237,7 @@ void CoupledSystem::reach_on(const MacroStep& m, const BlockPairs& pairs, int ho
   const std::vector<char> located = events_located(m);
   std::vector<char> reached(model_.blocks.size(), 0), runs_on(model_.blocks.size(), 0);
   for (const Island& island : m.plan.islands)
-    for (const int b : island.blocks) runs_on[static_cast<std::size_t>(b)] = island.in_turn ? 1 : 0;
+    for (const int b : island.blocks) runs_on[static_cast<std::size_t>(b)] = island.course == Course::in_turn;
   std::map<int, std::vector<int>> near;
   const auto found = [](const std::vector<char>& of, int b) { return of[static_cast<std::size_t>(b)] != 0; };
   for (const BlockPairs* of : {&m.plan.beside, &m.plan.asleep})
@@ -259,12 +261,10 @@ void CoupledSystem::reach_on(const MacroStep& m, const BlockPairs& pairs, int ho
   }
 }
 
-/// Steps all islands; those that met on their way once more, as one.
+/// Steps all islands, dear masses last, together with what the others have met on the ways that the masses
+/// are foreseen to take; what met on its way is stepped once more, as one.
 void CoupledSystem::step_islands(MacroStep& m, double duration, const std::atomic<int>* stop,
                                  std::span<const double> rows) {
-  std::vector<std::size_t> due(m.plan.islands.size());  // islands that are still to be stepped
-  std::iota(due.begin(), due.end(), std::size_t{0});
-  m.reports.resize(due.size());
   const Stretch all = Stretch::from(state_.time, duration);
   tbb::enumerable_thread_specific<std::unique_ptr<IslandIntegrator>> integrators;
   const auto run = [&](std::size_t i) {
@@ -275,23 +275,30 @@ void CoupledSystem::step_islands(MacroStep& m, double duration, const std::atomi
     m.reports[i] = advance_island(m.plan.islands[i], all, {*integrator, stop, rows});
   };
   const auto ended = [](const IslandReport& r) { return r.stopped || !r.failure.empty(); };
+  m.reports.resize(m.plan.islands.size());
+  m.stepped.resize(m.plan.islands.size(), 0);
   BlockPairs met;
   int hops = 0;
   for (;;) {
+    std::vector<std::size_t> due, masses;
+    for (std::size_t i = 0; i < m.stepped.size(); ++i)
+      if (m.stepped[i] == 0) (m.plan.islands[i].course == Course::as_one ? masses : due).push_back(i);
+    if (due.empty()) due.swap(masses);
+    if (due.empty()) return;
     if (settings_.threads > 1 && due.size() > 1) {
       tbb::parallel_for(std::size_t{0}, due.size(), [&](std::size_t k) { run(due[k]); });
     } else {
       for (const std::size_t i : due) run(i);
     }
-    if (m.plan.beside.empty() || std::ranges::any_of(m.reports, ended)) return;
+    for (const std::size_t i : due) m.stepped[i] = 1;
+    if (std::ranges::any_of(m.reports, ended)) return;
+    if (m.plan.beside.empty()) continue;
     const BlockPairs more = planner_.meetings(m.plan, m.reports, m.begun, all).pairs;
-    if (more.empty()) return;
+    if (more.empty()) continue;
     met.insert(met.end(), more.begin(), more.end());
     reach_on(m, more, hops, met);
     hops = std::max(1, 2 * hops);
-    due = join_met(met, duration, m);
-    for (const std::size_t i : due)
-      for (const int q : m.plan.islands[i].structures) start_structure(m, static_cast<std::size_t>(q));
+    join_met(met, duration, m);
   }
 }
 
@@ -479,30 +486,34 @@ bool CoupledSystem::meets_others(double duration, const IslandPlan& p, SystemSta
 
 /// Plans the stretch anew with what met as one island. Islands that stay as they were keep their reports; the
 /// blocks of the others, which are due again, go back to where they began.
-std::vector<std::size_t> CoupledSystem::join_met(const BlockPairs& met, double duration, MacroStep& m) {
+void CoupledSystem::join_met(const BlockPairs& met, double duration, MacroStep& m) {
   std::map<std::pair<std::vector<int>, std::vector<int>>, std::size_t> stepped;
   const std::vector<char> located = events_located(m);
   for (std::size_t i = 0; i < m.reports.size(); ++i)
-    stepped[{m.plan.islands[i].blocks, m.plan.islands[i].structures}] = i;
+    if (m.stepped[i] != 0) stepped[{m.plan.islands[i].blocks, m.plan.islands[i].structures}] = i;
   std::swap(state_, m.before);
   IslandPlan joined = planner_.plan(duration, wider_, met);
   std::swap(state_, m.before);
   std::vector<IslandReport> kept(joined.islands.size());
-  std::vector<std::size_t> due;
+  std::vector<char> done(joined.islands.size(), 0);
   for (std::size_t i = 0; i < kept.size(); ++i) {
     Island& island = joined.islands[i];
     if (const auto same = stepped.find({island.blocks, island.structures}); same != stepped.end()) {
       kept[i] = std::move(m.reports[same->second]);
-      island.in_turn = m.plan.islands[same->second].in_turn;
+      done[i] = 1;
+      island.course = m.plan.islands[same->second].course;
       continue;
     }
-    due.push_back(i);
     const auto goes_by_itself = [&](int b) { return located[static_cast<std::size_t>(b)] != 0; };
     const auto at_structure = [](const CandidatePair& pair) {
       return pair.a.kind == Partner::Kind::structure;
     };
-    island.in_turn = std::ranges::all_of(island.blocks, goes_by_itself) &&
-                     std::ranges::none_of(island.pairs, at_structure);
+    const bool in_turn = std::ranges::all_of(island.blocks, goes_by_itself) &&
+                         std::ranges::none_of(island.pairs, at_structure);
+    if (in_turn)
+      island.course = Course::in_turn;
+    else if (island.course == Course::in_turn)
+      island.course = Course::as_one;
     for (const int b : island.blocks) {
       const auto k = static_cast<std::size_t>(b);
       dda::set_block_state(state_.blocks, b, dda::block_state(m.begun, b));
@@ -514,7 +525,10 @@ std::vector<std::size_t> CoupledSystem::join_met(const BlockPairs& met, double d
   }
   m.plan = std::move(joined);
   m.reports = std::move(kept);
-  return due;
+  m.stepped = std::move(done);
+  for (std::size_t i = 0; i < m.stepped.size(); ++i)
+    for (const int q : m.plan.islands[i].structures)
+      if (m.stepped[i] == 0) start_structure(m, static_cast<std::size_t>(q));
 }
 
 namespace {

@@ -88,7 +88,7 @@ class CoupledSystem {
   bool stretch(double duration, const std::atomic<int>* stop, std::span<const double> rows, Failure& failure);
   void widen();
   struct MacroStep;
-  std::vector<std::size_t> join_met(const BlockPairs& met, double stretch, MacroStep& m);
+  void join_met(const BlockPairs& met, double stretch, MacroStep& m);
   std::vector<char> events_located(const MacroStep& m) const;
   void reach_on(const MacroStep& m, const BlockPairs& pairs, int hops, BlockPairs& met) const;
   struct IslandRun;

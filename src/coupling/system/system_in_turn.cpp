@@ -61,7 +61,7 @@ void CoupledSystem::put_back(const Island& island, const std::vector<Began>& beg
 
 IslandReport CoupledSystem::advance_island(const Island& island, const Stretch& stretch,
                                            const IslandRun& run) {
-  if (island.in_turn) return advance_in_turn(island, stretch, run);
+  if (island.course == Course::in_turn) return advance_in_turn(island, stretch, run);
   return run.integrator.advance(island, stretch, hint_of(island), run.stop, run.rows);
 }
 
