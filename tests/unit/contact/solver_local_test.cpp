@@ -62,6 +62,20 @@ TEST(NormalSweeps, LeaveLittleOfAFrictionlessPile) {
   }
 }
 
+TEST(NormalSweeps, AreAllThatIsDoneWhereTheCallerGoesOnFromWhatTheyLeave) {
+  // A correction of drift: Newton's method would leave more than sweeps did, at eight factorisations.
+  Builder b = pile(8, 8, 2, 0, 0.005, 0.3, 5);
+  ContactSolver solver;
+  SolveSettings settings;
+  settings.tolerance = 1e-9;
+  settings.sufficient = 0.1;
+  settings.exact_coulomb = false;
+  const SolveReport report = solver.solve(b.problem, settings);
+  EXPECT_TRUE(report.converged);
+  EXPECT_LE(report.residual, settings.sufficient);
+  EXPECT_EQ(report.newton, 0);
+}
+
 TEST(NormalSweeps, CarryTheWeightOfATallTowerDown) {
   // Each face of 30 cubes carries what stands on it, which sweeps alone pass on by a face at a time.
   constexpr int floors = 30;
