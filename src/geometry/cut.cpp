@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <numbers>
 #include <utility>
@@ -316,7 +315,7 @@ void mark_parts(CellComplex& complex, int face, const Vec3& n, const std::vector
 }  // namespace
 
 void cut_with_plane(CellComplex& complex, std::vector<Mark>& marks, const JointPlane& plane, int open_mark,
-                    const std::function<int()>& choose_mark) {
+                    int mark) {
   // Rock that lies on both sides of this very plane already (a division, a bridge) is opened.
   for (auto& f : complex.faces())
     if (f.cell[1] >= 0 && (marks[f.mark].intact || marks[f.mark].bonded) &&
@@ -326,9 +325,8 @@ void cut_with_plane(CellComplex& complex, std::vector<Mark>& marks, const JointP
   const int cells = static_cast<int>(complex.cells().size());
   for (int c = 0; c < cells; ++c) {
     const auto& cell = complex.cells()[c];
-    if (!cell.alive || std::abs(plane.normal.dot(cell.centre) - plane.offset) > cell.radius) continue;
-    const int mark = choose_mark();
-    if (mark >= 0) complex.split_cell(c, id, mark);
+    if (cell.alive && std::abs(plane.normal.dot(cell.centre) - plane.offset) <= cell.radius)
+      complex.split_cell(c, id, mark);
   }
 }
 
@@ -449,6 +447,7 @@ CutResult cut(const CutSpec& spec) {
   const auto separates = [&](std::size_t cells_before) { return complex.cells().size() > cells_before; };
   const std::string useless = "separates no blocks of the region";
   const int sets = static_cast<int>(spec.joint_sets.size());
+  std::vector<std::pair<int, int>> set_marks;  // of open faces and of rock bridges
   for (int k = 0; k < sets; ++k) {
     const std::size_t cells_before = complex.cells().size();
     const CutJointSet& set = spec.joint_sets[k];
@@ -456,14 +455,15 @@ CutResult cut(const CutSpec& spec) {
     report("cutting by joint set " + set.name);
     const int open = new_mark({.joint = k});
     const bool bonds = set.bond_tension > 0 || set.bond_shear > 0;
-    const int bridge =
-        bonds ? new_mark({.joint = k, .bonded = true, .tension = set.bond_tension, .shear = set.bond_shear})
-              : -1;
-    Random random(set.seed * 7919ull + 104729ull * static_cast<unsigned>(k + 1));
+    const int bridge = set.persistence < 1 ? new_mark({.joint = k,
+                                                       .intact = !bonds,
+                                                       .bonded = bonds,
+                                                       .tension = set.bond_tension,
+                                                       .shear = set.bond_shear})
+                                           : open;
+    set_marks.emplace_back(open, bridge);
     for (const JointPlane& plane : set_planes(set, k, box, corners)) {
-      cut_with_plane(complex, marks, plane, open, [&] {
-        return set.persistence >= 1 || random.uniform() < set.persistence ? open : bridge;
-      });
+      cut_with_plane(complex, marks, plane, open, bridge);
       result.planes.push_back({plane.normal, plane.offset, k});
       check_size("joint_set." + set.name);
     }
@@ -485,7 +485,7 @@ CutResult cut(const CutSpec& spec) {
     result.planes.push_back({plane.normal, plane.offset, plane.joint});
     const int open = new_mark({.joint = sets + j});
     if (joint.radius <= 0 && joint.polygon.empty()) {
-      cut_with_plane(complex, marks, plane, open, [&] { return open; });
+      cut_with_plane(complex, marks, plane, open, open);
     } else {
       const bool bonds = joint.bond_tension > 0 || joint.bond_shear > 0;
       const int bridge = new_mark({.joint = sets + j,
@@ -498,6 +498,15 @@ CutResult cut(const CutSpec& spec) {
     check_size("joint." + joint.name);
     if (!separates(cells_before))
       warn("joint." + joint.name, {}, useless, "check through, and radius or polygon, against the region");
+  }
+  // Once all joints have cut: a set that is listed first would be drawn by whole planes.
+  for (int k = 0; k < sets; ++k) {
+    const auto [open, bridge] = set_marks[k];
+    if (bridge == open) continue;
+    Random random(spec.joint_sets[k].seed * 7919ull + 104729ull * static_cast<unsigned>(k + 1));
+    for (auto& f : complex.faces())
+      if (f.cell[1] >= 0 && f.mark == bridge && random.uniform() < spec.joint_sets[k].persistence)
+        f.mark = open;
   }
   report("making blocks");
   make_blocks(complex, marks, spec.least_volume, result);

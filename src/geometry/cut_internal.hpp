@@ -1,6 +1,5 @@
 /// Steps of the block cutting (private): the region as cells, the joints applied, the cells glued to blocks.
 #pragma once
-#include <functional>
 #include <vector>
 
 #include "geometry/cell_complex.hpp"
@@ -49,7 +48,7 @@ std::vector<JointPlane> set_planes(const CutJointSet& set, int joint, const Box3
 std::vector<Vec3> joint_polygon(const CutJoint& joint, const Vec3& normal);
 
 void cut_with_plane(CellComplex& complex, std::vector<Mark>& marks, const JointPlane& plane, int open_mark,
-                    const std::function<int()>& choose_mark);
+                    int mark);
 void cut_with_polygon(CellComplex& complex, std::vector<Mark>& marks, const JointPlane& plane,
                       const std::vector<Vec3>& polygon, int open_mark, int bridge_mark);
 

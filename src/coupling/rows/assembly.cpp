@@ -114,14 +114,12 @@ ContactPath path_of(const IslandContext& in, const Step& step, const Touch& t) {
 /// What the row bears: friction at mid-step, cohesion, tension, and the ground in the way.
 void set_strength(const IslandContext& in, Touch& t, contact::ProblemContact& c, double h, const Vec3& u_ref,
                   bool at_structure) {
-  const ContactLaw& law = *t.law;
   c.friction = friction_now(in.state, t, 0.5 * h * u_ref.tail<2>().norm());  // at mid-step
   const bool apart = at_structure && !t.glued &&
                      t.at.gap > in.scale.near_gap();  // rows at a structure reach ahead of what touches
-  if (!t.broken && t.at.area > 0 && !apart) {
-    c.cohesion = (law.cohesion + (t.glued ? t.bond_cohesion : 0.0)) * t.at.area *
-                 h;  // a bridge once lost is lost for good
-    if (t.glued) c.tension = (law.tension + t.bond_tension) * t.at.area * h;
+  if (!apart) {
+    c.cohesion = t.cohesion() * h;
+    c.tension = t.tension() * h;
   }
   t.ploughing = 0;
   if (t.width > 0) {

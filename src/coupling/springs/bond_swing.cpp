@@ -24,12 +24,13 @@ struct Row {
   int a, b;
   std::array<Vec6, 3> of_a, of_b;
   std::array<double, 3> stiffness;  // along the normal, along both tangents [N/m]
+  Eigen::Matrix<double, 3, 2> tangents;
 };
 
 class Hanging {
  public:
   Hanging(const IslandContext& in, const Step& step);
-  std::vector<double> pulls() const;
+  std::vector<bool> give_way() const;
 
  private:
   int body_of(const Partner& a) const {
@@ -72,7 +73,9 @@ Hanging::Hanging(const IslandContext& in, const Step& step) : in_(in), step_(ste
   for (std::size_t t = 0; t < step.touches.size(); ++t) {
     if (step.touches[t].b < 0) continue;  // between structures
     load(step.touches[t]);
-    if (step.touches[t].stiffness > 0 && (step.touches[t].at.gap < 0 || step.touches[t].pulls())) add(t);
+    if (step.touches[t].stiffness > 0 &&
+        (step.touches[t].at.gap <= in.scale.touch_gap() || step.touches[t].pulls()))
+      add(t);
   }
   find_parts();
   take_means();
@@ -100,8 +103,8 @@ void Hanging::load(const Touch& t) {
 
 void Hanging::add(std::size_t touch) {
   const Touch& t = step_.touches[touch];
-  Row row{touch, body_of(t.a), in_.local[static_cast<std::size_t>(t.b)], {}, {}, {}};
   const Mat3 frame = contact_frame(t.at.normal);
+  Row row{touch, body_of(t.a), in_.local[static_cast<std::size_t>(t.b)], {}, {}, {}, frame.rightCols<2>()};
   for (int k = 0; k < 3; ++k) {
     const auto i = static_cast<std::size_t>(k);
     row.stiffness[i] = k == 0 ? t.stiffness : t.shear_stiffness;
@@ -197,7 +200,7 @@ VecX Hanging::rest() const {
   return x;
 }
 
-std::vector<double> Hanging::pulls() const {
+std::vector<bool> Hanging::give_way() const {
   const VecX x = rest(), mx = times_mass(x), kx = times_stiffness(x), mv = times_mass(velocity_),
              kv = times_stiffness(velocity_);
   struct Swing {
@@ -212,24 +215,39 @@ std::vector<double> Hanging::pulls() const {
     s.vkv += velocity_.segment<6>(at).dot(kv.segment<6>(at));
     s.vmv += velocity_.segment<6>(at).dot(mv.segment<6>(at));
   }
-  std::vector<double> pulls(step_.touches.size(), 0.0);
+  std::vector<bool> give_way(step_.touches.size(), false);
   for (const Row& row : rows_) {
     const Touch& t = step_.touches[row.touch];
-    if (!t.pulls()) continue;
     const int body = row.b >= 0 ? row.b : row.a;
-    if (body < 0) continue;
-    const double to_rest = stretch(row, 0, x), rate = stretch(row, 0, velocity_),
-                 rate_sq = swings[static_cast<std::size_t>(part_[static_cast<std::size_t>(body)])].rate_sq();
-    const double goes_on = rate_sq > 0 ? 0.5 * std::numbers::pi * rate / std::sqrt(rate_sq) : 0.0;
-    pulls[row.touch] = t.normal_law.stiffness * (t.at.gap + to_rest + std::hypot(to_rest, goes_on));
+    if (!loses_strength(in_, t) || body < 0) continue;
+    const double rate_sq = swings[static_cast<std::size_t>(part_[static_cast<std::size_t>(body)])].rate_sq(),
+                 quarter = rate_sq > 0 ? 0.5 * std::numbers::pi / std::sqrt(rate_sq) : 0.0;
+    std::array<double, 3> middle{}, amplitude{};  // of the stretch [m]
+    for (int k = 0; k < 3; ++k) {
+      const auto i = static_cast<std::size_t>(k);
+      const double to_rest = stretch(row, k, x);
+      middle[i] = to_rest + (k == 0 ? t.at.gap : row.tangents.col(k - 1).dot(t.shear));
+      amplitude[i] = std::hypot(to_rest, quarter * stretch(row, k, velocity_));
+    }
+    const double bond = t.bond(), pull = t.normal_law.stiffness * (middle[0] + amplitude[0]),
+                 least = t.pulls() ? -pull : t.normal_law.force(std::max(0.0, -middle[0] - amplitude[0])),
+                 shear = t.shear_stiffness *
+                         std::hypot(std::abs(middle[1]) + amplitude[1], std::abs(middle[2]) + amplitude[2]);
+    give_way[row.touch] =
+        (bond > 0 && pull > bond) || (t.cohesion() > 0 && shear > t.law->friction * least + t.cohesion());
   }
-  return pulls;
+  return give_way;
 }
 
 }  // namespace
 
-std::vector<double> greatest_pulls(const IslandContext& in, const Step& step) {
-  return Hanging(in, step).pulls();
+bool loses_strength(const IslandContext& in, const Touch& t) {
+  return t.pulls() ||
+         (t.stiffness > 0 && t.shear_stiffness > 0 && t.cohesion() > 0 && t.at.gap <= in.scale.touch_gap());
+}
+
+std::vector<bool> may_give_way(const IslandContext& in, const Step& step) {
+  return Hanging(in, step).give_way();
 }
 
 }  // namespace talus::coupling

@@ -1,4 +1,4 @@
-/// How hard bonds on springs are pulled where nothing damps the blocks that hang on them.
+/// Whether bonds and cohesion on springs may give way to the oscillation of the blocks that hang on them.
 ///
 /// What is let go swings about its rest: a bond that would bear its load at rest is pulled by up to twice as
 /// much. With x the way from here to the rest of the island on its springs, of blocks that do not strain,
@@ -12,7 +12,9 @@
 /// w^2 = x.K x / x.A x or v.K v / v.A v, that of the motion with more energy, in each part that springs
 /// connect; t is a quarter of its period: a column of many blocks is stretched at a steady rate for so long.
 /// From rest (2) is exact for one mode, and 1 % too much for eight cubes that hang on each other; underway it
-/// is at most 2.6 times the load at rest, where 2 is right.
+/// is at most 2.6 times the load at rest, where 2 is right. Along the surface cohesion is lost as the shear
+/// of both tangents, each by (2), comes to friction times the least that the normal spring presses by, and
+/// cohesion.
 ///
 /// symbol   meaning                                                              unit
 /// A        masses and inertias of the blocks                                    kg, kg m^2
@@ -25,7 +27,9 @@
 
 namespace talus::coupling {
 
-/// By touch, of those that pull (Touch::pulls()), negative: still pressed at most; else 0 [N].
-std::vector<double> greatest_pulls(const IslandContext& in, const Step& step);
+/// By touch: its spring may come to the strength of its bond, or its shear to the bound of what cohesion
+/// holds.
+bool loses_strength(const IslandContext& in, const Touch& t);  // closed; what it bears may be lost for good
+std::vector<bool> may_give_way(const IslandContext& in, const Step& step);
 
 }  // namespace talus::coupling

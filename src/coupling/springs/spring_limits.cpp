@@ -138,7 +138,7 @@ double spring_limit(const IslandContext& in, const Step& step, double h, bool ti
                                      std::sqrt(allowed * rate / t.swing_speed)) /
                             rate;
     if (t.at.gap < -contact::tolerances().overlap_none * in.scale.length || t.pulls() ||
-        (t.at.gap <= in.scale.touch_gap() && t.approach < 0)) {
+        (t.at.gap <= in.scale.touch_gap() && t.approach <= 0)) {
       limit = std::min(limit, resolved);
     } else if (time_stepped && t.approach < 0) {
       limit = std::min(limit, std::max(resolved, t.at.gap / -t.approach));

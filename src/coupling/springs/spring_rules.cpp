@@ -198,12 +198,13 @@ void estimate_spring_frequencies(const IslandContext& in, Step& step) {
   const SpringFrequencies frequencies(in, step);
   for (Touch& t : step.touches)
     if (t.stiffness != 0 && t.b >= 0) frequencies.set(t);
-  // A bond that would bear its load at rest may break as it swings about that: the spring's greatest pull
-  // follows from the amplitude, however small that is beside the accuracy of positions.
-  if (std::ranges::none_of(step.touches, [](const Touch& t) { return t.pulls() && !t.energetic; })) return;
-  const std::vector<double> pulls = greatest_pulls(in, step);
-  for (std::size_t i = 0; i < pulls.size(); ++i)
-    if (Touch& t = step.touches[i]; pulls[i] > 0 && pulls[i] > t.bond()) t.energetic = true;
+  // A bond, or cohesion, that would bear its load at rest may be lost as it swings about that: the spring's
+  // greatest force follows from the amplitude, however small that is beside the accuracy of positions.
+  const auto asked = [&](const Touch& t) { return t.b >= 0 && !t.energetic && loses_strength(in, t); };
+  if (std::ranges::none_of(step.touches, asked)) return;
+  const std::vector<bool> gives_way = may_give_way(in, step);
+  for (std::size_t i = 0; i < gives_way.size(); ++i)
+    if (gives_way[i]) step.touches[i].energetic = true;
 }
 
 void choose_spring_rules(const IslandContext& in, Step& step, double h, bool time_stepped) {

@@ -197,10 +197,8 @@ bool EndProblem::add(const Touch& t) {
     scale_ = std::max(scale_, contact::tolerances().still *
                                   along.tail<2>().norm());  // round-off of the slip is no acceleration
   c.friction = friction_now(in_.state, t);
-  if (!t.broken) {
-    c.cohesion = (t.law->cohesion + (t.glued ? t.bond_cohesion : 0.0)) * t.at.area * delta_;
-    if (t.glued) c.tension = (t.law->tension + t.bond_tension) * t.at.area * delta_;
-  }
+  c.cohesion = t.cohesion() * delta_;
+  c.tension = t.tension() * delta_;
   if (!t.rolls) c.impulse = delta_ * (frame.transpose() * t.warm);
   const std::size_t of = problem_.contacts.size();
   problem_.contacts.push_back(c);

@@ -38,9 +38,7 @@ Vec3 point_velocity(const dda::State& s, int block, const Vec3& x) {
 }
 
 double Touch::bond() const {
-  if (!glued || broken) return 0;
-  const double tension = law->tension + bond_tension, cohesion = law->cohesion + bond_cohesion;
-  return at.area * (law->friction > 0 ? std::min(tension, cohesion / law->friction) : tension);
+  return law->friction > 0 ? std::min(tension(), cohesion() / law->friction) : tension();
 }
 
 Vec3 partner_velocity(const dda::State& s, const Environment& env, const Touch& t) {

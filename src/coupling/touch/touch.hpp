@@ -110,6 +110,9 @@ struct Touch : TouchSpring, TouchRow {
   /// Tension that the bond holds, cut off where the cone of friction and cohesion ends; 0: none, or broken
   /// [N].
   double bond() const;
+  /// What it bears along the surface without friction, and across it; 0: none, or lost for good [N].
+  double cohesion() const { return broken ? 0.0 : (law->cohesion + (glued ? bond_cohesion : 0.0)) * at.area; }
+  double tension() const { return glued && !broken ? (law->tension + bond_tension) * at.area : 0.0; }
   /// A linear spring under a bond, between blocks or at what stands fast: it pulls as it presses. On a
   /// structure a bond is hard, whatever the law.
   bool pulls() const {

@@ -63,6 +63,37 @@ TEST(Bonds, BreaksBelowTwiceItsLoadAtEveryAccuracy) {
     }
 }
 
+/// The same along the faces, of a cube between two held ones: bonded, or pressed by nothing and held by
+/// cohesion, which is lost as well. It held from 1.05 weights on, at every accuracy above 1e-4.
+TEST(Bonds, ShearsOffBelowTwiceItsLoadAtEveryAccuracy) {
+  for (const double tension : {0.0, 1e6})
+    for (const double accuracy : {1e-1, 1e-2, 1e-3, 1e-4})
+      for (const double strength : {1.05, 1.3, 1.6, 1.97, 2.05}) {
+        SceneText s(Method::by_accuracy(accuracy), 0.4);
+        s.material("rock", 2500)
+            .interface(
+                "rock", "rock", 0,
+                fmt::format("tension = {}\ncohesion = {}\nnormal_stiffness = \"1e8 Pa/m\"\nshear_stiffness = "
+                            "\"{} Pa/m\"",
+                            tension, strength * bonded_weight / 2, stiffness / 2));
+        s.box("left", Vec3(1, 2, 2), Vec3(-1, 0, 0), "fixed = true\n")
+            .box("held", Vec3::Ones(), Vec3::Zero());
+        s.box("right", Vec3(1, 2, 2), Vec3(1, 0, 0), "fixed = true\n");
+        const Outcome o = run_scene(s.str());
+        ASSERT_TRUE(o.ok());
+        const double omega = std::sqrt(stiffness / 2500), phase = std::acos(1 - std::min(2.0, strength)),
+                     fall = 0.4 - phase / omega;
+        if (strength > 2)
+          EXPECT_GT(height(o.last()), -2.1 * bonded_weight / stiffness) << accuracy;
+        else
+          EXPECT_NEAR(height(o.last()),
+                      -strength * bonded_weight / stiffness - g / omega * std::sin(phase) * fall -
+                          0.5 * g * fall * fall,
+                      5e-3)
+              << strength << " at " << accuracy << ", tension " << tension;
+      }
+}
+
 /// Cubes that hang on each other swing as one: the uppermost bond is pulled by 2.00, 1.99 and 1.98 times the
 /// load of 2, 3 and 8 cubes at rest. By the frequency of each cube alone chains held at 1.05 to 1.8.
 TEST(Bonds, ChainsBreakBelowTwiceTheirLoad) {

@@ -344,6 +344,28 @@ TEST(Cut, PersistenceIsTheChanceOfACut) {
   EXPECT_NEAR(bridge / all, 0.5, 0.2);
 }
 
+TEST(Cut, PersistenceIsOfFacesBetweenBlocksInAnyOrderOfSets) {
+  // 400 faces of one plane: the open part has a standard deviation of 0.023. Drawn as the set cuts, all of
+  // them were one face if it was listed first.
+  for (const int place : {0, 1, 2}) {
+    CutSpec s = box_spec({20, 20, 2});
+    s.joint_sets = {joint_set("x", 90, 90, 1), joint_set("y", 0, 90, 1)};
+    CutJointSet level = joint_set("level", 0, 0, 2);
+    level.persistence = 0.3;
+    for (const double strength : {0.0, 1e5}) {
+      level.bond_shear = strength;
+      CutSpec with = s;
+      with.joint_sets.insert(with.joint_sets.begin() + place, level);
+      const CutResult r = cut(with);
+      expect_invariants(r, "order of sets");
+      double open = 0;
+      for (const auto& i : r.interfaces)
+        if (i.joint == place) open += i.area - i.bonded_area;
+      EXPECT_NEAR(open / 400, 0.3, 0.1) << place << " " << strength;
+    }
+  }
+}
+
 TEST(Cut, SpacingDistributionsHaveTheirMean) {
   for (const char* kind : {"exponential", "normal", "lognormal"}) {
     CutSpec s = box_spec({1, 1, 4000});
