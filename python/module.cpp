@@ -12,9 +12,9 @@
 #include <optional>
 
 #include "app/commands.hpp"
-#include "app/final_state.hpp"
 #include "app/record_run.hpp"
 #include "app/run_checkpoint.hpp"
+#include "app/scene_hash.hpp"
 #include "io/report.hpp"
 #include "scene/scene.hpp"
 #include "sim/simulation.hpp"
@@ -125,7 +125,7 @@ py::dict run(const std::string& text, bool is_text, const scene::Overrides& over
       const py::gil_scoped_acquire lock;
       sink.emplace(*recorder, hash, progress, stop);
     }
-    result = app::record_run(simulation, *recorder, *sink, hash, &stop).result;
+    result = app::record_run(simulation, *recorder, *sink, &stop).result;
     if (wants_report && stop.load() == 0) io::write_report(directory);
   }
   sink->raise();

@@ -81,65 +81,42 @@ def energy(results, ax=None):
     return ax
 
 
-def contact_force(results, structure=None, ax=None, lowpass=300.0):
-    """Size of the contact force on a structure (all by default): means of the coupled steps, and low-passed
-    at `lowpass` Hz as in the report (Butterworth of four poles, no phase shift, class 180 of SAE J211); None:
-    not."""
+def contact_force(results, structure=None, ax=None, window=1.5e-3):
+    """Size of the contact force on a structure (all by default): means of the coupled steps, and over
+    `window` [s] as in the report; None: not."""
     ax = _axes(ax, xlabel="time [s]", ylabel="contact force [kN]")
     t, force = results.contact_force(structure)
     ax.plot(t, np.linalg.norm(force, axis=1) / 1e3, lw=0.6, alpha=0.5, label="mean over a step")
-    if lowpass and len(t):
-        ft, filtered = low_passed(results, structure, lowpass)
-        ax.plot(ft, filtered / 1e3, label=f"low-passed at {lowpass:g} Hz")
+    if window and len(t):
+        ft, mean = mean_force(results, structure, window)
+        ax.plot(ft, mean / 1e3, label=f"mean over {1e3 * window:g} ms")
         ax.legend()
     return ax
 
 
-def low_passed(results, structure=None, frequency=300.0, spacing=1e-4):
-    """Size of the contact force, low-passed as in the report: [n] s, [n] N.
+def mean_force(results, structure=None, window=1.5e-3, spacing=1e-4):
+    """Size of the contact force, mean over a window about each instant: [n] s, [n] N.
 
-    The impulses of the rows, spread over (time - dt, time], are gathered in bins of `spacing` seconds; the
-    size of their mean forces goes through a Butterworth filter of two poles forth and back (class 180 of SAE
-    J211 at 300 Hz).
+    The impulses of the rows, spread over (time - dt, time], are taken between instants `spacing` seconds
+    apart; 1.5 ms is the window of the report.
     """
     c = results.contacts
     keep = results.contacts_of(structure)
     if not keep.any():
         return np.zeros(0), np.zeros(0)
     end, dt, force = c.time[keep], c.dt[keep], c.force[keep]
-    # Bins of no force before and after: the transient of the filter.
-    margin = 50 + int(np.ceil(1 / (frequency * spacing)))
-    first = int(np.floor((end - dt).min() / spacing)) - margin
-    edges = spacing * np.arange(first, int(np.ceil(end.max() / spacing)) + margin + 1)
+    bins = max(1, round(window / spacing))
+    first = int(np.floor((end - dt).min() / spacing)) - bins
+    edges = spacing * np.arange(first, int(np.ceil(end.max() / spacing)) + bins + 1)
     # Impulse up to each edge of the bins, exactly: the sum of ramps that begin and end with the rows.
     at = np.concatenate([end - dt, end])
     order = np.argsort(at, kind="stable")
     slope = np.cumsum(np.concatenate([force, -force])[order], axis=0)
     at = at[order]
     impulse = np.concatenate([np.zeros((1, 3)), np.cumsum(slope[:-1] * np.diff(at)[:, None], axis=0)])
-    steps = [np.diff(np.interp(edges, at, impulse[:, k])) for k in range(3)]
-    size = np.linalg.norm(np.stack(steps, -1), axis=1) / spacing
-    return 0.5 * (edges[:-1] + edges[1:]), _butterworth(size, frequency * spacing)
-
-
-def _butterworth(x, relative):
-    """Two poles forth and two back; `relative` is the corner frequency times the spacing."""
-    if relative > 0.4:
-        return x
-    c, q = 1 / np.tan(np.pi * relative), np.sqrt(2)
-    a0 = 1 / (1 + q * c + c * c)
-    b1, b2 = 2 * a0 * (1 - c * c), a0 * (1 - q * c + c * c)
-    for _ in range(2):
-        driven = a0 * x
-        driven[1:] += 2 * a0 * x[:-1]
-        driven[2:] += a0 * x[:-2]
-        y = np.empty_like(x)
-        y1 = y2 = 0.0
-        for i, u in enumerate(driven):
-            y1, y2 = u - b1 * y1 - b2 * y2, y1
-            y[i] = y1
-        x = y[::-1].copy()
-    return x
+    at_edges = np.stack([np.interp(edges, at, impulse[:, k]) for k in range(3)], -1)
+    size = np.linalg.norm(at_edges[bins:] - at_edges[:-bins], axis=1) / (bins * spacing)
+    return 0.5 * (edges[:-bins] + edges[bins:]), size
 
 
 def base_force(results, structure, ax=None):

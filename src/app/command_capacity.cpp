@@ -9,9 +9,10 @@
 #include <nlohmann/json.hpp>
 
 #include "app/commands.hpp"
-#include "app/final_state.hpp"
 #include "app/tell.hpp"
 #include "io/files.hpp"
+#include "io/final_state.hpp"
+#include "io/hdf5_file.hpp"
 #include "io/json_file.hpp"
 #include "io/report.hpp"
 #include "sim/simulation.hpp"
@@ -135,11 +136,16 @@ int command_capacity(const Options& options) {
   namespace fs = std::filesystem;
   const fs::path directory = options.input;
   io::require_idle(directory);
-  const FinalState final = load_final_state(directory);
-  sim::Simulation simulation(final.scene, [](const std::string& line) {
+  if (!fs::exists(directory / io::marker_name))
+    throw io::bad_file(directory, "DIR", "is no output directory of Talus",
+                       "name the directory of a finished run");
+  const fs::path results = directory / "results.h5";
+  const sim::FinalState state = io::read_final_state(results);
+  const scene::Scene scene = scene::read_scene((directory / "scene.resolved.json").string());
+  sim::Simulation simulation(scene, [](const std::string& line) {
     if (line.starts_with("push-")) tell("{}\n", line);
   });
-  simulation.halve_cells_struck(final.struck_places());
+  simulation.halve_cells_struck(state);
   const std::vector<Structure*> structures = simulation.structures();
   if (std::ranges::none_of(structures, [](const Structure* s) { return s != nullptr; }))
     throw io::bad_file(
@@ -151,6 +157,7 @@ int command_capacity(const Options& options) {
                            ? io::read_json(directory / "summary.json",
                                            "delete it to have the capacities without the damage classes")
                            : json::object();
+  const double time = io::Hdf5File::open(results).read<double>("/history/time").values.back();
   json rows = json::array();
   bool any_lost = false;
   const fs::path file = directory / "capacity.json";
@@ -159,25 +166,28 @@ int command_capacity(const Options& options) {
   for (std::size_t q = 0; q < structures.size(); ++q) {
     if (!structures[q]) continue;
     Structure& s = *structures[q];
+    const auto last = state.structures.find(scene.structures[q].name);
+    if (last == state.structures.end())
+      throw io::bad_file(results, scene.structures[q].name, "the final state lacks this structure",
+                         "run the scene again");
     const std::size_t first = rows.size();
     std::vector<char> lost_ones;
-    tell("{} as built:\n", final.scene.structures[q].name);
+    tell("{} as built:\n", scene.structures[q].name);
     const std::vector<PushDown> built = s.capacity().push_down(),
                                 over = options.lateral ? s.capacity().push_over() : std::vector<PushDown>{};
     const std::vector<SectionResistance> rules = s.capacity().section_resistances();
-    tell("{} as it stands now:\n", final.scene.structures[q].name);
-    s.restore(final.of(static_cast<int>(q)));
+    tell("{} as it stands now:\n", scene.structures[q].name);
+    s.restore(last->second.history);
     const std::vector<PushDown> now = s.capacity().push_down(), over_now = options.lateral
                                                                                ? s.capacity().push_over()
                                                                                : std::vector<PushDown>{};
     const std::vector<MemberState> states = s.loads().states();
     for (std::size_t k = 0; k < built.size(); ++k) {
       const json said =
-          named(named(summary, "structures", final.scene.structures[q].name), "members", now[k].member);
+          named(named(summary, "structures", scene.structures[q].name), "members", now[k].member);
       const bool lost = is_lost(s.loads().members()[k], states[k], said);
       any_lost = any_lost || lost;
-      rows.push_back(
-          entry(final.scene.structures[q].name, now[k], built[k], s.loads().members()[k], lost, said));
+      rows.push_back(entry(scene.structures[q].name, now[k], built[k], s.loads().members()[k], lost, said));
       lost_ones.push_back(lost);
     }
     if (!over.empty())
@@ -187,7 +197,7 @@ int command_capacity(const Options& options) {
           "structure", "member", "axis", "as built [kN]", "now [kN]", "now/built", "by rule, mean");
     for (std::size_t k = 0; k < over.size(); ++k)
       rows[first + k / 2]["lateral"].push_back(
-          lateral(final.scene.structures[q].name, over_now[k], over[k], lost_ones[k / 2],
+          lateral(scene.structures[q].name, over_now[k], over[k], lost_ones[k / 2],
                   k / 2 < rules.size() ? &rules[k / 2] : nullptr, s.loads().members()[k / 2].length));
     if (!rules.empty())
       fmt::print(
@@ -197,13 +207,13 @@ int command_capacity(const Options& options) {
           "structure", "member", "", "N_Rd [kN]", "M_Rd,x [kNm]", "M_Rd,y [kNm]", "V_Rd,x [kN]",
           "V_Rd,y [kN]", "H_x [kN]", "H_y [kN]");
     for (std::size_t k = 0; k < rules.size() && first + k < rows.size(); ++k) {
-      print_by_rule(final.scene.structures[q].name, rules[k], s.loads().members()[k].length);
+      print_by_rule(scene.structures[q].name, rules[k], s.loads().members()[k].length);
       rows[first + k]["en1992"] = by_rule(rules[k], s.loads().members()[k].length);
     }
     std::fflush(stdout);
-    io::write_file(
-        file, json{{"schema", 1}, {"program", "talus"}, {"time", final.time}, {"members", rows}}.dump(2) +
-                  "\n");  // with each structure, should a later one fail
+    io::write_file(file,
+                   json{{"schema", 1}, {"program", "talus"}, {"time", time}, {"members", rows}}.dump(2) +
+                       "\n");  // with each structure, should a later one fail
   }
   if (any_lost)
     fmt::print(

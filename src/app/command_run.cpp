@@ -7,10 +7,10 @@
 #include <fmt/format.h>
 
 #include "app/commands.hpp"
-#include "app/final_state.hpp"
 #include "app/progress.hpp"
 #include "app/record_run.hpp"
 #include "app/run_checkpoint.hpp"
+#include "app/scene_hash.hpp"
 #include "app/signals.hpp"
 #include "app/tell.hpp"
 #include "app/together.hpp"
@@ -252,12 +252,11 @@ int run_scene(scene::Scene scene, const Options& options, bool carry_blocks) {
     sim::Sink silent;
     const sim::RunResult result = simulation.run(silent, &stop_signal());
     on_stop(OnStop::ask);  // from here on it comes to its end by itself
-    simulation.save();     // by all ranks
     if (io::has_ended(result.status)) simulation.final_state();
     return result.exit_code;
   }
   RecordingSink sink(*recorder, hash);
-  const auto [result, summary] = record_run(simulation, *recorder, sink, hash, &stop_signal(), [&] {
+  const auto [result, summary] = record_run(simulation, *recorder, sink, &stop_signal(), [&] {
     sink.end_line();
     on_stop(OnStop::ask);  // from here on it comes to its end by itself
   });

@@ -1,6 +1,5 @@
 #include "app/record_run.hpp"
 
-#include "app/final_state.hpp"
 #include "app/run_checkpoint.hpp"
 #include "core/memory.hpp"
 
@@ -38,14 +37,12 @@ io::Outcome outcome_of(const sim::RunResult& result) {
 }  // namespace
 
 RecordedRun record_run(sim::Simulation& simulation, io::Recorder& recorder, sim::Sink& sink,
-                       const std::string& hash, const std::atomic<int>* stop,
-                       const std::function<void()>& stepped) {
+                       const std::atomic<int>* stop, const std::function<void()>& stepped) {
   RecordedRun run;
   run.result = simulation.run(sink, stop);
   if (stepped) stepped();
   give_back_memory();
   const bool ended = io::has_ended(run.result.status);
-  save_final_state(recorder.directory(), simulation.save(), simulation.time(), hash);
   const sim::FinalState final_state = ended ? simulation.final_state() : sim::FinalState{};
   run.summary = recorder.finish(outcome_of(run.result), ended ? &final_state : nullptr);
   log_end(recorder.log(), run.result, simulation.time());

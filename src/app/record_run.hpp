@@ -16,10 +16,9 @@ struct RecordedRun {
 };
 
 /// Runs to the end or until `stop` becomes non-zero, and writes results, final state and summary. `stepped`
-/// is called between the last step and the files. `sink` records into `recorder`; `hash` is that of the
-/// resolved scene. Throws InputError, io::WriteError.
+/// is called between the last step and the files. `sink` records into `recorder`. Throws InputError,
+/// io::WriteError.
 RecordedRun record_run(sim::Simulation& simulation, io::Recorder& recorder, sim::Sink& sink,
-                       const std::string& hash, const std::atomic<int>* stop,
-                       const std::function<void()>& stepped = {});
+                       const std::atomic<int>* stop, const std::function<void()>& stepped = {});
 
 }  // namespace talus::app

@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "app/final_state.hpp"
+#include "app/scene_hash.hpp"
 #include "app/tell.hpp"
 #include "io/checkpoint.hpp"
 

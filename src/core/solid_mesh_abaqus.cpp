@@ -59,13 +59,15 @@ class AbaqusFile {
     if (!pending_.empty()) in_.fail("", "the element before has too few nodes", "complete it");
     keyword_ = upper(f[0]);
     set_.clear(), generate_ = false;
-    std::string type, system;
+    const std::string_view own = keyword_ == "*NODE" || keyword_ == "*NSET" ? "NSET" : "ELSET";
+    std::string type, system, elements;
     bool input = false;
     for (std::size_t i = 1; i < f.size(); ++i) {
       const auto eq = f[i].find('=');
       const std::string key = upper(f[i].substr(0, eq)),
                         value = eq == std::string::npos ? "" : f[i].substr(eq + 1);
-      if (key == "NSET" || key == "ELSET") set_ = value;
+      if (key == own) set_ = value;
+      if (key == "ELSET") elements = value;
       if (key == "TYPE") type = upper(value);
       if (key == "GENERATE") generate_ = true;
       if (key == "SYSTEM") system = upper(value);
@@ -80,6 +82,7 @@ class AbaqusFile {
       in_.fail(in_.text(), "cylindrical and spherical coordinates are not read",
                "write the nodes in Cartesian coordinates");
     if (keyword_ == "*ELEMENT") element_type(type);
+    if (keyword_ == "*NSET" && !set_.empty() && !elements.empty()) add(elements, mesh_.groups[set_]);
   }
 
   /// Lines and surfaces carry no volume: they only name groups.
@@ -140,7 +143,9 @@ class AbaqusFile {
       ++mesh_.without_volume[type_];
     }
     if (!set_.empty()) mesh_.groups[set_].insert(nodes.begin(), nodes.end());
-    element_nodes_[pending_[0]] = nodes;
+    if (!element_nodes_.emplace(pending_[0], std::move(nodes)).second)
+      in_.fail(fmt::format("element {}", pending_[0]), "the number was given to another element above",
+               "number the elements of all parts through");
     pending_.clear();
   }
 
@@ -159,7 +164,18 @@ class AbaqusFile {
         group.insert(in_.node(mesh_, m));
       else if (const auto e = element_nodes_.find(m); e != element_nodes_.end())
         group.insert(e->second.begin(), e->second.end());
+      else
+        in_.fail(fmt::format("element {}", m), "the element is not defined",
+                 "write sets after their elements, and only elements that are in the file into them");
     }
+  }
+
+  /// A set as a part of another one.
+  void add(const std::string& name, std::set<int>& group) {
+    const auto other = mesh_.groups.find(name);
+    if (other == mesh_.groups.end())
+      in_.fail(name, "no set of this name is defined above", "write sets before those that hold them");
+    group.insert(other->second.begin(), other->second.end());
   }
 
   /// Numbers as they are; a name stands for a set told before.
@@ -170,7 +186,7 @@ class AbaqusFile {
       if (std::isdigit(static_cast<unsigned char>(s[0])))
         members.push_back(number(s));
       else
-        group.insert(mesh_.groups[s].begin(), mesh_.groups[s].end());
+        add(s, group);
     }
     return members;
   }

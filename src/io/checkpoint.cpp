@@ -53,7 +53,7 @@ void save_checkpoint(const std::filesystem::path& path, const Checkpoint& c) {
     file.group("/numbers");
     file.group("/integers");
     for (const auto& [name, values] : c.numbers) {
-      file.write<double>(key("numbers", name), values, {values.size()});
+      file.write<double>(key("numbers", name), values, {values.size()}, {}, {}, Hdf5File::Packing::plain);
       file.attribute(key("numbers", name), "name", name);
     }
     for (const auto& [name, values] : c.integers) {

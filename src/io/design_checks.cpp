@@ -80,7 +80,7 @@ double computed(formulas::Kind kind, const Impact& m) {
 }
 const char* computed_is(formulas::Kind kind) {
   return kind == formulas::Kind::peak         ? "single sub-step"
-         : kind == formulas::Kind::resistance ? "low-passed at 300 Hz"
+         : kind == formulas::Kind::resistance ? "mean over 1.5 ms"
                                               : "mean over the impact";
 }
 

@@ -24,14 +24,13 @@ namespace {
 // The checkpoint goes before the journal that it points into, so that a kill between them leaves no
 // checkpoint without one.
 constexpr std::string_view known_files[] = {
-    "checkpoint.h5",       "journal.bin",        "summary.json",      "scene.toml",
-    "scene.resolved.json", "log.jsonl",          "results.h5",        "results.xdmf",
-    "results.pvd",         "report.html",        "scene.toml.part",   "scene.resolved.json.part",
-    "summary.json.part",   "results.h5.part",    "results.xdmf.part", "results.pvd.part",
-    "report.html.part",    "checkpoint.h5.part", "final_state.h5",    "final_state.h5.part",
-    "capacity.json",       "capacity.json.part", "ensemble.h5",       "ensemble.h5.part",
-    "details.json",        "details.json.part",  "ensemble.gpkg",     "fragility.json",
-    "fragility.json.part"};
+    "checkpoint.h5",       "journal.bin",        "summary.json",       "scene.toml",
+    "scene.resolved.json", "log.jsonl",          "results.h5",         "results.xdmf",
+    "results.pvd",         "report.html",        "scene.toml.part",    "scene.resolved.json.part",
+    "summary.json.part",   "results.h5.part",    "results.xdmf.part",  "results.pvd.part",
+    "report.html.part",    "checkpoint.h5.part", "capacity.json",      "capacity.json.part",
+    "ensemble.h5",         "ensemble.h5.part",   "details.json",       "details.json.part",
+    "ensemble.gpkg",       "fragility.json",     "fragility.json.part"};
 constexpr std::string_view known_folders[] = {"fields", "members", "maps", "journal", "fragility"};
 
 void sync_path(const fs::path& path, int flags) {

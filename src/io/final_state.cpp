@@ -100,7 +100,7 @@ void write_final_state(Hdf5File& file, const sim::FinalState& state) {
     file.write<double>(state_key("structures", name) + "/nodes", x, {s.nodes.size(), 3}, "m",
                        "reference positions");
     file.write<double>(state_key("structures", name) + "/history", s.history, {s.history.size()}, "",
-                       "state of the structure, for initial_state");
+                       "state of the structure, for initial_state", Hdf5File::Packing::plain);
     if (s.halved.empty()) continue;
     x.clear();
     for (const auto& [zone, energy] : s.halved) {
@@ -119,9 +119,9 @@ void write_final_state(Hdf5File& file, const sim::FinalState& state) {
 sim::FinalState read_final_state(const std::filesystem::path& results) {
   const Hdf5File file = Hdf5File::open(results);
   if (!file.exists("/state/blocks") || !file.exists("/state/structures"))
-    throw bad_file(results, "simulation.initial_state",
-                   "holds no final state: it is no results.h5 of a run that has ended",
-                   "name the results.h5 of a run that went to its end");
+    throw bad_file(results, "/state", "holds no final state: it is no results.h5 of a run that has ended",
+                   "run that scene to its end (talus run SCENE -o DIR --resume goes on with one that was "
+                   "stopped)");
   sim::FinalState state;
   const std::string remedy = "run that scene again";
   for (const std::string& item : file.list("/state/blocks")) {

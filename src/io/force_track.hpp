@@ -1,11 +1,11 @@
-/// The force of a contact against time, in bins of 0.1 ms, and its filtered peak.
+/// The force of a contact against time, in bins of 0.1 ms, and its greatest mean over 1.5 ms.
 ///
 /// A sub-step's force depends on the cells and the contact law: one node that arrives late gives a needle.
-/// What a member feels is the force low-passed at 300 Hz (Butterworth, four poles, no phase shift: channel
-/// class 180 of SAE J211), which is independent of the sub-step.
+/// What a member feels is the impulse over a window, as of base and section forces (load_window),
 ///
-/// A block may lie on a structure for minutes: the track is filtered piece by piece, each with as much of the
-/// one before as the filter remembers.
+///   F(t) = |1/T int_{t-T/2}^{t+T/2} f dt|,
+///
+/// a low-pass of 295 Hz that does not overshoot: F exceeds no force of a sub-step.
 #pragma once
 #include <cstddef>
 #include <vector>
@@ -14,27 +14,24 @@
 
 namespace talus::io {
 
-inline constexpr double force_cutoff = 300;  // [Hz]
-inline constexpr double force_bin = 1e-4;    // [s]
+inline constexpr double force_bin = 1e-4;  // [s]
 
 class ForceTrack {
  public:
-  /// A force, mean over (t - dt, t] [s], [N]; several at one time add up.
+  /// A force, mean over (t - dt, t] [s], [N]; several at one time add up. A block may lie on a structure for
+  /// minutes: only the bins that windows to come can reach are kept.
   void add(double t, double dt, const Vec3& force);
-  /// Greatest low-passed size of the force [N]; 0 without any.
+  /// Greatest mean over the window [N]; 0 without any.
   double filtered_peak() const;
 
  private:
-  double peak_here(bool ends) const;
-
-  double peak_ = 0;            // of the pieces before [N]
-  bool goes_on_ = false;       // a piece before this one has been filtered
+  double peak_ = 0;            // of windows that end before the bins kept [N]
+  double end_ = 0;             // of the last row [s]
   long first_ = 0;             // number of the first bin since t = 0
   std::vector<Vec3> impulse_;  // of each bin [N s]
 };
 
-/// What the filter of a ForceTrack sees and gives, for a plot: the mean size of the force in each bin, whose
-/// integral is the impulse, and that low-passed.
+/// A contact's force for a plot: the mean size of the force in each bin, and over the window about it.
 struct ForceCurve {
   std::vector<double> time;      // middle of each bin [s]
   std::vector<double> mean;      // [N]

@@ -189,8 +189,8 @@ Hdf5File Hdf5File::open(const std::filesystem::path& path) {
 template <class T>
 void Hdf5File::write_parts(const std::string& path, const Dims& dims,
                            const std::function<void(const std::function<void(std::span<const T>)>&)>& parts,
-                           const std::string& unit, const std::string& description) {
-  const Id properties = dataset_properties(dims, sizeof(T));
+                           const std::string& unit, const std::string& description, Packing packing) {
+  const Id properties = dataset_properties(dims, sizeof(T), packing);
   const Id dataset = create_dataset(id_, path, native<T>(), dims, properties);
   if (dataset < 0) write_failed(path_, path);
   std::size_t stride = 1, first = 0;
@@ -208,17 +208,17 @@ void Hdf5File::write_parts(const std::string& path, const Dims& dims,
 
 template <class T>
 void Hdf5File::write(const std::string& path, std::span<const T> values, const Dims& dims,
-                     const std::string& unit, const std::string& description) {
+                     const std::string& unit, const std::string& description, Packing packing) {
   write_parts<T>(
-      path, dims, [&](const auto& take) { take(values); }, unit, description);
+      path, dims, [&](const auto& take) { take(values); }, unit, description, packing);
 }
 #define TALUS_WRITES(T)                                                                                     \
   template void Hdf5File::write<T>(const std::string&, std::span<const T>, const Dims&, const std::string&, \
-                                   const std::string&);                                                     \
+                                   const std::string&, Packing);                                            \
   template void Hdf5File::write_parts<T>(                                                                   \
       const std::string&, const Dims&,                                                                      \
       const std::function<void(const std::function<void(std::span<const T>)>&)>&, const std::string&,       \
-      const std::string&);
+      const std::string&, Packing);
 TALUS_WRITES(double)
 TALUS_WRITES(float)
 TALUS_WRITES(std::int64_t)

@@ -38,14 +38,18 @@ class Hdf5File {
   void close();  // throws WriteError if what was written cannot be stored
 
   // Writing. Groups on the way are created.
+  /// What hardly shrinks is quicker kept `plain` than deflated.
+  enum class Packing { deflated, plain };
   template <class T>  // double, float, std::int64_t, std::int32_t, std::uint8_t
   void write(const std::string& path, std::span<const T> values, const Dims& dims,
-             const std::string& unit = {}, const std::string& description = {});
+             const std::string& unit = {}, const std::string& description = {},
+             Packing packing = Packing::deflated);
   /// The same in parts of whole rows, which `parts` gives one after the other.
   template <class T>
   void write_parts(const std::string& path, const Dims& dims,
                    const std::function<void(const std::function<void(std::span<const T>)>&)>& parts,
-                   const std::string& unit, const std::string& description);
+                   const std::string& unit, const std::string& description,
+                   Packing packing = Packing::deflated);
   void write(const std::string& path, const std::vector<std::string>& texts,
              const std::string& description = {});
   void attribute(const std::string& path, const std::string& name, const std::string& text);
@@ -54,8 +58,6 @@ class Hdf5File {
   void group(const std::string& path);
   void hard_link(const std::string& existing, const std::string& alias);
   /// Creates an array of doubles to be filled by write_rows; what is never written reads as NaN.
-  /// What hardly shrinks is quicker kept `plain` than deflated.
-  enum class Packing { deflated, plain };
   void create_rows(const std::string& path, const Dims& dims, const std::string& unit,
                    const std::string& description, Packing packing = Packing::deflated);
   void create_rows_int(const std::string& path, const Dims& dims, const std::string& description);

@@ -1,3 +1,4 @@
+#include "contact/structures/structure.hpp"
 #include "io/force_track.hpp"
 #include "io/report_data.hpp"
 
@@ -260,7 +261,7 @@ void impacts(ReportData& d) {
                        m["structure"].get<std::string>(), start),
            "N", c.time,
            {{fmt::format("mean over {:.1f} ms", 1e3 * force_bin), c.mean},
-            {fmt::format("low-pass {:.0f} Hz", force_cutoff), c.filtered}},
+            {fmt::format("mean over {:.1f} ms", 1e3 * load_window), c.filtered}},
            6000,
            {{"group", "impact"},
             {"impact", i},

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numbers>
 #include <unordered_map>
 
 #include <fmt/format.h>
@@ -236,32 +235,6 @@ Skin skin(std::span<const std::int32_t> hexes) {
     i = j;
   }
   return s;
-}
-
-std::vector<double> low_pass(std::vector<double> x, double step, double cutoff) {
-  if (x.size() < 3 || cutoff * step > 0.4) return x;
-  const double c = 1.0 / std::tan(std::numbers::pi * cutoff * step), q = std::numbers::sqrt2;
-  const double a0 = 1 / (1 + q * c + c * c), a1 = 2 * a0, b1 = 2 * a0 * (1 - c * c),
-               b2 = a0 * (1 - q * c + c * c);
-  // Room before and after, so that the transient of the filter does not reach the samples.
-  const auto pad = static_cast<std::size_t>(std::ceil(1.0 / (cutoff * step)));
-  std::vector<double> y(x.size() + 2 * pad);
-  std::fill(y.begin(), y.begin() + static_cast<std::ptrdiff_t>(pad), x.front());
-  std::copy(x.begin(), x.end(), y.begin() + static_cast<std::ptrdiff_t>(pad));
-  std::fill(y.end() - static_cast<std::ptrdiff_t>(pad), y.end(), x.back());
-  for (int pass = 0; pass < 2; ++pass) {
-    double x1 = y.front(), x2 = x1, y1 = x1, y2 = x1;
-    for (double& v : y) {
-      const double in = v;
-      v = a0 * in + a1 * x1 + a0 * x2 - b1 * y1 - b2 * y2;
-      x2 = x1;
-      x1 = in;
-      y2 = y1;
-      y1 = v;
-    }
-    std::reverse(y.begin(), y.end());
-  }
-  return {y.begin() + static_cast<std::ptrdiff_t>(pad), y.end() - static_cast<std::ptrdiff_t>(pad)};
 }
 
 std::string base64(std::string_view bytes) {

@@ -84,11 +84,6 @@ struct Skin {
 };
 Skin skin(std::span<const std::int32_t> hexes);
 
-/// Butterworth low-pass of second order, run forwards and backwards (no phase shift, four poles), of samples
-/// at equal steps [sae-j211]. `cutoff` is the -3 dB frequency of one pass. Beyond 0.4 of the sampling rate
-/// the samples come back unchanged.
-std::vector<double> low_pass(std::vector<double> samples, double step, double cutoff);
-
 std::string base64(std::string_view bytes);
 
 }  // namespace talus::io

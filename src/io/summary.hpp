@@ -53,7 +53,7 @@ struct Impact {
   double peak_force = 0, peak_time = 0;  // [N], [s]
   double blow_force = 0;                 // greatest until the blow is over, blow_part() [N]
   ForceTrack force;
-  double filtered_force = 0;  // greatest low-passed force, set when the text is made [N]
+  double filtered_force = 0;  // greatest mean over load_window, set when the text is made [N]
 };
 
 /// The member whose axis the point lies nearest to, among those that reach to its height: what lies below a

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "contact/structures/structure.hpp"
 #include "io/summary.hpp"
 #include "io/summary_words.hpp"
 
@@ -85,9 +86,9 @@ void SummaryBuilder::structure_lines(std::size_t i, std::vector<std::string>& li
                                        name_of(*first), first->start)));
     member_lines(i, lines);
     lines.push_back(
-        fmt::format("Greatest contact force {} ({}, low-passed at {:.0f} Hz; {} in a single sub-step, which "
+        fmt::format("Greatest contact force {} ({}, mean over {:.1f} ms; {} in a single sub-step, which "
                     "depends on cells and contact law). Impulse of all contacts {}.",
-                    engineering(worst->filtered_force, "N"), name_of(*worst), force_cutoff,
+                    engineering(worst->filtered_force, "N"), name_of(*worst), 1e3 * load_window,
                     engineering(worst->peak_force, "N"), engineering(impulses, "N s")));
   } else if (info.loaded) {
     const auto most =

@@ -286,7 +286,7 @@ json SummaryBuilder::of_confidence() const {
           "Run it "
           "again with finer cells and state what both tell");
     say("peak contact force", "extrapolated",
-        "low-passed at 300 Hz; a single sub-step's force grows with finer cells and a stiffer contact; "
+        "mean over 1.5 ms; a single sub-step's force grows with finer cells and a stiffer contact; "
         "compare with the design formulas");
     bool computed = false;  // damage
     for (std::size_t i = 0; i < structures_.size(); ++i)

@@ -110,6 +110,28 @@ void each_sum(coupling::RunSums& sums, Count&& count, Number&& number) {
   for (Vec3* v : {&a.impulse_on_structure, &a.impulse_on_blocks}) number(*v);
 }
 
+/// Halves the cells that were halved where blocks struck.
+void halve_cells_at(World& w, const std::vector<double>& places) {
+  auto& structures = w.system->environment().structures;
+  Reader struck(places);
+  for (std::size_t left = places.size(); left > 0; left -= 9) {
+    World::StruckPlace place;
+    const double structure = struck.next();
+    if (left < 9 || !(structure >= 0 && structure < static_cast<double>(structures.size())))
+      refuse(fmt::format("{:g}", structure), "names no structure");
+    place.structure = static_cast<int>(structure);
+    struck(place.zone.region.min());
+    struck(place.zone.region.max());
+    struck(place.zone.cell_size);
+    struck(place.energy);
+    w.struck.push_back(place);
+  }
+  const double energy_start = w.energy_start;  // of the run, whatever cells it began with
+  for (std::size_t q = 0; q < structures.size(); ++q)
+    if (structures[q].stepped()) w.refine_structure(static_cast<int>(q));
+  w.energy_start = energy_start;
+}
+
 }  // namespace
 
 Checkpoint Simulation::save() const {
@@ -214,28 +236,6 @@ Checkpoint Simulation::save() const {
     c.integers["paper_sums"] = {p.steps, p.iterations, p.cuts, p.unsettled, p.contacts};
   }
   return c;
-}
-
-void Simulation::halve_cells_struck(const std::vector<double>& places) {
-  World& w = *world_;
-  auto& structures = w.system->environment().structures;
-  Reader struck(places);
-  for (std::size_t left = places.size(); left > 0; left -= 9) {
-    World::StruckPlace place;
-    const double structure = struck.next();
-    if (left < 9 || !(structure >= 0 && structure < static_cast<double>(structures.size())))
-      refuse(fmt::format("{:g}", structure), "names no structure");
-    place.structure = static_cast<int>(structure);
-    struck(place.zone.region.min());
-    struck(place.zone.region.max());
-    struck(place.zone.cell_size);
-    struck(place.energy);
-    w.struck.push_back(place);
-  }
-  const double energy_start = w.energy_start;  // of the run, whatever cells it began with
-  for (std::size_t q = 0; q < structures.size(); ++q)
-    if (structures[q].stepped()) w.refine_structure(static_cast<int>(q));
-  w.energy_start = energy_start;
 }
 
 void Simulation::restore(const Checkpoint& c) {
@@ -352,7 +352,7 @@ void Simulation::restore(const Checkpoint& c) {
     for (double& h : s.structure_step) step(h);
   }
   if (const auto found = c.numbers.find("struck_places"); found != c.numbers.end())
-    halve_cells_struck(found->second);
+    halve_cells_at(w, found->second);
   for (std::size_t q = 0; q < structures.size(); ++q) {
     coupling::StructurePart& part = structures[q];
     if (!part.stepped()) continue;

@@ -86,11 +86,10 @@ class Simulation {
 
   Checkpoint save() const;
   void restore(const Checkpoint&);
-  /// Halves the cells that were halved where blocks struck, by a checkpoint's "struck_places": its states of
-  /// structures are of that mesh. Throws InputError if they are not such places.
-  void halve_cells_struck(const std::vector<double>& places);
 
   FinalState final_state() const;
+  /// Halves the cells that were halved where blocks struck: the states of structures are of that mesh.
+  void halve_cells_struck(const FinalState& state);
   /// Starts blocks and structures of the same names from `state` instead of the scene's own; t stays 0 and
   /// all works start from zero. Returns what was taken over, for the log. Throws InputError if nothing fits,
   /// a mesh differs, or bodies overlap then; `file` names the source in messages.

@@ -77,6 +77,18 @@ FinalState Simulation::final_state() const {
   return state;
 }
 
+void Simulation::halve_cells_struck(const FinalState& state) {
+  World& w = *world_;
+  const auto& parts = w.system->environment().structures;
+  for (std::size_t q = 0; q < parts.size(); ++q) {
+    const auto found = state.structures.find(w.scene.structures[q].name);
+    if (found == state.structures.end() || !parts[q].stepped()) continue;
+    for (const auto& [zone, energy] : found->second.halved)
+      w.struck.push_back({static_cast<int>(q), zone, energy});
+    w.refine_structure(static_cast<int>(q));
+  }
+}
+
 std::vector<std::string> Simulation::start_from(const FinalState& state, const std::string& file) {
   World& w = *world_;
   std::vector<std::string> lines;
@@ -99,14 +111,12 @@ std::vector<std::string> Simulation::start_from(const FinalState& state, const s
     s.c[i] = b.c, s.v[i] = b.v, s.w[i] = b.w, s.q[i] = b.q, s.eps[i] = b.eps, s.eps_rate[i] = b.eps_rate;
     lines.push_back(fmt::format("Block {}: starts from the last state in {}.", name, file));
   }
+  halve_cells_struck(state);
   auto& parts = w.system->environment().structures;
   for (std::size_t q = 0; q < parts.size(); ++q) {
     const std::string& name = w.scene.structures[q].name;
     const auto found = state.structures.find(name);
     if (found == state.structures.end() || !parts[q].stepped()) continue;
-    for (const auto& [zone, energy] : found->second.halved)
-      w.struck.push_back({static_cast<int>(q), zone, energy});
-    w.refine_structure(static_cast<int>(q));
     Structure& structure = *parts[q].structure;
     const std::vector<Vec3> nodes = structure.built_nodes();
     if (nodes != found->second.nodes) {

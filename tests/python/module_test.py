@@ -131,9 +131,9 @@ class Reading(unittest.TestCase):
         np.testing.assert_allclose(self.cli.impulse("pier")[0], b.mass * (b.velocity[0, 0] - b.velocity[-1, 0]), rtol=1e-9)
 
     def test_filtered_force_is_that_of_the_summary(self):
-        _, filtered = talus.plots.low_passed(self.cli, "pier")
+        _, filtered = talus.plots.mean_force(self.cli, "pier")
         told = self.cli.summary["impacts"][0]["filtered_force"]
-        self.assertAlmostEqual(filtered.max() / told, 1, delta=1e-6)   # one filter written twice: round-off over some thousand bins
+        self.assertAlmostEqual(filtered.max() / told, 1, delta=1e-6)   # one mean written twice: round-off over some thousand bins
 
     def test_vertices_turn_with_the_block(self):
         b = self.cli.blocks["B1"]

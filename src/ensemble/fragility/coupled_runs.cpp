@@ -123,7 +123,7 @@ std::optional<Outcome> CoupledRuns::outcome_of(const fs::path& directory) const 
   for (const Json& s : summary.value("structures", Json::array())) {
     if (s.value("name", "") != request_.structure) continue;
     o.good = summary.value("status", "") != "failed";
-    // Low-passed: that of a single sub-step depends on the cells.
+    // A mean over 1.5 ms: that of a single sub-step depends on the cells.
     for (const Json& m : summary.value("impacts", Json::array()))
       if (m.value("structure", "") == request_.structure)
         o.peak_force = std::max(o.peak_force, m.value("filtered_force", 0.0));

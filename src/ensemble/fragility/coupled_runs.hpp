@@ -23,7 +23,7 @@ struct Outcome {
   std::vector<int> grade;          // -1: not judged
   std::vector<std::string> basis;  // why the members have their grades
   std::vector<std::string> warnings;
-  double peak_force = 0;  // greatest contact force, low-passed at 300 Hz [N]
+  double peak_force = 0;  // greatest contact force, mean over 1.5 ms [N]
   double capacity =
       -1;  // least over the members of that now over that as built, 0: lost; negative: not asked for
   int worst() const;

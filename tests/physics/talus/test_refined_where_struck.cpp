@@ -201,13 +201,13 @@ TEST(RefinedWhereStruck, ResumesToTheBit) {
 TEST(RefinedWhereStruck, ItsFinalStateIsPutIntoTheSameCells) {
   const std::string text = struck_pier("cell_size = 0.25", at_impact);
   const Outcome run = run_scene(text);
-  const sim::Checkpoint end = run.simulation->save();
+  const sim::FinalState end = run.simulation->final_state();
   sim::Simulation again(scene::read_scene_text(text, "/test.toml"));
   EXPECT_LT(again.structures()[0]->elements(), run.simulation->structures()[0]->elements());
-  again.halve_cells_struck(end.numbers.at("struck_places"));
+  again.halve_cells_struck(end);
   Structure& pier = *again.structures()[0];
   ASSERT_EQ(pier.elements(), run.simulation->structures()[0]->elements());
-  pier.restore(end.numbers.at("structure0"));
+  pier.restore(end.structures.begin()->second.history);
   EXPECT_EQ(pier.skin().node_position(0), run.simulation->structures()[0]->skin().node_position(0));
 }
 

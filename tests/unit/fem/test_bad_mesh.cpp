@@ -65,6 +65,24 @@ TEST(BadMesh, TetrahedraByTheirNumberInTheFile) {
   expect_in(refused(from_text(text)), {"cell 802 (tetrahedron)", "inverted"});
 }
 
+/// What a set leaves out a support would not hold.
+TEST(BadMesh, SetsHoldOnlyWhatIsInTheFile) {
+  const std::string mesh = std::string(sixteen_nodes) + first_cell;
+  expect_in(refused(from_text(mesh + "*ELSET, ELSET=foot\n701, 702\n")),
+            {".inp:21: error", "element 702", "not defined"});
+  expect_in(refused(from_text(mesh + "*NSET, NSET=foot\n101, feet\n")), {".inp:21: error", "feet", "no set"});
+  expect_in(refused(from_text(mesh + "701,109,110,111,112,113,114,115,116\n")),
+            {".inp:20: error", "element 701", "another element"});
+}
+
+TEST(BadMesh, ASetOfNodesMayBeThatOfElements) {
+  StructureSpec s = from_text(std::string(sixteen_nodes) + first_cell +
+                              "702,109,110,111,112,113,114,115,116\n*ELSET, ELSET=second\n702\n"
+                              "*NSET, NSET=foot, ELSET=second\n");
+  s.supports.push_back({"", "foot", {}, {true, true, true}});
+  EXPECT_EQ(refused(s), "accepted");
+}
+
 // A tetrahedron is cut at midpoints that a hexahedron on the same face or edge does not have: they would hang
 // free between its corners.
 TEST(BadMesh, TetrahedraOnHexahedra) {

@@ -84,26 +84,6 @@ TEST(ReportParts, SkinOfABarHasOnlyOuterFacesOutward) {
   EXPECT_NEAR(volume, 2.0 * 2.0 * 12.0, 1e-9);
 }
 
-TEST(ReportParts, FilterHasTheGainOfTwoButterworthPasses) {
-  const double step = 1e-4, cutoff = 300;
-  const auto gain = [&](double f) {
-    std::vector<double> x;
-    for (int i = 0; i < 20000; ++i) x.push_back(std::sin(2 * std::numbers::pi * f * i * step));
-    const auto y = io::low_pass(x, step, cutoff);
-    double peak = 0;
-    for (std::size_t i = 5000; i < 15000; ++i) peak = std::max(peak, std::abs(y[i]));
-    return peak;
-  };
-  // |H|^2 of one pass of second order, warped by the bilinear transform.
-  const auto expected = [&](double f) {
-    const double r = std::tan(std::numbers::pi * f * step) / std::tan(std::numbers::pi * cutoff * step);
-    return 1 / (1 + std::pow(r, 4));
-  };
-  for (const double f : {20.0, 150.0, 300.0, 600.0}) EXPECT_NEAR(gain(f), expected(f), 0.004) << f;
-  const std::vector<double> constant(200, 4.2);
-  for (const double v : io::low_pass(constant, step, cutoff)) EXPECT_NEAR(v, 4.2, 1e-9);
-}
-
 TEST(ReportParts, Base64OfTheStandard) {
   EXPECT_EQ(io::base64(""), "");
   EXPECT_EQ(io::base64("f"), "Zg==");
