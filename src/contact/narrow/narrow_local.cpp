@@ -13,7 +13,7 @@ struct LocalScratch {
   std::vector<ContactPoint> points;
   Hull hull_a, hull;
   NearTriangles near;
-  std::vector<const Patch::Triangle*> facing;
+  std::vector<int> facing;
 };
 thread_local LocalScratch local_scratch;
 
@@ -128,8 +128,8 @@ int surface_polyhedron(const SurfaceIndex::Impl& surface, const Polyhedron& b, c
   });
   w.near.set(w.a);
   w.facing.clear();
-  for (const auto& t : w.a.triangles)
-    if (!clears(t.n, t.a)) w.facing.push_back(&t);
+  for (std::size_t k = 0; k < w.a.triangles.size(); ++k)
+    if (!clears(w.a.triangles[k].n, w.a.triangles[k].a)) w.facing.push_back(static_cast<int>(k));
   gather(b, Vec3::Zero(), pose_b.F, w.near, w.facing, margin, touch, w.b);
   // Of a vertex of the surface that only faces farther than the margin are near to, the patch does not tell
   // whether it is in the block.

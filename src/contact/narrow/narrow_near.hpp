@@ -31,6 +31,7 @@ struct Ball {
 class NearTriangles {
  public:
   void set(const Patch& patch);
+  const Patch& patch() const { return *patch_; }
   const std::vector<Ball>& balls() const { return balls_; }
   /// Distance of x from the surface if x lies before it beyond doubt, else 0.
   double ahead(const Vec3& x, double touch) const;

@@ -180,7 +180,7 @@ struct InCommon {
 /// on one side.
 struct AtSurface {
   const NearTriangles& surface;
-  std::span<const Patch::Triangle* const> facing;
+  std::span<const int> facing;  // of its triangles
   double reach, touch;
 
   bool box(const Vec3& middle, const Vec3& half, double radius) const {
@@ -201,11 +201,14 @@ struct AtSurface {
   template <class Below>
   bool reaches(const Vec3& middle, double radius, Below&& below) const {
     bool behind = false, interior;
-    for (const Patch::Triangle* t : facing) {
-      const double h = t->n.dot(middle) - t->level;
+    for (const int k : facing) {
+      const Patch::Triangle& t = surface.patch().triangles[k];
+      const double h = t.n.dot(middle) - t.level;
       behind = behind || h <= reach;
-      if (std::abs(h) <= radius + reach && h - below(t->n) <= reach &&
-          (middle - closest_on_triangle(*t, middle, interior)).norm() <= radius + reach)
+      const Ball& ball = surface.balls()[k];
+      const double near = radius + reach, nearest = near + ball.radius;
+      if (std::abs(h) <= near && (middle - ball.centre).squaredNorm() <= nearest * nearest &&
+          h - below(t.n) <= reach && (middle - closest_on_triangle(t, middle, interior)).norm() <= near)
         return true;
     }
     return behind && surface.ahead(middle, touch) == 0;
@@ -220,7 +223,7 @@ void gather(const Polyhedron& p, const Vec3& centre, const Mat3& F, const Common
 }
 
 void gather(const Polyhedron& p, const Vec3& centre, const Mat3& F, const NearTriangles& surface,
-            std::span<const Patch::Triangle* const> facing, double margin, double touch, Patch& patch) {
+            std::span<const int> facing, double margin, double touch, Patch& patch) {
   const AtSurface in{surface, facing, margin + touch, touch};
   Posed(p, centre, F).take(in, patch);
 }

@@ -66,7 +66,7 @@ void gather(const Polyhedron& p, const Vec3& centre, const Mat3& F, const Common
 /// the ball lies before it if its middle does. `facing`: those of its triangles behind whose planes the
 /// polyhedron may be, up to `reach`.
 void gather(const Polyhedron& p, const Vec3& centre, const Mat3& F, const NearTriangles& surface,
-            std::span<const Patch::Triangle* const> facing, double margin, double touch, Patch& patch);
+            std::span<const int> facing, double margin, double touch, Patch& patch);
 /// Everything of a surface near `box`, which is relative to `origin`. `viewpoint` picks the side of a
 /// two-sided surface.
 void gather(const SurfaceIndex::Impl& s, const Vec3& origin, const Box3& box, Patch& patch);

@@ -242,8 +242,8 @@ std::vector<bool> Hanging::give_way() const {
 }  // namespace
 
 bool loses_strength(const IslandContext& in, const Touch& t) {
-  return t.pulls() ||
-         (t.stiffness > 0 && t.shear_stiffness > 0 && t.cohesion() > 0 && t.at.gap <= in.scale.touch_gap());
+  return t.pulls() || (t.stiffness > 0 && t.shear_stiffness > 0 && t.cohesion() > 0 &&
+                       t.at.gap <= in.scale.touch_gap() && !in.deformable_structure(t));
 }
 
 std::vector<bool> may_give_way(const IslandContext& in, const Step& step) {
