@@ -22,6 +22,7 @@ struct PlanLine {
   std::string name;
   std::vector<std::vector<Eigen::Vector2d>> parts;  // scene coordinates
   bool of_file = false;                             // GeoJSON, in map coordinates there
+  std::vector<Problem> warnings;                    // of its file
 };
 
 /// Where there is terrain, in scene coordinates [m].

@@ -389,6 +389,7 @@ Terrain assemble(std::vector<Vec3> vertices, std::vector<std::array<int, 3>> tri
   if (!options.breaklines.empty()) {
     BreakLines lines = read_breaklines(options.breaklines, "site.breaklines");
     expect_same_crs(options.crs, lines.crs, options.breaklines, "site.breaklines");
+    out.warnings = std::move(lines.warnings);
     if (!options.two_sided) refuse_lines_at_overhangs(vertices, triangles, options, name);
     for (auto& line : lines.lines)
       for (Vec3& p : line) p -= options.origin;

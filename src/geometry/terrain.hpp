@@ -106,7 +106,7 @@ struct Area {
   using Polygon = std::vector<std::vector<Eigen::Vector2d>>;  // the outer ring, then those of its holes
   std::vector<Polygon> polygons;                              // which may overlap
   std::string crs;                                            // of the file, if it names one
-  std::vector<Problem> warnings;                              // of rings that cross themselves
+  std::vector<Problem> warnings;  // of rings that cross themselves, of geometries that are no polygons
   bool contains(double x, double y) const;
   Eigen::AlignedBox2d limits() const;
 };
@@ -131,6 +131,7 @@ std::vector<Problem> beside_ground(const AreaExtent& extent, const std::string& 
 struct BreakLines {
   std::vector<std::vector<Vec3>> lines;
   std::string crs;
+  std::vector<Problem> warnings;  // of geometries that are no lines
 };
 BreakLines read_breaklines(const std::string& path, const std::string& key);
 
@@ -138,6 +139,7 @@ BreakLines read_breaklines(const std::string& path, const std::string& key);
 struct PlanLines {
   std::vector<std::vector<Eigen::Vector2d>> lines;
   std::string crs;
+  std::vector<Problem> warnings;  // of geometries that are no lines
 };
 PlanLines read_plan_lines(const std::string& path, const std::string& key);
 
