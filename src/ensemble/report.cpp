@@ -619,8 +619,9 @@ class Page {
     for (const std::size_t k : shown)
       legend += fmt::format("<b><span style=\"background:{}\"></span>{}</b> ", colours[k], names[k]);
     const std::string few =
-        sharing.empty() ? "" : " Members with few runs of their own share the curves of their kind.";
-    return "<p class=\"key\">Curves over the energy of the hit, with their 95 % bands: " + legend + few +
+        sharing.empty() ? "" : " Members with few runs of their own share those of their kind.";
+    return "<p>Curves over the energy of the hit, with their 95 % bands." + few +
+           " A class that all runs reach, or none, has no curve.</p><p class=\"key\">" + legend +
            "</p><div class=\"row\">" + charts + "</div>";
   }
 
