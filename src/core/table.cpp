@@ -105,6 +105,8 @@ std::vector<TableCell> table_cells(std::string_view line, char separator) {
 
 bool is_blank_row(std::string_view line) {
   const auto first = line.find_first_not_of(" \t\r,;");
+  if (line.starts_with("sep=") && line.find_first_not_of(" \t\r", 5) == std::string_view::npos)
+    return true;  // "sep=;", by which a spreadsheet knows the separator
   return first == std::string_view::npos || line[line.find_first_not_of(" \t")] == '#';
 }
 

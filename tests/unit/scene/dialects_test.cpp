@@ -87,6 +87,21 @@ TEST(Dialects, DecimalCommasBetweenCommasAreRefused) {
       << refusal(place, impact);
 }
 
+TEST(Dialects, AFirstRowThatIsMeantAsNumbersIsNoRowOfNames) {
+  const Place place;
+  const std::string rest = "\n-6,0.1,2.2,20.5,0,-2,500\n";
+  for (const std::string first : {"inf,0,2,20,0,-2,500", "nan,0,2,20,0,-2,500", "=1+1,0,2,20,0,-2,500"}) {
+    place.put("rows.csv", first + rest);
+    EXPECT_NE(refusal(place, impact).find("is not a number"), std::string::npos) << refusal(place, impact);
+  }
+  place.put("rows.csv", "\"x,y,z,vx,vy,vz,mass" + rest);
+  EXPECT_NE(refusal(place, impact).find("line 1 of the file has a quote that does not end"),
+            std::string::npos)
+      << refusal(place, impact);
+  place.put("rows.csv", "sep=,\nx,y,z,vx,vy,vz,mass" + rest);
+  EXPECT_EQ(refusal(place, impact), "");
+}
+
 TEST(Dialects, TablesOfContactLaws) {
   const Place place;
   const std::string scene = R"(schema = 1
