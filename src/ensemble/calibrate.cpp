@@ -130,7 +130,8 @@ Measured read_measured(const fs::path& file) {
                                        error.empty() ? "" : ": " + error),
                            "correct the line");
       const Dimension wanted = dimension_of(header[k]);
-      if (!q->dimension.none() && q->dimension != wanted)
+      if (q->dimension != wanted &&
+          !(units[k].empty() && is_bare_number(with_decimal_point(cells[k], separator))))
         throw io::bad_file(file, fmt::format("line {}", number),
                            fmt::format("\"{}\" is no {}", cells[k].text, describe(wanted)),
                            "correct the line");

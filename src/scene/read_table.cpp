@@ -63,8 +63,9 @@ class TableReader {
     std::vector<double> row;
     for (const TableCell& cell : cells) {
       std::string error;
-      const auto value = parse_quantity(with_decimal_point(cell, separator_), error);
-      if (!value || !value->dimension.none()) break;
+      const std::string number = with_decimal_point(cell, separator_);
+      const auto value = is_bare_number(number) ? parse_quantity(number, error) : std::nullopt;
+      if (!value) break;
       row.push_back(value->value);
     }
     if (row.empty() && table_.rows.empty() && !begins_a_number(cells[0].text)) return take_names(cells);
