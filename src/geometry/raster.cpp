@@ -431,8 +431,8 @@ void write_raster(const std::string& path, const Raster& raster) {
                              .remedy = "check the directory and the ending (.tif or .asc)"});
 }
 
-void check_crs(const std::string& crs, const std::string& file, const std::string& key) {
-  if (crs.empty()) return;
+std::string check_crs(const std::string& crs, const std::string& file, const std::string& key) {
+  if (crs.empty()) return {};
   constexpr const char* example =
       "give a projected one in metres, a national grid or a UTM zone: \"EPSG:31254\", or its WKT";
   const auto refuse = [&](const std::string& rule, const std::string& remedy) {
@@ -448,6 +448,7 @@ void check_crs(const std::string& crs, const std::string& file, const std::strin
     refuse(fmt::format("is in {} of {:.8g} m, and lengths of a scene are metres",
                        r.unit.empty() ? "a unit" : r.unit, r.metres),
            example);
+  return r.crs;
 }
 
 void check_lengths(const std::string& crs, const Eigen::Vector2d& place, const std::string& file,
