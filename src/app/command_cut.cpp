@@ -9,6 +9,7 @@
 #include "app/commands.hpp"
 #include "app/progress.hpp"
 #include "app/tell.hpp"
+#include "core/text_file.hpp"
 #include "geometry/block_output.hpp"
 #include "geometry/cut.hpp"
 #include "io/files.hpp"
@@ -69,10 +70,10 @@ int command_cut(const Options& options) {
   geometry::write_interfaces_csv(file("interfaces.csv"), cut, mass.block_prefix);
   const geometry::SizeCurve curve = geometry::size_curve(cut);
   geometry::write_size_curve_csv(file("sizes.csv"), curve);
-  geometry::write_text_file(file("sizes.svg"), geometry::size_curve_svg(curve));
+  write_bytes(file("sizes.svg"), geometry::size_curve_svg(curve));
   geometry::StereonetOptions net;
   net.friction = std::atan(law.friction);
-  geometry::write_text_file(file("stereonet.svg"), geometry::stereonet_svg(spec, cut, net));
+  write_bytes(file("stereonet.svg"), geometry::stereonet_svg(spec, cut, net));
 
   double sum = 0;
   for (const geometry::CutBlock& block : cut.blocks) sum += block.volume;

@@ -11,7 +11,9 @@
 #include <fmt/format.h>
 
 #include "app/commands.hpp"
+#include "app/signals.hpp"
 #include "core/error.hpp"
+#include "verify/structure_text.hpp"
 #include "verify/suite.hpp"
 
 namespace talus::app {
@@ -53,6 +55,7 @@ int command_verify(const Options& options) {
     throw InputError(problem);
   }
   if (!options.output.empty()) make_writable(options.output);
+  before_end(verify::remove_temporary);
   fmt::print("{:<7} {:<6} {:<24} {:<44} {:>14} {:>14} {:>9} {:>8} {:>8}\n", "", "case", "method", "quantity",
              "expected", "measured", "error", "allowed", "CPU s");
   const verify::Report report = verify::run_suites(

@@ -17,6 +17,7 @@ namespace {
 
 std::atomic<int> came{0};
 std::atomic<OnStop> action{OnStop::end};
+std::atomic<void (*)()> last_action{nullptr};
 
 using Clock = std::chrono::steady_clock;
 /// A step of a large system may last: for so long it may come to its end, which saves all up to there.
@@ -29,6 +30,7 @@ constexpr std::chrono::seconds patience{5};
 
 /// As if nobody had waited for the signal: whoever started the program sees that it ended by it.
 [[noreturn]] void end_by(int number) {
+  if (const auto act = last_action.load()) act();
   std::signal(number, SIG_DFL);
   sigset_t one;
   sigemptyset(&one);
@@ -84,6 +86,8 @@ void watch_signals() {
 }
 
 void on_stop(OnStop what) { action.store(what); }
+
+void before_end(void (*act)()) { last_action.store(act); }
 
 std::atomic<int>& stop_signal() { return came; }
 

@@ -18,6 +18,8 @@ enum class OnStop {
 void watch_signals();
 /// What a signal does from here on. `end` at the start.
 void on_stop(OnStop action);
+/// What is done before a signal ends the program by `end`: temporary files are removed. Nothing at the start.
+void before_end(void (*action)());
 /// Number of the signal that came while it was asked for, 0 before. A second SIGINT, from the keyboard, ends
 /// the program at once; `timeout` and service managers send SIGTERM twice and mean one.
 std::atomic<int>& stop_signal();

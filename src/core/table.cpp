@@ -18,17 +18,6 @@ std::size_t end_of_cell(std::string_view line, std::size_t at, char separator) {
   return line.size();
 }
 
-/// True for "1,000": a comma that may as well set thousands apart as be a decimal one. "0,125" has a decimal
-/// one.
-bool groups_digits(std::string_view text) {
-  const auto comma = text.find(',');
-  if (comma == std::string_view::npos) return false;
-  const std::string_view after = text.substr(comma + 1);
-  const auto digits = std::min(after.find_first_not_of("0123456789"), after.size());
-  const auto first = text.find_first_of("0123456789");
-  return digits == 3 && first < comma && text[first] != '0' && comma - first <= 3;
-}
-
 /// True if a unit is not known because it is one of another system, and not because the text is no unit at
 /// all.
 bool of_another_system(const std::string& error) { return error.find("\": ") != std::string::npos; }
@@ -105,7 +94,13 @@ std::vector<TableCell> table_cells(std::string_view line, char separator) {
 
 bool is_blank_row(std::string_view line) {
   const auto first = line.find_first_not_of(" \t\r,;");
+  if (line.starts_with("sep=") && line.find_first_not_of(" \t\r", 5) == std::string_view::npos)
+    return true;  // "sep=;", by which a spreadsheet knows the separator
   return first == std::string_view::npos || line[line.find_first_not_of(" \t")] == '#';
+}
+
+bool is_bare_number(std::string_view text) {
+  return text.find_first_not_of("+-.0123456789eE") == std::string_view::npos;
 }
 
 std::string with_decimal_point(const TableCell& cell, char separator) {

@@ -34,6 +34,9 @@ bool is_blank_row(std::string_view line);
 /// The number in a cell with a decimal point in place of its decimal comma, if that is what the comma is.
 std::string with_decimal_point(const TableCell& cell, char separator);
 
+/// True for a number without a unit, not even "%": what a cell says that leaves its unit to the first row.
+bool is_bare_number(std::string_view text);
+
 /// The name of a column and the unit in brackets behind it: "s [mm]", "F (kN)".
 struct NameAndUnit {
   std::string name, unit;

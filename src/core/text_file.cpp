@@ -116,6 +116,12 @@ std::string as_utf8(std::string bytes, const std::string& name) {
   return bytes;
 }
 
+void write_bytes(const std::string& path, std::string_view bytes) {
+  std::FILE* file = std::fopen(path.c_str(), "wb");
+  const bool good = file && std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size();
+  if ((file && std::fclose(file) != 0) || !good) refuse(path, "cannot be written", "check the directory");
+}
+
 std::string read_text(const std::string& path) { return as_utf8(read_bytes(path), path); }
 
 }  // namespace talus

@@ -1,11 +1,13 @@
 /// Text files as UTF-8 with line feeds, whatever the program that wrote them.
 #pragma once
 #include <string>
+#include <string_view>
 
 namespace talus {
 
 /// The bytes of a file. Throws InputError naming the file.
 std::string read_bytes(const std::string& path);
+void write_bytes(const std::string& path, std::string_view bytes);
 
 /// True if the bytes begin with a byte order mark of UTF-8, UTF-16 or UTF-32.
 bool has_byte_order_mark(const std::string& bytes);

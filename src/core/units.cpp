@@ -226,6 +226,15 @@ std::optional<double> shifted(std::string mantissa, int ten) {
 
 }  // namespace
 
+bool groups_digits(std::string_view text) {
+  const auto comma = text.find(',');
+  if (comma == std::string_view::npos) return false;
+  const std::string_view after = text.substr(comma + 1);
+  const auto digits = std::min(after.find_first_not_of("0123456789"), after.size());
+  const auto first = text.find_first_of("0123456789");
+  return digits == 3 && first < comma && text[first] != '0' && comma - first <= 3;
+}
+
 std::optional<Quantity> parse_quantity(std::string_view text, std::string& error) {
   while (!text.empty() && is_space(text.front())) text.remove_prefix(1);
   while (!text.empty() && is_space(text.back())) text.remove_suffix(1);
@@ -248,6 +257,11 @@ std::optional<Quantity> parse_quantity(std::string_view text, std::string& error
     std::string with_point(text);
     with_point[number.size()] = '.';
     error = fmt::format("has a decimal comma: write \"{}\"", with_point);
+    if (groups_digits(text)) {
+      std::string joined(text);
+      joined.erase(number.size(), 1);
+      error = fmt::format("has a comma: write \"{}\" or \"{}\", as it is meant", joined, with_point);
+    }
     return {};
   }
   Product unit;

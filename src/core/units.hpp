@@ -49,6 +49,10 @@ struct Quantity {
   Dimension dimension;
 };
 
+/// True for "1,000": a comma that may as well set thousands apart as be a decimal one. "0,125" has a decimal
+/// one.
+bool groups_digits(std::string_view text);
+
 /// Reads a number with an optional unit. On failure returns nothing and says why in `error` (a clause without
 /// a full stop, such as `unknown unit "metre"`).
 std::optional<Quantity> parse_quantity(std::string_view text, std::string& error);

@@ -130,7 +130,8 @@ Measured read_measured(const fs::path& file) {
                                        error.empty() ? "" : ": " + error),
                            "correct the line");
       const Dimension wanted = dimension_of(header[k]);
-      if (!q->dimension.none() && q->dimension != wanted)
+      if (q->dimension != wanted &&
+          !(units[k].empty() && is_bare_number(with_decimal_point(cells[k], separator))))
         throw io::bad_file(file, fmt::format("line {}", number),
                            fmt::format("\"{}\" is no {}", cells[k].text, describe(wanted)),
                            "correct the line");
@@ -385,10 +386,11 @@ class Calibration {
     lines.push_back(fmt::format("distance {:.4g}{} to the rows that were fitted, {:.4g}{} to those held out",
                                 found->fitted, unit, found->held_out, unit));
     if (measured_.line.empty() && found->moving > 0)
-      lines.push_back(fmt::format(
-          "{} of {} members of it still moved when their time was over: where they were is no end point; "
-          "a longer simulation.duration would show where they stop",
-          found->moving, found->members));
+      lines.push_back(
+          fmt::format("{} of {} members of it still moved when their time was over, and count where they "
+                      "were then, which is "
+                      "no end point; a longer simulation.duration would show where they stop",
+                      found->moving, found->members));
     return lines;
   }
 

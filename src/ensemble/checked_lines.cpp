@@ -9,7 +9,8 @@ namespace talus::ensemble {
 
 std::vector<PlanLine> checked_lines(sim::Simulation& simulation, std::vector<Problem>& warnings) {
   const scene::Scene& scene = simulation.scene();
-  std::vector<PlanLine> lines = plan_lines(scene, simulation.header().crs);
+  std::string crs = simulation.header().crs;
+  std::vector<PlanLine> lines = plan_lines(scene, crs);
   GroundExtent extent{.box = {}, .cell = simulation.header().terrain_cell};
   for (const Vec3& v : simulation.header().terrain.vertices) extent.box.extend(v);
   const auto height = [&world = simulation.world()](double x, double y) {

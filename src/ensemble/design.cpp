@@ -193,7 +193,7 @@ scene::Overrides Design::provisional() const {
   return draw.set;
 }
 
-std::vector<Problem> Design::place(const scene::Scene& provisional, OverGround ground) {
+std::vector<Problem> Design::place(const scene::Scene& provisional, std::string& crs, OverGround ground) {
   std::vector<Problem> warnings;
   ground_ = std::move(ground);
   if (provisional.site) origin_ = provisional.site->origin;
@@ -205,9 +205,8 @@ std::vector<Problem> Design::place(const scene::Scene& provisional, OverGround g
       throw fault(provisional.file, v.vary, "there is no block of this name with a release area",
                   "give the block release = { polygon = \"source.geojson\" }");
     v.area = geometry::read_area(block->release->polygon, v.vary.key + ".polygon");
-    if (provisional.site)
-      geometry::expect_same_crs(provisional.site->crs, v.area.crs, block->release->polygon,
-                                v.vary.key + ".polygon");
+    geometry::agree_on_crs(crs, v.area.crs, v.area.limits().center(), block->release->polygon,
+                           v.vary.key + ".polygon");
     warnings.insert(warnings.end(), v.area.warnings.begin(), v.area.warnings.end());
     v.extent = geometry::extent_of(v.area, origin_, ground_);
     v.turns = block->release->turn && !find(v.block + ".orientation");

@@ -49,7 +49,7 @@ class Design {
   scene::Overrides provisional() const;
   /// From here on releases are drawn, over ground. Warnings for areas of which a part has none below. Throws
   /// InputError for an area without any.
-  std::vector<Problem> place(const scene::Scene& provisional, OverGround ground);
+  std::vector<Problem> place(const scene::Scene& provisional, std::string& crs, OverGround ground);
   /// What each variable draws, a line each: of numbers the 5th, 50th and 95th percentile of the first
   /// members.
   std::vector<std::string> plan() const;

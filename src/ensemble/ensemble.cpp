@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "contact/detection/detect.hpp"
+#include "core/log.hpp"
 #include "core/sha256.hpp"
 #include "ensemble/random.hpp"
 #include "sim/ground.hpp"
@@ -110,17 +111,7 @@ Ensemble::Ensemble(const std::string& file, const scene::Overrides& overrides)
   shares_structures_ = shares_ground_ && !design_.varies("structure");  // feet of viaducts follow the ground
   auto read_ground = std::make_unique<sim::Shared>(provisional);
   ground_ = read_ground->ground();
-  crs_ = provisional.site ? (provisional.site->crs.empty() && ground_ ? ground_->crs : provisional.site->crs)
-                          : "";
-  if (provisional.site && crs_.empty())
-    warnings_.push_back({.severity = Problem::Severity::warning,
-                         .file = file_,
-                         .line = 0,
-                         .column = 0,
-                         .key = "site.crs",
-                         .value = {},
-                         .rule = "is not known: maps and lines will carry no coordinate reference system",
-                         .remedy = "add for example crs = \"EPSG:31254\" to [site]"});
+  if (provisional.site) crs_ = ground_ ? ground_->crs : provisional.site->crs;
   std::shared_ptr<const contact::SurfaceIndex> index;
   if (ground_) {
     double low = std::numeric_limits<double>::infinity();
@@ -135,10 +126,21 @@ Ensemble::Ensemble(const std::string& file, const scene::Overrides& overrides)
   for (const StructureSpec& s : provisional.structures) structures_.push_back(s.name);
   lines_ = plan_lines(provisional, crs_);
   check_lines();
-  for (Problem& p : design_.place(provisional, [this](double x, double y) {
+  for (Problem& p : design_.place(provisional, crs_, [this](double x, double y) {
          return std::isfinite(height_(x, y)) && !(ground_ && ground_->over_hole(x, y));
        }))
     warnings_.push_back(std::move(p));
+  if (provisional.site && provisional.site->crs.empty() && !crs_.empty())
+    forced_.emplace_back("site.crs", json_quoted(crs_));
+  if (provisional.site && crs_.empty())
+    warnings_.push_back({.severity = Problem::Severity::warning,
+                         .file = file_,
+                         .line = 0,
+                         .column = 0,
+                         .key = "site.crs",
+                         .value = {},
+                         .rule = "is not known: maps and lines will carry no coordinate reference system",
+                         .remedy = "add for example crs = \"EPSG:31254\" to [site]"});
   warn_of_what_is_not_drawn(provisional);
   try_members();
   std::string all = TALUS_VERSION;

@@ -436,14 +436,16 @@ class Path::Watcher {
   std::map<std::pair<std::int32_t, std::int32_t>, std::pair<float, float>> cells_;  // north, east
 };
 
-std::vector<PlanLine> plan_lines(const scene::Scene& scene, const std::string& crs) {
+std::vector<PlanLine> plan_lines(const scene::Scene& scene, std::string& crs) {
   std::vector<PlanLine> lines;
   for (const scene::Line& line : scene.lines) {
-    PlanLine& plan = lines.emplace_back(PlanLine{line.name, line.parts, !line.file.empty()});
+    PlanLine& plan = lines.emplace_back(PlanLine{line.name, line.parts, !line.file.empty(), {}});
     if (line.file.empty()) continue;
     const geometry::PlanLines read_lines =
         geometry::read_plan_lines(line.file, "line." + line.name + ".file");
-    geometry::expect_same_crs(crs, read_lines.crs, line.file, "line." + line.name + ".file");
+    geometry::agree_on_crs(crs, read_lines.crs, read_lines.lines.front().front(), line.file,
+                           "line." + line.name + ".file");
+    plan.warnings = read_lines.warnings;
     const Vec3 origin = scene.site ? scene.site->origin : Vec3::Zero();
     for (auto part : read_lines.lines) {
       for (Eigen::Vector2d& p : part) p -= origin.head<2>();
@@ -529,6 +531,7 @@ std::vector<Problem> line_problems(const std::vector<PlanLine>& lines, const Gro
                                    const GroundExtent& ground, const std::string& file, const Vec3& origin) {
   std::vector<Problem> problems;
   for (const PlanLine& line : lines) {
+    problems.insert(problems.end(), line.warnings.begin(), line.warnings.end());
     Off sum;
     double most = 0;  // of one segment
     Eigen::AlignedBox2d limits;

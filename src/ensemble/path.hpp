@@ -22,6 +22,7 @@ struct PlanLine {
   std::string name;
   std::vector<std::vector<Eigen::Vector2d>> parts;  // scene coordinates
   bool of_file = false;                             // GeoJSON, in map coordinates there
+  std::vector<Problem> warnings;                    // of its file
 };
 
 /// Where there is terrain, in scene coordinates [m].
@@ -34,8 +35,9 @@ struct GroundExtent {
 using GroundHeight = std::function<double(double x, double y)>;
 
 /// The scene's lines; those of files in scene coordinates. Throws InputError for a file that cannot be read,
-/// or of another coordinate system than `crs`.
-std::vector<PlanLine> plan_lines(const scene::Scene& scene, const std::string& crs);
+/// or of another coordinate system than `crs`
+/// (geometry::agree_on_crs).
+std::vector<PlanLine> plan_lines(const scene::Scene& scene, std::string& crs);
 /// Errors for lines that lie off the ground, warnings for those that go beyond it by more than half a cell of
 /// its grid, up to which the land is known. `origin`: of the scene, map coordinates.
 std::vector<Problem> line_problems(const std::vector<PlanLine>& lines, const GroundHeight& height,

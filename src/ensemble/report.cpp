@@ -578,6 +578,12 @@ class Page {
         colours{"#d99a1c", "#ee7b30", "#c8323c", "#8a3d78"};
     std::string charts;
     std::set<std::size_t> shown;
+    std::map<std::string, std::string> sharing;  // names of the members that share the curves of their kind
+    const std::string own = "on this member";
+    for (const Json& m : f.value("members", Json::array()))
+      if (const std::string hits = m["curves"].front().value("hits", ""); hits != own)
+        sharing[hits] += (sharing[hits].empty() ? "" : ", ") + m.value("name", "");
+    std::set<std::string> drawn;
     for (const Json& m : f.value("members", Json::array())) {
       double low = std::numeric_limits<double>::infinity(), high = 0;
       std::string hits;
@@ -585,10 +591,11 @@ class Page {
         if (c.value("fitted", false) && c.value("reached", 0) > 0)
           low = std::min(low, c["energy"].front().get<double>()),
           high = std::max(high, c["energy"].back().get<double>()), hits = c.value("hits", "");
-      if (!(high > 0)) continue;
+      if (!(high > 0) || (hits != own && !drawn.insert(hits).second)) continue;
       const auto decade = [](double joules) { return std::log10(joules / 1e3); };
-      Chart chart(fmt::format("energy of hits {}, kJ", hits), "P(class or worse), " + m.value("name", ""),
-                  decade(low), decade(high), 0, 1, Chart::Axis::decades);
+      Chart chart(fmt::format("energy of hits {}, kJ", hits),
+                  "P(class or worse), " + (hits == own ? m.value("name", "") : sharing[hits]), decade(low),
+                  decade(high), 0, 1, Chart::Axis::decades);
       for (const Json& c : m["curves"]) {
         if (!c.value("fitted", false) || c.value("reached", 0) == 0) continue;
         const std::size_t k = std::min<std::size_t>(3, static_cast<std::size_t>(c.value("class", 1) - 1));
@@ -611,7 +618,10 @@ class Page {
     std::string legend;
     for (const std::size_t k : shown)
       legend += fmt::format("<b><span style=\"background:{}\"></span>{}</b> ", colours[k], names[k]);
-    return "<p class=\"key\">Curves over the energy of the hit, with their 95 % bands: " + legend +
+    const std::string few =
+        sharing.empty() ? "" : " Members with few runs of their own share those of their kind.";
+    return "<p>Curves over the energy of the hit, with their 95 % bands." + few +
+           " A class that all runs reach, or none, has no curve.</p><p class=\"key\">" + legend +
            "</p><div class=\"row\">" + charts + "</div>";
   }
 

@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <fstream>
 #include <map>
 
 #include "core/csv.hpp"
 #include "core/names.hpp"
+#include "core/text_file.hpp"
 #include "geometry/mass_properties.hpp"
 
 namespace talus::geometry {
@@ -22,14 +22,6 @@ std::string block_field(const std::string& prefix, std::size_t number) {
 }
 
 }  // namespace
-
-void write_text_file(const std::string& path, const std::string& text) {
-  std::FILE* file = std::fopen(path.c_str(), "wb");
-  const bool good = file && std::fwrite(text.data(), 1, text.size(), file) == text.size();
-  if ((file && std::fclose(file) != 0) || !good)
-    throw InputError(
-        Problem{.file = path, .key = "file", .rule = "cannot be written", .remedy = "check the directory"});
-}
 
 Mesh block_system(const CutResult& cut, const std::string& prefix) {
   Mesh mesh;
@@ -164,7 +156,7 @@ void write_blocks_vtu(const std::string& path, const CutResult& cut, const std::
   if (!keys.empty())
     out += array("Int32", "removability", type) + array("Float64", "factor_of_safety", safety);
   out += "</CellData></Piece></UnstructuredGrid></VTKFile>\n";
-  write_text_file(path, out);
+  write_bytes(path, out);
 }
 
 void write_blocks_csv(const std::string& path, const CutResult& cut, const std::string& prefix,
@@ -188,7 +180,7 @@ void write_blocks_csv(const std::string& path, const CutResult& cut, const std::
     }
     out += "\n";
   }
-  write_text_file(path, out);
+  write_bytes(path, out);
 }
 
 void write_interfaces_csv(const std::string& path, const CutResult& cut, const std::string& prefix) {
@@ -199,7 +191,7 @@ void write_interfaces_csv(const std::string& path, const CutResult& cut, const s
                     block_field(prefix, static_cast<std::size_t>(i.b) + 1),
                     i.joint >= 0 ? csv_field(cut.joint_names[i.joint]) : std::string(), i.area, i.bonded_area,
                     i.tension, i.shear, i.centroid.x(), i.centroid.y(), i.centroid.z());
-  write_text_file(path, out);
+  write_bytes(path, out);
 }
 
 SizeCurve size_curve(const CutResult& cut) {
@@ -221,7 +213,7 @@ SizeCurve size_curve(const CutResult& cut) {
 void write_size_curve_csv(const std::string& path, const SizeCurve& c) {
   std::string out = "volume_m3,passing\n";
   for (std::size_t k = 0; k < c.volume.size(); ++k) out += fmt::format("{},{}\n", c.volume[k], c.passing[k]);
-  write_text_file(path, out);
+  write_bytes(path, out);
 }
 
 std::string size_curve_svg(const SizeCurve& c) {

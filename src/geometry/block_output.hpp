@@ -61,6 +61,4 @@ struct StereonetOptions {
 Eigen::Vector2d equal_area(const Vec3& line);
 std::string stereonet_svg(const CutSpec& spec, const CutResult& cut, const StereonetOptions& options = {});
 
-void write_text_file(const std::string& path, const std::string& text);
-
 }  // namespace talus::geometry

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 
 #include <nlohmann/json.hpp>
@@ -40,19 +41,15 @@ void add_polygon(const json& rings, Area& area) {
   if (!polygon.empty()) area.polygons.push_back(std::move(polygon));
 }
 
-void add(const json& node, Area& area) {
-  const std::string type = node.at("type");
-  if (type == "FeatureCollection") {
-    for (const json& f : node.at("features")) add(f, area);
-  } else if (type == "Feature") {
-    if (!node.at("geometry").is_null()) add(node.at("geometry"), area);
-  } else if (type == "GeometryCollection") {
-    for (const json& g : node.at("geometries")) add(g, area);
-  } else if (type == "Polygon") {
+/// False for a geometry of another type, which is left out.
+bool add_geometry(const std::string& type, const json& node, Area& area) {
+  if (type == "Polygon")
     add_polygon(node.at("coordinates"), area);
-  } else if (type == "MultiPolygon") {
+  else if (type == "MultiPolygon")
     for (const json& p : node.at("coordinates")) add_polygon(p, area);
-  }
+  else
+    return false;
+  return true;
 }
 
 /// The coordinate system that a member "crs" [GeoJSON 2008] or "coordRefSys" [JSON-FG] names.
@@ -75,25 +72,6 @@ std::string crs_named(const json& crs) {
   return name;
 }
 
-/// Name of the coordinate system, where the file carries one, at its top or with one of its parts.
-std::string crs_of(const json& node) {
-  std::string found;
-  const auto take = [&](const std::string& name) {
-    if (!found.empty() && !name.empty() && name != found)
-      throw json::other_error::create(502, "it names two coordinate systems, " + found + " and " + name,
-                                      &node);
-    if (found.empty()) found = name;
-  };
-  if (!node.is_object()) return found;
-  for (const char* member : {"crs", "coordRefSys"})
-    if (node.contains(member) && !node[member].is_null()) take(crs_named(node[member]));
-  for (const char* member : {"features", "geometries"})
-    if (node.contains(member))
-      for (const json& part : node[member]) take(crs_of(part));
-  if (node.contains("geometry")) take(crs_of(node["geometry"]));
-  return found;
-}
-
 void add_line(const json& points, PlanLines& out) {
   std::vector<Eigen::Vector2d> line;
   for (const json& p : points)
@@ -111,18 +89,47 @@ void add_line(const json& points, BreakLines& out) {
 }
 
 template <class Lines>
-void add(const json& node, Lines& out) {
-  const std::string type = node.at("type");
-  if (type == "FeatureCollection") {
-    for (const json& f : node.at("features")) add(f, out);
-  } else if (type == "Feature") {
-    if (!node.at("geometry").is_null()) add(node.at("geometry"), out);
-  } else if (type == "GeometryCollection") {
-    for (const json& g : node.at("geometries")) add(g, out);
-  } else if (type == "LineString") {
+bool add_geometry(const std::string& type, const json& node, Lines& out) {
+  if (type == "LineString")
     add_line(node.at("coordinates"), out);
-  } else if (type == "MultiLineString") {
+  else if (type == "MultiLineString")
     for (const json& l : node.at("coordinates")) add_line(l, out);
+  else
+    return false;
+  return true;
+}
+
+/// The one coordinate system that a node may name, as those before it.
+void take_crs(const json& node, std::string& found) {
+  for (const char* member : {"crs", "coordRefSys"}) {
+    if (!node.contains(member) || node[member].is_null()) continue;
+    const std::string name = crs_named(node[member]);
+    if (!found.empty() && name != found)
+      throw json::other_error::create(502, "it names two coordinate systems, " + found + " and " + name,
+                                      &node);
+    found = name;
+  }
+}
+
+/// All geometries of a file, in its order and however deep they are nested; what is not of the type that is
+/// wanted is counted in `beside`.
+template <class Found>
+void add(const json& root, Found& out, std::map<std::string, int>& beside) {
+  std::vector<const json*> open{&root};
+  while (!open.empty()) {
+    const json& node = *open.back();
+    open.pop_back();
+    if (node.is_null()) continue;  // a feature without a place
+    const std::string type = node.at("type");
+    take_crs(node, out.crs);
+    if (type == "Feature") {
+      open.push_back(&node.at("geometry"));
+    } else if (type == "FeatureCollection" || type == "GeometryCollection") {
+      const json& parts = node.at(type == "FeatureCollection" ? "features" : "geometries");
+      for (auto part = parts.rbegin(); part != parts.rend(); ++part) open.push_back(&*part);
+    } else if (!add_geometry(type, node, out)) {
+      ++beside[type];
+    }
   }
 }
 
@@ -139,10 +146,9 @@ Found read_features(const std::string& path, const std::string& key, const std::
     throw InputError(
         Problem{.file = path, .key = key, .rule = "is empty: a file without text", .remedy = expected});
   Found found;
+  std::map<std::string, int> beside;
   try {
-    const json root = json::parse(text);
-    add(root, found);
-    found.crs = crs_of(root);
+    add(json::parse(text), found, beside);
   } catch (const json::exception& e) {
     throw InputError(Problem{.file = path,
                              .key = key,
@@ -150,6 +156,16 @@ Found read_features(const std::string& path, const std::string& key, const std::
                              .rule = "is not GeoJSON as needed here",
                              .remedy = expected});
   }
+  std::string types;
+  for (const auto& [type, count] : beside)
+    types += fmt::format("{}{} {}", types.empty() ? "" : ", ", count, type.substr(0, 80));
+  if (!types.empty())
+    found.warnings.push_back({.severity = Problem::Severity::warning,
+                              .file = path,
+                              .key = key,
+                              .value = types,
+                              .rule = "are in the file too, and are not used here",
+                              .remedy = "if they are meant: " + expected});
   return found;
 }
 

@@ -320,7 +320,9 @@ Mesh read_mesh_text(const std::string& text, const std::string& name) {
   if (e == "stl") {
     std::uint32_t n = 0;
     const bool is_binary = is_binary_stl(text, n);
-    if (!is_binary && lower_case(TextCursor(text, name).word()) != "solid")
+    const bool is_text = lower_case(TextCursor(text, name).word()) == "solid" &&
+                         text.find('\0') == std::string::npos;  // headers of binary files may begin so, too
+    if (!is_binary && !is_text)
       throw InputError(Problem{
           .file = name,
           .key = "stl",

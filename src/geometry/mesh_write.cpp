@@ -2,21 +2,13 @@
 #include <fmt/os.h>
 
 #include <cstdint>
-#include <cstdio>
 #include <cstring>
 
+#include "core/text_file.hpp"
 #include "geometry/mesh.hpp"
 
 namespace talus::geometry {
 namespace {
-
-void write_text(const std::string& path, const fmt::memory_buffer& text) {
-  std::FILE* file = std::fopen(path.c_str(), "wb");
-  const bool good = file && std::fwrite(text.data(), 1, text.size(), file) == text.size();
-  if ((file && std::fclose(file) != 0) || !good)
-    throw InputError(
-        Problem{.file = path, .key = "file", .rule = "cannot be written", .remedy = "check the directory"});
-}
 
 template <class T>
 void raw(fmt::memory_buffer& out, T x) {
@@ -120,7 +112,7 @@ void write_mesh(const std::string& path, const Mesh& mesh) {
                              .value = e,
                              .rule = "not a mesh format that is written",
                              .remedy = "use .obj, .stl, .ply, .off or .vtu"});
-  write_text(path, out);
+  write_bytes(path, {out.data(), out.size()});
 }
 
 }  // namespace talus::geometry

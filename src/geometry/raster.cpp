@@ -110,6 +110,48 @@ void refuse_decimal_commas(const std::string& text, const std::string& path) {
                 "name all of them in the first row: x,y,z,class"});
 }
 
+constexpr const char* grid_of_points =
+    "make a grid of its ground points first, as GeoTIFF: QGIS (point cloud conversion, export to raster), "
+    "PDAL's writers.gdal, or gdal_grid -a linear for points in rows";
+
+/// Numbers of a row of points; of a row of names nothing. Where semicolons, tabs or blanks separate them, a
+/// comma is a decimal one.
+std::vector<double> numbers_of(std::string row) {
+  const bool commas = row.find_first_of("; \t") == std::string::npos;
+  for (char& c : row) c = c == ';' || c == '\t' || (c == ',' && commas) ? ' ' : c == ',' ? '.' : c;
+  std::istringstream in(row);
+  return {std::istream_iterator<double>(in), {}};
+}
+
+/// Throws InputError for points in rows that are not the nodes of a grid: the library takes each for a node
+/// of its row, so that rows that are staggered would be moved. Rows without names begin with x and y, those
+/// with other names first are not looked at.
+void refuse_points_off_grid(const std::string& text, const Raster& r, const std::string& path) {
+  constexpr double most = 0.1;  // of a cell: coordinates are rounded, and so is the size of the cells
+  std::istringstream lines(text);
+  for (std::string row; std::getline(lines, row);) {
+    const std::vector<double> p = numbers_of(row);
+    if (p.size() < 3) {
+      if (const auto c = row.find_first_not_of(" \t\r\""); c != std::string::npos && strchr("xX", row[c]))
+        continue;
+      return;
+    }
+    const double column = (p[0] - r.transform[0]) / r.transform[1] - 0.5,
+                 line = (p[1] - r.transform[3]) / r.transform[5] - 0.5;
+    const double off_x = std::abs(column - std::round(column)), off_y = std::abs(line - std::round(line));
+    if (std::max(off_x, off_y) <= most) continue;
+    throw InputError(Problem{
+        .file = path,
+        .key = "raster",
+        .value = fmt::format("point x = {:.10g}, y = {:.10g}", p[0], p[1]),
+        .rule = fmt::format("lies {:.3g} m beside the nodes of a grid of {:.4g} x {:.4g} m: the points "
+                            "are those of no regular grid",
+                            std::max(off_x * std::abs(r.transform[1]), off_y * std::abs(r.transform[5])),
+                            std::abs(r.transform[1]), std::abs(r.transform[5])),
+        .remedy = grid_of_points});
+  }
+}
+
 /// A key of the header of an ESRI ASCII grid and its value.
 struct HeaderEntry {
   std::string key, value;
@@ -345,9 +387,7 @@ Raster read_raster(const std::string& path) {
         Problem{.file = path,
                 .key = "raster",
                 .rule = cloud ? "is a cloud of points (LAS, LAZ), no grid" : r.error,
-                .remedy = points ? "make a grid of its ground points first, as GeoTIFF: QGIS (point "
-                                   "cloud conversion, export to raster), PDAL's writers.gdal, or "
-                                   "gdal_grid -a linear for points in rows"
+                .remedy = points ? grid_of_points
                                  : "give an ESRI ASCII grid or a GeoTIFF: gdal_translate in out.tif"});
   }
   if (r.transform[2] != 0 || r.transform[4] != 0)
@@ -370,6 +410,7 @@ Raster read_raster(const std::string& path) {
                 .remedy = "correct it: gdal_edit.py -scale 1 -offset 0, or what they are meant to be"});
   if (is_grid && r.vertical_unit.empty()) r.vertical_unit = heights_by(r.projection);
   refuse_degrees(r, path);
+  if (r.points) refuse_points_off_grid(text ? *text : read_text(path), r, path);
   if (r.transform[5] > 0) {  // south first: turn it over
     for (int i = 0; i < r.rows / 2; ++i)
       for (int j = 0; j < r.columns; ++j)
@@ -390,8 +431,8 @@ void write_raster(const std::string& path, const Raster& raster) {
                              .remedy = "check the directory and the ending (.tif or .asc)"});
 }
 
-void check_crs(const std::string& crs, const std::string& file, const std::string& key) {
-  if (crs.empty()) return;
+std::string check_crs(const std::string& crs, const std::string& file, const std::string& key) {
+  if (crs.empty()) return {};
   constexpr const char* example =
       "give a projected one in metres, a national grid or a UTM zone: \"EPSG:31254\", or its WKT";
   const auto refuse = [&](const std::string& rule, const std::string& remedy) {
@@ -407,6 +448,7 @@ void check_crs(const std::string& crs, const std::string& file, const std::strin
     refuse(fmt::format("is in {} of {:.8g} m, and lengths of a scene are metres",
                        r.unit.empty() ? "a unit" : r.unit, r.metres),
            example);
+  return r.crs;
 }
 
 void check_lengths(const std::string& crs, const Eigen::Vector2d& place, const std::string& file,

@@ -52,8 +52,9 @@ void warn_of_size(const Raster& heights, const std::string& path, std::vector<Pr
 void write_raster(const std::string& path, const Raster& raster);
 
 /// Throws InputError at `key` of `file` for what is no coordinate system that the library knows, and for one
-/// whose coordinates in plan are no metres. An empty text is none, and good.
-void check_crs(const std::string& crs, const std::string& file, const std::string& key);
+/// whose coordinates in plan are no metres. An empty text is none, and good. Returns its short name,
+/// "EPSG:25832".
+std::string check_crs(const std::string& crs, const std::string& file, const std::string& key);
 
 /// Throws InputError at `key` of `file` for a coordinate system whose lengths in plan at a place differ by
 /// more than 2 % from those on the ground: slopes and distances would be wrong by as much. National grids

@@ -385,10 +385,13 @@ void warn_of_far_lines(const std::vector<Vec3>& vertices, const std::vector<std:
 Terrain assemble(std::vector<Vec3> vertices, std::vector<std::array<int, 3>> triangles,
                  const TerrainOptions& options, const std::string& name) {
   Terrain out;
+  out.crs = options.crs;
   std::vector<char> fixed;
   if (!options.breaklines.empty()) {
     BreakLines lines = read_breaklines(options.breaklines, "site.breaklines");
-    expect_same_crs(options.crs, lines.crs, options.breaklines, "site.breaklines");
+    agree_on_crs(out.crs, lines.crs, lines.lines.front().front().head<2>(), options.breaklines,
+                 "site.breaklines");
+    out.warnings = std::move(lines.warnings);
     if (!options.two_sided) refuse_lines_at_overhangs(vertices, triangles, options, name);
     for (auto& line : lines.lines)
       for (Vec3& p : line) p -= options.origin;
@@ -458,7 +461,7 @@ Terrain assemble(std::vector<Vec3> vertices, std::vector<std::array<int, 3>> tri
   s.triangles = std::move(triangles);
   s.two_sided = options.two_sided;
   s.default_material = options.default_material;
-  assign_materials(s, options, out.warnings);
+  assign_materials(s, options, out.crs, out.warnings);
   roughen(s, options.roughness, options.origin);
   if (s.triangles.size() > fits_cache) contact::put_in_search_order(s);
   warn_of_far_origin(s, options.origin, name, out.warnings);
@@ -612,7 +615,9 @@ Terrain load_terrain(const std::string& path, const TerrainOptions& options) {
   }
   Terrain grid;
   Raster raster = read_heights(path, grid.warnings);
-  expect_same_crs(options.crs, raster.crs, path, "site.crs");
+  TerrainOptions rest = options;
+  const Eigen::Vector2d corner(raster.transform[0], raster.transform[3]);
+  agree_on_crs(rest.crs, raster.crs, corner, path, "site.terrain");
   const std::pair<int, int> first = crop(raster, options, path);
   tell_of_missing_data(raster, path, grid.warnings);
   warn_of_size(raster, path, grid.warnings);
@@ -620,14 +625,11 @@ Terrain load_terrain(const std::string& path, const TerrainOptions& options) {
   std::vector<std::array<int, 3>> triangles;
   triangulate_grid(raster, first, options, path, grid, vertices, triangles);
   warn_of_islands(vertices, triangles, options, path, grid.warnings);
-  TerrainOptions rest = options;
   rest.crop.reset();  // already done, on whole cells
-  if (rest.crs.empty()) rest.crs = raster.crs;
   stand_on_grid(rest, vertices, triangles, grid.warnings);
   Terrain out = assemble(std::move(vertices), std::move(triangles), rest,
                          path);  // its triangles face up as they are made
   out.grid = std::move(grid.grid);
-  out.crs = raster.crs;
   out.warnings.insert(out.warnings.begin(), grid.warnings.begin(), grid.warnings.end());
   for (Problem& p : outliers(raster, path)) out.warnings.push_back(std::move(p));
   return out;

@@ -32,8 +32,8 @@ struct TerrainOptions {
   std::optional<Box3> crop;     // scene coordinates; x and y count [m]
   double decimation_error = 0;  // largest vertical error allowed [m]; 0: all triangles are kept
   double widen = 0;             // lateral limits moved outward by this much, level with the edge [m]
-  std::string crs;              // the scene's; a raster in another system is an error; empty: not checked
-  std::string breaklines;       // GeoJSON lines with heights, map coordinates; empty: none
+  std::string crs;  // the scene's; a file in another system is an error; empty: the first that a file names
+  std::string breaklines;  // GeoJSON lines with heights, map coordinates; empty: none
   struct MaterialArea {
     std::string polygon_file;  // GeoJSON, map coordinates; empty: raster
     std::string raster_file;   // classes of ground; the cells that hold `value` are the area
@@ -61,7 +61,7 @@ struct GridHoles {
 
 struct Terrain {
   TriangleSurface surface;
-  std::string crs;  // of the file, if it names one
+  std::string crs;  // the scene's, or the first that one of its files names; empty: not known
   GridHoles grid;
   double decimation_reached = 0;                 // bound of the decimated surface's vertical error [m]
   std::size_t triangles_read = 0;                // before decimation
@@ -106,7 +106,7 @@ struct Area {
   using Polygon = std::vector<std::vector<Eigen::Vector2d>>;  // the outer ring, then those of its holes
   std::vector<Polygon> polygons;                              // which may overlap
   std::string crs;                                            // of the file, if it names one
-  std::vector<Problem> warnings;                              // of rings that cross themselves
+  std::vector<Problem> warnings;  // of rings that cross themselves, of geometries that are no polygons
   bool contains(double x, double y) const;
   Eigen::AlignedBox2d limits() const;
 };
@@ -131,6 +131,7 @@ std::vector<Problem> beside_ground(const AreaExtent& extent, const std::string& 
 struct BreakLines {
   std::vector<std::vector<Vec3>> lines;
   std::string crs;
+  std::vector<Problem> warnings;  // of geometries that are no lines
 };
 BreakLines read_breaklines(const std::string& path, const std::string& key);
 
@@ -138,6 +139,7 @@ BreakLines read_breaklines(const std::string& path, const std::string& key);
 struct PlanLines {
   std::vector<std::vector<Eigen::Vector2d>> lines;
   std::string crs;
+  std::vector<Problem> warnings;  // of geometries that are no lines
 };
 PlanLines read_plan_lines(const std::string& path, const std::string& key);
 
@@ -151,12 +153,14 @@ void insert_lines(std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& 
 
 /// Sets the material of each triangle by the areas; throws InputError where an area lies in another
 /// coordinate system or off the terrain.
-void assign_materials(TriangleSurface& surface, const TerrainOptions& options,
+void assign_materials(TriangleSurface& surface, const TerrainOptions& options, std::string& crs,
                       std::vector<Problem>& warnings);
 
-/// Throws InputError if both systems are known and differ.
-void expect_same_crs(const std::string& scene, const std::string& file_crs, const std::string& file,
-                     const std::string& key);
+/// One coordinate system for all files of a scene: `known`, or the first that a file names, which it takes.
+/// Throws InputError where the file's differs, or cannot be a scene's. `place`: any of the file's, on the
+/// map.
+void agree_on_crs(std::string& known, const std::string& file_crs, const Eigen::Vector2d& place,
+                  const std::string& file, const std::string& key);
 
 /// Height of the highest point of the surface, above overhangs, within a rectangle in plan; -infinity if none
 /// lies there.

@@ -24,19 +24,20 @@ struct Cover {
   Limits limits;
 };
 
-Cover polygon_cover(const std::string& path, const std::string& crs, std::vector<Problem>& warnings) {
+Cover polygon_cover(const std::string& path, std::string& crs, std::vector<Problem>& warnings) {
   const Area area = read_area(path, "site.area.polygon");
   warnings.insert(warnings.end(), area.warnings.begin(), area.warnings.end());
-  expect_same_crs(crs, area.crs, path, "site.area.polygon");
-  return {[area](double x, double y) { return area.contains(x, y); }, area.limits()};
+  const Limits limits = area.limits();
+  agree_on_crs(crs, area.crs, limits.center(), path, "site.area.polygon");
+  return {[area](double x, double y) { return area.contains(x, y); }, limits};
 }
 
-Cover raster_cover(const std::string& path, double value, const std::string& crs) {
+Cover raster_cover(const std::string& path, double value, std::string& crs) {
   const Raster r = read_raster(path);
-  expect_same_crs(crs, r.crs, path, "site.area.raster");
   const double dx = r.transform[1], dy = -r.transform[5], west = r.transform[0], north = r.transform[3];
   const Limits limits(Eigen::Vector2d(west, north - r.rows * dy),
                       Eigen::Vector2d(west + r.columns * dx, north));
+  agree_on_crs(crs, r.crs, limits.center(), path, "site.area.raster");
   return {[=](double x, double y) {
             const double j = std::floor((x - west) / dx), i = std::floor((north - y) / dy);
             if (j < 0 || i < 0 || j >= r.columns || i >= r.rows) return false;
@@ -47,24 +48,32 @@ Cover raster_cover(const std::string& path, double value, const std::string& crs
 
 }  // namespace
 
-void expect_same_crs(const std::string& scene, const std::string& file_crs, const std::string& file,
-                     const std::string& key) {
-  const int same = scene.empty() || file_crs.empty() ? 1 : same_crs(scene, file_crs);
+void agree_on_crs(std::string& known, const std::string& file_crs, const Eigen::Vector2d& place,
+                  const std::string& file, const std::string& key) {
+  if (file_crs.empty()) return;
+  if (known.empty()) {
+    const std::string name = check_crs(file_crs, file, key);
+    check_lengths(name, place, file, key);
+    known = name;
+    return;
+  }
+  const int same = same_crs(known, file_crs);
   if (same > 0) return;
   throw InputError(Problem{
       .file = file,
       .key = key,
       .value = file_crs.substr(0, 80),
-      .rule = same < 0
-                  ? "is no coordinate system that is known, so that it cannot be compared with that of the "
-                    "terrain or site.crs: " +
-                        scene.substr(0, 80)
-                  : "is in another coordinate system than the terrain or site.crs: " + scene.substr(0, 80),
+      .rule = same < 0 ? "is no coordinate system that is known, so that it cannot be compared with that of "
+                         "site.crs, the terrain or a file before it: " +
+                             known.substr(0, 80)
+                       : "is in another coordinate system than site.crs, the terrain or a file before it: " +
+                             known.substr(0, 80),
       .remedy = "transform it (gdalwarp -t_srs for rasters, ogr2ogr -t_srs for polygons and lines), or "
                 "correct site.crs"});
 }
 
-void assign_materials(TriangleSurface& s, const TerrainOptions& options, std::vector<Problem>& warnings) {
+void assign_materials(TriangleSurface& s, const TerrainOptions& options, std::string& crs,
+                      std::vector<Problem>& warnings) {
   if (options.material_areas.empty()) return;
   s.material.assign(s.triangles.size(), options.default_material);
   std::vector<Vec3> middle;
@@ -89,8 +98,7 @@ void assign_materials(TriangleSurface& s, const TerrainOptions& options, std::ve
     const bool is_polygon = !area.polygon_file.empty();
     const std::string& file = is_polygon ? area.polygon_file : area.raster_file;
     const std::string key = is_polygon ? "site.area.polygon" : "site.area.raster";
-    const Cover cover =
-        is_polygon ? polygon_cover(file, options.crs, warnings) : raster_cover(file, area.value, options.crs);
+    const Cover cover = is_polygon ? polygon_cover(file, crs, warnings) : raster_cover(file, area.value, crs);
     const std::string degrees = remedy_for_degrees(cover.limits);
     if (!cover.limits.intersects(terrain))
       throw InputError(Problem{

@@ -139,8 +139,11 @@ Node parse_toml(const std::string& given, const std::string& file, std::vector<P
                        ? "not TOML: the quote that ends the text is missing in this line"
                        : fmt::format("not TOML: {}", what);
     problem.remedy =
-        what.find("utf-8") != std::string::npos
-            ? "save the file as UTF-8"
+        what.find("utf-8") != std::string::npos ? "save the file as UTF-8"
+        : what.find("cannot redefine") != std::string::npos
+            ? "each key and each [table] stands once; [[...]] begins one more of a list; the rest of the "
+              "file "
+              "was not read"
             : "correct the syntax here (texts, and values with a unit, stand in quotes); the rest of the "
               "file was not read";
   } catch (const std::runtime_error& error) {

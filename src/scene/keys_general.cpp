@@ -170,8 +170,8 @@ std::vector<Key> general_keys() {
        .type = Type::text,
        .fallback = "\"\"",
        .doc = "Coordinate reference system of the terrain, a projected one in metres, e.g. \"EPSG:31254\"; "
-              "files "
-              "that name another one are refused, and results carry it. Empty: the file's own."},
+              "files that name another one are refused, and results carry it. Empty: that of the terrain, or "
+              "of the first file that names one."},
       {.path = "site.origin",
        .type = Type::vector,
        .dimension = length,

@@ -204,7 +204,7 @@ std::string Reading::file(const View& view, const std::string& key, bool inlined
   if (!fs::exists(status)) {
     std::vector<std::string> beside;
     for (const auto& entry : fs::directory_iterator(path.parent_path(), error))
-      beside.push_back(entry.path().filename().string());
+      if (entry.exists(error)) beside.push_back(entry.path().filename().string());  // no link to nothing
     std::sort(beside.begin(), beside.end());
     const std::string near = nearest_name(path.filename().string(), beside);
     view.problem(key, fmt::format("there is no file {}", path.string()),

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <sstream>
 
 #include "core/table.hpp"
@@ -22,7 +23,10 @@ bool begins_a_number(const std::string& text) {
   std::size_t at = text.starts_with(typographic_minus) ? typographic_minus.size() : 0;
   while (at < text.size() && at < 4 && std::string_view("+-.,<>~").find(text[at]) != std::string_view::npos)
     ++at;
-  return at < text.size() && text[at] >= '0' && text[at] <= '9';
+  char* end = nullptr;
+  std::strtod(text.c_str(), &end);  // inf and nan, too
+  return text.starts_with('=') || (end != text.c_str() && *end == '\0') ||
+         (at < text.size() && text[at] >= '0' && text[at] <= '9');
 }
 
 class TableReader {
@@ -41,8 +45,15 @@ class TableReader {
     separator_ = table_separator(text);
     std::istringstream in(text);
     std::string line;
-    for (line_ = 1; std::getline(in, line); ++line_)
-      if (!is_blank_row(line) && !take(table_cells(line, separator_))) return {};
+    for (line_ = 1; std::getline(in, line); ++line_) {
+      if (is_blank_row(line)) continue;
+      if (std::ranges::count(line, '"') % 2 != 0) {
+        refuse(
+            fmt::format("line {} of the file has a quote that does not end: {}", line_, line.substr(0, 80)));
+        return {};
+      }
+      if (!take(table_cells(line, separator_))) return {};
+    }
     if (table_.rows.empty()) view_.problem(key_, "the file holds no rows of numbers", remedy);
     return std::move(table_);
   }
@@ -52,8 +63,9 @@ class TableReader {
     std::vector<double> row;
     for (const TableCell& cell : cells) {
       std::string error;
-      const auto value = parse_quantity(with_decimal_point(cell, separator_), error);
-      if (!value || !value->dimension.none()) break;
+      const std::string number = with_decimal_point(cell, separator_);
+      const auto value = is_bare_number(number) ? parse_quantity(number, error) : std::nullopt;
+      if (!value) break;
       row.push_back(value->value);
     }
     if (row.empty() && table_.rows.empty() && !begins_a_number(cells[0].text)) return take_names(cells);

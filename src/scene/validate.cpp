@@ -262,6 +262,9 @@ class Validator {
             has_control_characters(node.text))
           report(node, "must be one line without control characters",
                  "remove line breaks and escape sequences");
+        else if (key.path.ends_with(".name") && (node.text.starts_with(' ') || node.text.ends_with(' ')))
+          report(node, "must not begin or end with a blank",
+                 "remove it: names are compared letter by letter");
         return;
       case Type::path:
         if (!expect(Node::Kind::text)) return;

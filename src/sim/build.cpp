@@ -63,6 +63,8 @@ std::unique_ptr<World> Builder::build() {
           .remedy = "start the members by talus ensemble"}});
   model_.gravity = s.simulation.gravity;
   add_terrain();
+  if (world_->scene.site)
+    world_->header.crs = terrain_ && !terrain_->crs.empty() ? terrain_->crs : world_->scene.site->crs;
   for (const StructureSpec& spec : s.structures) names_.insert(spec.name);
   for (const scene::Block& b : s.blocks) add_block(b);
   single_blocks_ = model_.blocks.size();
@@ -222,10 +224,7 @@ void Builder::fill_header() {
   const scene::Scene& s = world_->scene;
   h.title = s.title;
   h.duration = s.simulation.duration;
-  if (s.site) {
-    h.crs = s.site->crs.empty() && terrain_ ? terrain_->crs : s.site->crs;
-    h.map_origin = s.site->origin;
-  }
+  if (s.site) { h.map_origin = s.site->origin; }
   for (const int k : world_->place) {
     const dda::Model::Block& b = world_->system->model().blocks[static_cast<std::size_t>(k)];
     const scene::Material& m = s.materials[static_cast<std::size_t>(b.material)];

@@ -204,7 +204,8 @@ void Builder::add_copies(const scene::Block& b, const Polyhedron& body) {
     return;
   }
   int serial = 0;
-  for (const auto& [c, rotation] : release_places(*b.release, body, world_->scene, terrain_.get(), occupied_))
+  for (const auto& [c, rotation] :
+       release_places(*b.release, body, world_->scene, terrain_.get(), world_->header.crs, occupied_))
     push(make_block(fmt::format("{}-{}", b.name, ++serial), body, b.material, b.deformable), c, rotation,
          b.velocity, b.spin);
 }

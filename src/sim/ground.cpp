@@ -119,7 +119,8 @@ geometry::Terrain load_without(const scene::RockMass& mass, const scene::Site& s
   // Decimated together, slip surface and terrain go on coinciding where they do. The mass lies between the
   // surfaces as they are given; what stays is roughened.
   geometry::Terrain terrain = load_site(site, slip ? &*slip : nullptr, false);
-  geometry::expect_same_crs(terrain.crs, slip_crs, mass.slip_surface, "rock_mass.slip_surface");
+  geometry::agree_on_crs(terrain.crs, slip_crs, site.origin.head<2>(), mass.slip_surface,
+                         "rock_mass.slip_surface");
   if (terrain.beside) slip = std::move(terrain.beside);
   terrain.beside.reset();
   if (report)
@@ -153,18 +154,16 @@ std::optional<geometry::Terrain> load_ground(const scene::Scene& scene,
                                   : load_site(*scene.site, nullptr, true);
   Box3 box;
   for (const Vec3& v : terrain.surface.vertices) box.extend(v);
-  geometry::check_lengths(scene.site->crs.empty() ? terrain.crs : scene.site->crs,
-                          (box.center() + scene.site->origin).head<2>(), scene.file, "site.terrain");
+  geometry::check_lengths(terrain.crs, (box.center() + scene.site->origin).head<2>(), scene.file,
+                          "site.terrain");
   return terrain;
 }
 
 std::vector<std::pair<Vec3, Mat3>> release_places(const scene::Release& release, const Polyhedron& body,
                                                   const scene::Scene& scene, const geometry::Terrain* terrain,
-                                                  Occupied& occupied) {
+                                                  std::string& crs, Occupied& occupied) {
   const geometry::Area area = geometry::read_area(release.polygon, "release.polygon");
-  if (scene.site)
-    geometry::expect_same_crs(scene.site->crs.empty() && terrain ? terrain->crs : scene.site->crs, area.crs,
-                              release.polygon, "release.polygon");
+  geometry::agree_on_crs(crs, area.crs, area.limits().center(), release.polygon, "release.polygon");
   const Vec3 origin = scene.site ? scene.site->origin : Vec3::Zero();
   const Eigen::AlignedBox2d limits = area.limits().translate(-origin.head<2>());
   geometry::Random random(release.seed * 2654435761ull + 1);

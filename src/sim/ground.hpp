@@ -21,9 +21,10 @@ using Occupied = std::vector<std::pair<Vec3, double>>;
 
 /// Centroid and orientation of each copy of a body (about its centroid) in a release area. The same seed
 /// gives the same places. Throws InputError if the area lies off the ground or is too small for the copies.
+/// `crs`: of the scene's files (geometry::agree_on_crs).
 std::vector<std::pair<Vec3, Mat3>> release_places(const scene::Release& release, const Polyhedron& body,
                                                   const scene::Scene& scene, const geometry::Terrain* terrain,
-                                                  Occupied& occupied);
+                                                  std::string& crs, Occupied& occupied);
 
 /// Centroid of a body, turned by `rotation`, at the one place that a release names. Throws InputError if
 /// there is no ground below all of its plan.

@@ -12,15 +12,16 @@
 namespace talus::verify {
 namespace {
 
-/// One folder for each process, as suites may run side by side; removed at its end.
+/// One for each process, as suites may run side by side.
+std::filesystem::path folder_path() {
+  return std::filesystem::temp_directory_path() /
+         fmt::format("talus-verify-{}", static_cast<long>(::getpid()));
+}
+
 struct Folder {
-  std::filesystem::path path =
-      std::filesystem::temp_directory_path() / fmt::format("talus-verify-{}", static_cast<long>(::getpid()));
+  std::filesystem::path path = folder_path();
   Folder() { std::filesystem::create_directories(path); }
-  ~Folder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path, ignored);
-  }
+  ~Folder() { remove_temporary(); }
 };
 
 std::string temporary(const std::string& name) {
@@ -29,6 +30,11 @@ std::string temporary(const std::string& name) {
 }
 
 }  // namespace
+
+void remove_temporary() {
+  std::error_code ignored;
+  std::filesystem::remove_all(folder_path(), ignored);
+}
 
 std::string StructureText::str() const {
   std::string text = fmt::format(

@@ -35,6 +35,9 @@ struct Section {
 };
 std::string write_chain(const std::string& name, const std::vector<Section>& sections);
 
+/// Removes that folder, which else goes when the program comes to its end.
+void remove_temporary();
+
 /// A unit cube of seven distorted cells, one inside and one at each face, after [irons1972]; `nodes` are
 /// those inside. Returns the path.
 std::string write_patch(std::vector<Vec3>& nodes);

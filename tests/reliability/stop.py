@@ -3,6 +3,7 @@
 
     stop.py TALUS
 """
+import os
 import pathlib
 import signal
 import subprocess
@@ -87,6 +88,22 @@ def orderings(work):
     check("SIGTERM all along a check", not wrong, str(wrong[:3]))
 
 
+def temporary_files(work):
+    """A signal leaves none of the meshes that `talus verify` writes for its structures."""
+    folder = work / "temporary"
+    folder.mkdir()
+    run = subprocess.Popen(
+        [program, "verify", "fem"], stdout=subprocess.DEVNULL, env={**os.environ, "TMPDIR": str(folder)}
+    )
+    began = time.monotonic()
+    while run.poll() is None and not any(folder.iterdir()) and time.monotonic() - began < PATIENCE:
+        time.sleep(0.01)
+    check("talus verify writes meshes", any(folder.iterdir()))
+    run.send_signal(signal.SIGTERM)
+    check("SIGTERM ends talus verify", run.wait(PATIENCE) == -signal.SIGTERM, str(run.returncode))
+    check("and removes its meshes", not any(folder.iterdir()), str(list(folder.iterdir())))
+
+
 def main():
     with tempfile.TemporaryDirectory() as work:
         work = pathlib.Path(work)
@@ -98,6 +115,7 @@ def main():
         code, said, seconds = stop(work, "build", (48, 48, 192), signal.SIGTERM, "")
         check("SIGTERM while it is built", code == 128 + signal.SIGTERM, f"exit code {code}: {said[-500:]}")
         check("nothing is written yet", not (work / "build" / "results.h5").exists())
+        temporary_files(work)
         orderings(work)
     return 1 if failures else 0
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include <fmt/format.h>
@@ -18,7 +19,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr int classes = 4;
 constexpr std::array<const char*, classes + 1> class_names{"none", "slight", "moderate", "severe", "lost"};
-constexpr int least_own_runs = 6;  // on a member, of which a curve of its own is made
+constexpr int least_own_runs = 6;  // of hits on a member, of which a curve of its own is made
 /// Days that a bridge is closed by the class of its worst member: an assumption that is written with the
 /// results.
 constexpr std::array<double, classes + 1> closure_days{0, 1, 14, 180, 365};
@@ -317,25 +318,31 @@ class Figures {
   Json member_curves(const std::string& name, std::size_t m) const {
     const auto grade = [m](const Outcome& o) { return m < o.grade.size() ? o.grade[m] : -1; };
     Json member{{"name", name}, {"per_event", Json::array()}, {"curves", Json::array()}};
-    // Of the hits on this member, if there are enough of them; else of all.
-    int own = 0;
-    for (std::size_t t = 0; t < runs_.tasks.size(); ++t)
-      own += runs_.outcomes[t].good && runs_.tasks[t].event->struck == static_cast<int>(m);
-    const bool only_own = own >= least_own_runs;
+    // Runs of too few hits on this member say little of its strength, and less do hits that miss it: then
+    // the hits on all members of its kind count, each by the class of the member that it strikes.
+    const auto span = [&](std::size_t of) { return of < runs_.members.size() && runs_.members[of].span; };
+    std::vector<std::pair<std::size_t, std::size_t>> taken;  // task, member that it strikes
+    for (std::size_t t = 0; t < runs_.tasks.size(); ++t) {
+      const Event& event = *runs_.tasks[t].event;
+      const std::size_t at = event.struck < 0 ? m : static_cast<std::size_t>(event.struck);
+      const Outcome& o = runs_.outcomes[t];
+      if (o.good && at < o.grade.size() && o.grade[at] >= 0 && event.energy > 0 && span(at) == span(m))
+        taken.emplace_back(t, at);
+    }
+    const auto own = [m](const auto& run) { return run.second == m; };
+    if (std::ranges::count_if(taken, own) >= least_own_runs) std::erase_if(taken, std::not_fn(own));
+    const bool all_own = std::ranges::all_of(taken, own);
     std::vector<double> x;
     std::vector<int> grades;
-    for (std::size_t t = 0; t < runs_.tasks.size(); ++t) {
-      if (!runs_.outcomes[t].good || grade(runs_.outcomes[t]) < 0 || !(runs_.tasks[t].event->energy > 0) ||
-          (only_own && runs_.tasks[t].event->struck != static_cast<int>(m)))
-        continue;
-      x.push_back(std::log(runs_.tasks[t].event->energy));
-      grades.push_back(grade(runs_.outcomes[t]));
-    }
+    for (const auto& [t, at] : taken)
+      x.push_back(std::log(runs_.tasks[t].event->energy)), grades.push_back(runs_.outcomes[t].grade[at]);
     const std::vector<Logistic> fits = fit_logistic(x, grades, classes);
     for (int k = 1; k <= classes; ++k) {
       member["per_event"].push_back(probability(k, grade, static_cast<int>(m)));
       Json curve{{"class", k},
-                 {"hits", only_own ? "on this member" : "anywhere"},
+                 {"hits", all_own   ? "on this member"
+                          : span(m) ? "on any span"
+                                    : "on any pier"},
                  {"runs", x.size()},
                  {"reached", std::ranges::count_if(grades, [k](int g) { return g >= k; })}};
       const Logistic& fit = fits[static_cast<std::size_t>(k - 1)];

@@ -327,12 +327,16 @@ struct InMemory {
   }
 };
 
-/// What a file is that is none of the formats of heights, by what the library knows it for.
-std::string other_format(const char* path) {
+/// Why a file is not read: the cause that its format's reader gives, or what the library knows it for.
+std::string not_read(const char* path) {
+  const std::string cause = CPLGetLastErrorType() >= CE_Failure ? CPLGetLastErrorMsg() : "";
   GDALDriverH driver = GDALIdentifyDriverEx(path, GDAL_OF_RASTER, nullptr, nullptr);
-  return (driver ? std::string("is of the format ") + GDALGetDriverLongName(driver)
-                 : std::string("is of no format that is known")) +
-         "; ESRI ASCII grids, GeoTIFF, HGT, DTED, HFA and points in rows (XYZ) are read";
+  if (!driver && !cause.empty()) return cause;
+  const std::string format = driver ? std::string("is of the format ") + GDALGetDriverLongName(driver)
+                                    : std::string("is of no format that is known");
+  if (driver && CSLFindString(const_cast<char**>(height_formats), GDALGetDriverShortName(driver)) >= 0)
+    return format + ", and cannot be read" + (cause.empty() ? "" : ": " + cause);
+  return format + "; ESRI ASCII grids, GeoTIFF, HGT, DTED, HFA and points in rows (XYZ) are read";
 }
 
 /// Bytes with a sign, which the library reads as if they had none.
@@ -367,7 +371,10 @@ extern "C" __attribute__((visibility("default"))) bool talus_raster_read(const c
   const char* options[] = {"DATATYPE=Float64", nullptr};
   GDALDatasetH data = GDALOpenEx(text ? copy.names.front().c_str() : path, GDAL_OF_RASTER | GDAL_OF_READONLY,
                                  height_formats, options, nullptr);
-  if (!data) return fail(out, other_format(path).c_str());
+  if (!data) {
+    out->error = not_read(path);
+    return false;
+  }
   const std::unique_ptr<void, void (*)(void*)> close(data, [](void* d) { GDALClose(d); });
   out->columns = GDALGetRasterXSize(data);
   out->rows = GDALGetRasterYSize(data);
@@ -407,6 +414,7 @@ extern "C" __attribute__((visibility("default"))) bool talus_raster_read(const c
     for (double& z : out->values) z = z * out->scale + out->offset;
   if (const char* unit = GDALGetRasterUnitType(band)) out->band_unit = unit;
   tell_kind(data, band, out);
+  out->points = std::strcmp(GDALGetDriverShortName(GDALGetDatasetDriver(data)), "XYZ") == 0;
   OGRSpatialReferenceH own = GDALGetSpatialRef(data);
   const bool beside = !out->projection.empty() && (out->grid_of_text || !own || OSRIsLocal(own));
   OGRSpatialReferenceH srs = beside ? system_of(out->projection) : nullptr;

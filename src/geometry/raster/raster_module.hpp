@@ -36,9 +36,10 @@ struct Raster {
   bool palette = false,
        colours =
            false;  // the values are numbers of a table of colours; the first band is a colour of a picture
-  bool bytes = false;  // values of 8 bits without scale
-  int bands = 1;       // besides alpha
-  std::string error;   // filled when a call fails
+  bool bytes = false;   // values of 8 bits without scale
+  int bands = 1;        // besides alpha
+  bool points = false;  // points in rows (XYZ)
+  std::string error;    // filled when a call fails
 };
 
 /// Exported by the module with C linkage. Each returns false (or -1) with `error` set when it fails.

@@ -83,6 +83,8 @@ TEST(Units, MinuteAndMillimetreAreNotMistaken) {
 TEST(Units, BadTextSaysWhatIsWrong) {
   EXPECT_EQ(complaint("3.84 metre"), "unknown unit \"metre\": write \"m\"");
   EXPECT_EQ(complaint("-1,5 m"), "has a decimal comma: write \"-1.5 m\"");
+  EXPECT_EQ(complaint("2,650 kg/m^3"),
+            "has a comma: write \"2650 kg/m^3\" or \"2.650 kg/m^3\", as it is meant");
   EXPECT_EQ(complaint("m"), "does not start with a number");
   EXPECT_EQ(complaint(""), "does not start with a number");
   EXPECT_EQ(complaint("nan m"), "does not start with a number");

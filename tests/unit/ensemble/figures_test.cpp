@@ -56,5 +56,48 @@ TEST(FragilityFigures, HitsWithoutARunAreNotCountedOnPiersThatTheyMiss) {
   EXPECT_TRUE(said) << f.root["doubts"];
 }
 
+/// Twelve hits, four on each of two piers and of a span: those of less than 1 MJ leave the member that they
+/// strike as it is, the others make it severe, and no other is damaged. The curves of a pier are those of the
+/// hits on piers, and are not lowered by hits that miss it.
+TEST(FragilityFigures, MembersWithFewRunsShareTheCurvesOfTheirKind) {
+  FragilityRequest request;
+  request.runs = 12;
+  std::vector<talus::Member> members(3);
+  members[2].span = true;
+  std::vector<Cluster> clusters(3);
+  for (int c = 0; c < 3; ++c) {
+    auto& cluster = clusters[static_cast<std::size_t>(c)];
+    cluster.struck = c, cluster.runs = 4;
+    for (const double energy : {1e5, 3e5, 3e6, 1e7}) {
+      Event event;
+      event.energy = energy * (1 + 0.1 * c), event.struck = c;
+      cluster.events.push_back(event);
+    }
+  }
+  std::vector<Task> tasks(12);
+  std::vector<Outcome> outcomes(12);
+  for (std::size_t t = 0; t < 12; ++t) {
+    const std::size_t c = t / 4;
+    tasks[t].cluster = static_cast<int>(c);
+    tasks[t].event = &clusters[c].events[t % 4];
+    outcomes[t].made = outcomes[t].good = true;
+    outcomes[t].names = {"P1", "P2", "S1"};
+    outcomes[t].grade = {0, 0, 0};
+    outcomes[t].basis = {"", "", ""};
+    outcomes[t].grade[c] = t % 4 < 2 ? 0 : 3;
+  }
+  const std::vector<std::string> faults;
+  const FragilityFigures f =
+      figures_of({request, 0, 100, 12, members, clusters, tasks, outcomes, faults, ""});
+  const auto severe = [&](std::size_t m) { return f.root["members"][m]["curves"][2]; };
+  EXPECT_EQ(severe(0)["hits"], "on any pier");
+  EXPECT_EQ(severe(0)["runs"], 8);
+  EXPECT_EQ(severe(0)["reached"], 4);
+  EXPECT_EQ(severe(0), severe(1));
+  EXPECT_GT(severe(0)["probability"].back().get<double>(), 0.8);
+  EXPECT_EQ(severe(2)["hits"], "on this member");
+  EXPECT_EQ(severe(2)["runs"], 4);
+}
+
 }  // namespace
 }  // namespace talus::ensemble

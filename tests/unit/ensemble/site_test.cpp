@@ -377,6 +377,36 @@ TEST(Site, ALineBesideTheTerrainIsToldWhereThatIs) {
   EXPECT_NE(refused.find("the terrain spans x 0 to 200, y 0 to 200 there"), std::string::npos) << refused;
 }
 
+TEST(Site, FilesOfOneSceneAreInOneCoordinateSystemThoughTheTerrainNamesNone) {
+  const Site site;
+  const fs::path scene = site.scene("[[line]]\nname = \"road\"\nfile = \"road.geojson\"\n"),
+                 folder = scene.parent_path();
+  const auto read = [](const fs::path& path) {
+    std::stringstream all;
+    all << std::ifstream(path).rdbuf();
+    return all.str();
+  };
+  std::string text = read(scene);
+  text.erase(text.find("crs = "), std::string("crs = \"EPSG:32632\"\n").size());
+  std::ofstream(scene) << text;
+  const auto road = [&](const std::string& crs) {
+    std::ofstream(folder / "road.geojson")
+        << R"({"type": "LineString", "coordinates": [[652310, 5241900], [652490, 5241900]], "crs": {"type": )"
+        << R"("name", "properties": {"name": "urn:ogc:def:crs:)" << crs << "\"}}}";
+  };
+  road("EPSG::25832");
+  const Ensemble known(scene.string(), {});
+  EXPECT_EQ(known.crs(), "EPSG:25832");
+  EXPECT_FALSE(any_holds(warnings_of(known), "coordinate"));
+  road("OGC:1.3:CRS84");
+  EXPECT_NE(refusal(scene).find("degrees"), std::string::npos) << refusal(scene);
+  road("EPSG::25832");
+  std::string area = read(folder / "source.geojson");
+  area.insert(1, R"("crs": {"type": "name", "properties": {"name": "EPSG:25833"}}, )");
+  std::ofstream(folder / "source.geojson") << area;
+  EXPECT_NE(refusal(scene).find("is in another coordinate system than"), std::string::npos) << refusal(scene);
+}
+
 // The nodes of a grid are the middles of its cells: half a cell beyond them belongs to it.
 TEST(Site, ALineMayReachToTheEdgesOfTheOutermostCells) {
   const Site site;

@@ -79,6 +79,20 @@ TEST(MeshSays, NumbersEndAtBlanks) {
   EXPECT_NO_THROW(read_mesh_text("v 0 0 0#a\nv 1 0 0\nv 0 1 0\nf 1/2/3 2//4 3\n", "t.obj"));
 }
 
+// The header of a binary STL may begin with "solid": a file of which the size is not that of its triangles is
+// no text without faces.
+TEST(MeshSays, ABinaryStlThatIsNotWholeIsSaidToBeNone) {
+  std::string stl = "solid made by a program";
+  stl.resize(80, ' ');
+  stl += std::string("\1\0\0\0", 4) + std::string(50, '\0');
+  try {
+    read_mesh_text(stl + "\n", "t.stl");
+    FAIL();
+  } catch (const InputError& e) {
+    EXPECT_NE(e.problems()[0].rule.find("nor a whole binary STL"), std::string::npos) << e.what();
+  }
+}
+
 TEST(MeshSays, CoordinatesAreNumbersOfMetres) {
   for (const char* x : {"1e200", "1e100", "-2e9", "nan", "inf"}) {
     const std::string vertices = "v 0 0 0\nv " + std::string(x) + " 0 0\nv 0 1 0\n";

@@ -261,6 +261,29 @@ TEST(RasterSays, PointsInRowsKeepTheirDecimals) {
   EXPECT_EQ(rule("x;y;z\n0;1;500,5\n1;1;501,5\n0;0;502,5\n1;0;503,5\n"), "4 up to 501.500000");
 }
 
+TEST(RasterSays, PointsInRowsAreThoseOfAGrid) {
+  const auto rule = [](double stagger, double step, bool shuffled) -> std::string {
+    std::string text;
+    for (int i = 0; i < 8; ++i)
+      for (int j = 0; j < 8; ++j) {
+        const int k = shuffled ? (5 * j + 3 * i) % 8 : j;
+        text += std::to_string(step * k + stagger * (i % 2)) + " " + std::to_string(step * i) + " " +
+                std::to_string(i + k) + "\n";
+      }
+    const File file("p.xyz", text);
+    try {
+      return std::to_string(load_terrain(file.path).surface.vertices.size());
+    } catch (const InputError& e) { return e.problems()[0].rule + "; " + e.problems()[0].remedy; }
+  };
+  EXPECT_EQ(rule(0, 5, false), "64");
+  EXPECT_EQ(rule(0, 4.997678230579, false), "64");
+  EXPECT_NE(rule(0.7, 5, false).find("beside the nodes of a grid of 5.1 x 5 m"), std::string::npos)
+      << rule(0.7, 5, false);
+  EXPECT_NE(rule(2.5, 5, false).find("the points are those of no regular grid"), std::string::npos);
+  EXPECT_NE(rule(0, 5, true).find("gdal_grid"), std::string::npos) << rule(0, 5, true);
+  EXPECT_EQ(rule(0, 5, true).find("(XYZ) are read"), std::string::npos) << rule(0, 5, true);
+}
+
 TEST(RasterSays, AFormatThatIsNotReadIsNamed) {
   const auto rule = [](const std::string& text) -> std::string {
     const File file("g.grd", text);

@@ -254,6 +254,30 @@ TEST(Terrain, LinesOfGeoPackages) {
   } catch (const InputError& e) { EXPECT_EQ(e.problems()[0].rule, "holds several layers: road, axis"); }
 }
 
+TEST(Terrain, GeometriesOfAnotherTypeAreSaidToBeLeftOut) {
+  const std::string polygon = R"({"type": "Polygon", "coordinates": [[[0, 0], [9, 0], [9, 9], [0, 9]]]})",
+                    line = R"({"type": "LineString", "coordinates": [[0, 0], [9, 9]]})",
+                    point = R"({"type": "Point", "coordinates": [0, 0]})";
+  const TemporaryFile file("mixed.geojson", R"({"type": "GeometryCollection", "geometries": [)" + point +
+                                                "," + polygon + "," + line + "," + point + "]}");
+  const Area area = read_area(file.path, "site.area.polygon");
+  ASSERT_EQ(area.warnings.size(), 1u);
+  EXPECT_EQ(area.warnings[0].value, "1 LineString, 2 Point");
+  const PlanLines lines = read_plan_lines(file.path, "line.road.file");
+  ASSERT_EQ(lines.warnings.size(), 1u);
+  EXPECT_EQ(lines.warnings[0].value, "2 Point, 1 Polygon");
+  const TemporaryFile alone("alone.geojson", polygon);
+  EXPECT_TRUE(read_area(alone.path, "site.area.polygon").warnings.empty());
+}
+
+TEST(Terrain, NestingOfGeometriesTakesNoStack) {
+  std::string text = R"({"type": "Polygon", "coordinates": [[[0, 0], [9, 0], [9, 9], [0, 9]]]})", before,
+              behind;
+  for (int k = 0; k < 200000; ++k) before += R"({"type":"GeometryCollection","geometries":[)", behind += "]}";
+  const TemporaryFile file("deep.geojson", before + text + behind);
+  EXPECT_TRUE(read_area(file.path, "site.area.polygon").contains(1, 1));
+}
+
 TEST(Terrain, MaterialsByRasterOfClasses) {
   const TemporaryFile file("classes.asc",
                            "ncols 3\nnrows 3\nxllcenter 1000\nyllcenter 2000\ncellsize 1\n" + rows);

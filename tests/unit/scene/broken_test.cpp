@@ -48,6 +48,8 @@ const Broken list[] = {
      "did you mean \"height\", which is there already?"},
     {"title = \"Boulder against pier P2\"", "title = \"Boulder against pier P2", "",
      "the quote that ends the text is missing in this line"},
+    {"[output]", "[simulation]\nduration = 3\n[output]", "", "each key and each [table] stands once"},
+    {"name = \"rock\"", "name = \"rock \"", "material.rock .name", "must not begin or end with a blank"},
     // simulation
     {"accuracy = 1e-3", "step = 1e-10", "simulation.step", "must not be shorter than min_step, 1e-09 s"},
     {"accuracy = 1e-3", "min_step = 31", "simulation.min_step", "must not be longer than the duration, 30 s"},

@@ -87,6 +87,50 @@ TEST(Dialects, DecimalCommasBetweenCommasAreRefused) {
       << refusal(place, impact);
 }
 
+TEST(Dialects, AFirstRowThatIsMeantAsNumbersIsNoRowOfNames) {
+  const Place place;
+  const std::string rest = "\n-6,0.1,2.2,20.5,0,-2,500\n";
+  for (const std::string first : {"inf,0,2,20,0,-2,500", "nan,0,2,20,0,-2,500", "=1+1,0,2,20,0,-2,500"}) {
+    place.put("rows.csv", first + rest);
+    EXPECT_NE(refusal(place, impact).find("is not a number"), std::string::npos) << refusal(place, impact);
+  }
+  place.put("rows.csv", "\"x,y,z,vx,vy,vz,mass" + rest);
+  EXPECT_NE(refusal(place, impact).find("line 1 of the file has a quote that does not end"),
+            std::string::npos)
+      << refusal(place, impact);
+  place.put("rows.csv", "sep=,\nx,y,z,vx,vy,vz,mass" + rest);
+  EXPECT_EQ(refusal(place, impact), "");
+}
+
+TEST(Dialects, CellsHoldNumbersAlone) {
+  const Place place;
+  for (const std::string cell : {"500%", "500 %", "500 kg", "35 deg"}) {
+    place.put("rows.csv", "x,y,z,vx,vy,vz,mass\n-6,0.1,2.2,20.5,0,-2," + cell + "\n");
+    EXPECT_NE(refusal(place, impact).find("\"" + cell + "\" is not a number"), std::string::npos)
+        << refusal(place, impact);
+  }
+}
+
+TEST(Dialects, LettersThatOnlyLookLatinAreNamed) {
+  const Place place;
+  place.put("rows.csv", "x,y,z,vx,vy,vz,mass\n-6,0.1,2.2,20.5,0,-2,500\n");
+  std::string text = impact;
+  text.replace(text.rfind("\"rock\""), 6, "\"r\u043Eck\"");  // a Cyrillic o
+  EXPECT_NE(refusal(place, text).find("(\"\u043E\" in it is U+043E)"), std::string::npos)
+      << refusal(place, text);
+  text = impact;
+  text.replace(text.find("duration = 0.1"), 14, "duration = \"1\u00A0s\"");  // a blank that does not break
+  EXPECT_NE(refusal(place, text).find("is U+00A0"), std::string::npos) << refusal(place, text);
+}
+
+TEST(Dialects, LinksToNothingAreNoFiles) {
+  const Place place;
+  std::filesystem::create_symlink("nothing.csv",
+                                  std::filesystem::path(place.scene()).parent_path() / "rows.csv");
+  EXPECT_NE(refusal(place, impact).find("there is no file"), std::string::npos);
+  EXPECT_EQ(refusal(place, impact).find("did you mean"), std::string::npos) << refusal(place, impact);
+}
+
 TEST(Dialects, TablesOfContactLaws) {
   const Place place;
   const std::string scene = R"(schema = 1
