@@ -206,9 +206,11 @@ for more, part in (("slip_friction = { most = 35, length = 0.5 }", "slip_frictio
 expect("friction as a text", check(base.replace("friction = 0.6", 'friction = "1e300"')), 2, "friction", "must not exceed 1e+06")
 # What run refuses of a line, check does.
 line = '[[line]]\nname = "road"\n'
-(out / "road.geojson").write_text(json.dumps({"type": "LineString", "crs": {"type": "name", "properties": {"name": "EPSG:2263"}}, "coordinates": [[10, 10], [90, 90]]}))
+for crs in ("EPSG:2263", "EPSG:31254"):
+    (out / "road.geojson").write_text(json.dumps({"type": "LineString", "crs": {"type": "name", "properties": {"name": crs}}, "coordinates": [[10, 10], [90, 90]]}))
+    line_says = check(base + line + 'file = "road.geojson"\n')
+    expect(f"a line in {crs}", line_says, *((2, "US survey foot") if crs == "EPSG:2263" else (0, "No problems found")))
 (out / "topology.geojson").write_text('{"type": "Topology", "arcs": []}')
-expect("a line", check(base + line + 'file = "road.geojson"\n'), 0, "No problems found")
 expect("a line off the terrain", check(base + line + "points = [[1000, 0], [1000, 60]]\n"), 2, "lies off the terrain")
 expect("a line of another system", check(base.replace('terrain = "slope.asc"', 'terrain = "slope.asc"\ncrs = "EPSG:25832"') + line + 'file = "road.geojson"\n'), 2, "is in another coordinate system")
 expect("a file without a line", check(base + line + 'file = "topology.geojson"\n'), 2, "holds no line")
