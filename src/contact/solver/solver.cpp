@@ -6,6 +6,7 @@
 #include "contact/solver/solver_search.hpp"
 #include "contact/solver/solver_sweep.hpp"
 #include "contact/solver/solver_system.hpp"
+#include "contact/tolerances.hpp"
 #include "core/assert.hpp"
 
 namespace talus::contact {
@@ -187,7 +188,9 @@ SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& s
     work_->normal.run(system, search.p, search.v, tolerance, 300);
     system.velocities(search.p, search.v);
     search.consider(search.p, search.v, system.residual(search.v, search.p));
-    done = search.enough();  // the caller goes on from what is left
+    // The caller goes on from what is left: worth it if the same gain twice more would do.
+    const double left = search.best / settings.velocity_scale;
+    done = search.enough() && search.best * square(left) <= tolerance;
   } else if (few || search.best > Search::near * settings.velocity_scale) {
     sweeps(search, tolerance, report);
   }

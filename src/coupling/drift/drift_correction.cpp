@@ -206,7 +206,7 @@ void DriftCorrection::move() {
     const double before_it = in_.internal_energy(b.block);
     in_.state.c[k] += d.head<3>();
     in_.state.q[k] = (dda::rotation_by(d.segment<3>(3)) * in_.state.q[k]).normalized();
-    if (b.ndof == 12) in_.state.eps[k] += d.tail<6>();
+    if (b.strains()) in_.state.eps[k] += d.tail<6>();
     allowed_[i] -= farthest_way(in_.model, b.block, last_[i], dda::pose(in_.state, b.block));
     fall[i] = in_.model.blocks[k].mass * in_.model.gravity.dot(d.head<3>());
     set_spin(in_, b.block, momentum - moments[i], in_.model.blocks[k].deformable);

@@ -78,7 +78,7 @@ ImpactStage::Impact ImpactStage::apply_impulse(const Restitution& part, bool fro
   // J^-1 L: the energies of that motion and of the strain rates add up, and what the contact gives and takes
   // is all that changes. Where the inertia is not a cube's, the spin beside the strain rates is another.
   for (Body& b : step_.bodies) {
-    if (b.ndof != 6 || !in_.model.blocks[static_cast<std::size_t>(b.block)].deformable) continue;
+    if (b.strains() || !in_.model.blocks[static_cast<std::size_t>(b.block)].deformable) continue;
     b.free.spin = b.free.inverse.block<3, 3>(3, 3) * b.momentum0;
     for (Vec12* v : {&b.v0, &b.free.velocity, &b.v_ref, &b.v_solved}) v->segment<3>(3) = b.free.spin;
   }
@@ -160,7 +160,7 @@ bool ImpactStage::resolve(double time) {
   for (std::size_t i = 0; i < step_.bodies.size(); ++i) {
     const Body& b = step_.bodies[i];
     const auto k = static_cast<std::size_t>(b.block);
-    if (b.ndof != 6 || !in_.model.blocks[k].deformable) continue;
+    if (b.strains() || !in_.model.blocks[k].deformable) continue;
     in_.state.eps_rate[k] = step_.saved[i].eps_rate;
     in_.state.w[k] = step_.saved[i].w + (b.v_solved - b.v0).segment<3>(3);
   }

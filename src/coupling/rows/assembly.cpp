@@ -423,8 +423,8 @@ RowMotion RowAssembly::add_terms(Touch& t, contact::ProblemContact& c, const Con
     const auto beyond = [](const Body& b, const Vec3& acts, const Vec3& x) {
       return Vec3((b.at_end(acts) - acts) - (b.at_end(x) - x));
     };
-    if (path.b->ndof == 12) aside += beyond(*path.b, p_mid_b, t.at.point_b);
-    if (path.a != nullptr && path.a->ndof == 12) aside -= beyond(*path.a, p_mid_a, t.at.point_a);
+    if (path.b->strains()) aside += beyond(*path.b, p_mid_b, t.at.point_b);
+    if (path.a != nullptr && path.a->strains()) aside -= beyond(*path.a, p_mid_a, t.at.point_a);
   }
   t.gap_ref = path.n_end.dot(path.b_end - m.a_end + aside) + t.offset;
   t.u_ref = m.u_ref[0];

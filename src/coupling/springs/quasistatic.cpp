@@ -61,7 +61,7 @@ void balance_springs(const IslandContext& in, Step& step, double h) {
     const Body& b = step.bodies[i];
     if (!b.follows) continue;
     balances[i].stiffness.topLeftCorner(b.ndof, b.ndof) = b.free.mass.topLeftCorner(b.ndof, b.ndof) / (h * h);
-    if (b.ndof < 12) continue;
+    if (!b.strains()) continue;
     const dda::Model::Block& block = in.model.blocks[static_cast<std::size_t>(b.block)];
     elastic[i] = block.volume * dda::elastic_matrix(block.young, block.poisson);
     balances[i].force.tail<6>() = elastic[i] * (in.state.eps[static_cast<std::size_t>(b.block)] - b.eps0);
@@ -103,7 +103,7 @@ void balance_springs(const IslandContext& in, Step& step, double h) {
     Balance& balance = balances[i];
     balance.place.head(b.ndof) =
         0.5 * balance.stiffness.topLeftCorner(b.ndof, b.ndof).llt().solve(balance.force.head(b.ndof));
-    if (b.ndof == 12)
+    if (b.strains())
       b.strain_lag = h * (elastic[i] * (0.5 * (in.state.eps[static_cast<std::size_t>(b.block)] - b.eps0) -
                                         balance.place.tail<6>()));
   });

@@ -324,7 +324,7 @@ double error_by_end_rule(const IslandContext& in, const Step& step, double h) {
       inertia += in.model.blocks[k].mass * v.squaredNorm();
       fastest = std::max(fastest, v.norm());
       longest = std::max(longest, fall_time(in, b.block));
-      if (b.ndof == 12)
+      if (b.strains())
         strains = std::max(strains, v.norm() + in.model.blocks[k].shape->radius * (b.*of).tail<6>().norm());
     }
     for (const Touch& t : step.touches) {

@@ -37,7 +37,7 @@ void begin_step(const IslandContext& in, Step& step, double h, bool frozen_strai
     b.momentum0 = dda::spin_momentum(in.model.blocks[k], in.state, b.block);
     b.ndof = in.model.blocks[k].deformable && !frozen_strain ? 12 : 6;
     if (h == 0) b.follows = false;
-    if (h == 0 || !b.leapfrog || b.ndof == 6)
+    if (h == 0 || !b.leapfrog || !b.strains())
       b.internal0 = h > 0 || in.model.blocks[k].deformable ? in.internal_energy(b.block) : 0;
     b.drag = h > 0 && in.vegetated ? vegetation_drag(in.model.blocks[k], in.env, in.state.c[k]) : 0.0;
     if (h > 0) {
@@ -47,14 +47,14 @@ void begin_step(const IslandContext& in, Step& step, double h, bool frozen_strai
                               : b.strains_at_end ? dda::FlowRule::strain_at_end
                                                  : dda::FlowRule::exact,
                               b.drag);
-      if (b.guarded && b.ndof == 12 && !b.end_rule && !b.strains_at_end && makes_energy(in, b)) {
+      if (b.guarded && b.strains() && !b.end_rule && !b.strains_at_end && makes_energy(in, b)) {
         b.strains_at_end = true;
         b.free = dda::free_flow(in.model, in.state, b.block, h, dda::FlowRule::strain_at_end, b.drag);
       }
       // without the parabola's part: x + h v^+
       if (b.pressed) b.free.pose.c += (1 - b.free.theta) * h * h * b.free_acceleration(in.model.gravity);
     } else {
-      dda::impulse_mass(in.model, in.state, b.block, b.ndof == 6, b.free.mass, b.free.inverse);
+      dda::impulse_mass(in.model, in.state, b.block, !b.strains(), b.free.mass, b.free.inverse);
       b.free.theta = 0.5;
       b.free.pose = b.start;
       b.free.q = b.q0;
@@ -128,7 +128,7 @@ bool strain_from_start(Step& step) {
   if (!step.from_start) return false;
   bool found = false;
   for (Body& b : step.bodies)
-    if (b.from_start && b.ndof == 12 && !b.end_rule && !b.strains_at_end && !b.impulse.isZero(0))
+    if (b.from_start && b.strains() && !b.end_rule && !b.strains_at_end && !b.impulse.isZero(0))
       found = b.strains_at_end = true;
   return found;
 }
@@ -144,7 +144,7 @@ void linearise_about_end(Body& b, const Quat& q_end) {
     b.half_turn = dda::rotation_by(0.5 * b.turn).toRotationMatrix();
     b.full_turn = dda::rotation_by(b.turn).toRotationMatrix();
   }
-  b.carry = b.ndof == 12 ? Mat3(b.ref.F * b.start.F.inverse()) : b.full_turn;
+  b.carry = b.strains() ? Mat3(b.ref.F * b.start.F.inverse()) : b.full_turn;
 }
 
 double fastest_among(const IslandContext& in, const Step& step) {

@@ -58,6 +58,7 @@ struct Body {
   Mat3 along = Mat3::Identity();   // projector on the directions that no spring at the end of the step holds
   Vec12 v_solved = Vec12::Zero();  // v_hat + A^-1 sum J^T p
 
+  bool strains() const { return ndof == 12; }
   /// Mean acceleration of the translation without contacts [m/s^2].
   Vec3 free_acceleration(const Vec3& gravity) const {
     return drag > 0 ? Vec3(gravity - drag * ((1 - free.theta) * v0 + free.theta * free.velocity).head<3>())
@@ -67,7 +68,7 @@ struct Body {
   Vec3 at_end(const Vec3& x) const { return ref.c + carry * (x - start.c); }
   Vec3 velocity_at_end(const Vec3& x_end) const {
     Vec3 v = v_ref.head<3>() + v_ref.segment<3>(3).cross(x_end - ref.c);
-    if (ndof == 12)
+    if (strains())
       v += (full_turn * rotation0) *
            (dda::strain_tensor(v_ref.tail<6>()) * (ref.F.inverse() * (x_end - ref.c)));
     return v;

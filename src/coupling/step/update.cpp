@@ -52,14 +52,14 @@ void move_body(const IslandContext& in, Body& b, double h) {
                                          (0.1 * in.model.blocks[k].mass * in.model.gravity.norm() * h)) *
                        (1 - f.theta) * h * h * b.free_acceleration(in.model.gravity);
     if (!d.segment<3>(3).isZero(0)) in.state.q[k] = (dda::rotation_by(d.segment<3>(3)) * f.q).normalized();
-    if (b.ndof == 12)
+    if (b.strains())
       in.state.eps[k] +=
           b.leapfrog || b.strains_at_end ? Vec6(h * (b.v_solved - f.velocity).tail<6>()) : Vec6(d.tail<6>());
   }
   // Along the contact faces nothing is stiff: there the path keeps the trapezoid, exact in steady sliding.
   if (b.end_rule) in.state.c[k] -= (1 - f.theta) * h * (b.along * (b.v_solved.head<3>() - b.v0.head<3>()));
   in.state.v[k] = b.v_solved.head<3>();
-  in.state.eps_rate[k] = b.ndof == 12 ? Vec6(b.v_solved.tail<6>()) : Vec6(Vec6::Zero());
+  in.state.eps_rate[k] = b.strains() ? Vec6(b.v_solved.tail<6>()) : Vec6(Vec6::Zero());
   // Angular momentum exactly: w follows from it at the orientation reached.
   if (h == 0 || (b.impulse.segment<3>(3).isZero(0) && f.q.coeffs() == in.state.q[k].coeffs())) {
     in.state.w[k] = b.v_solved.segment<3>(3);
@@ -70,7 +70,7 @@ void move_body(const IslandContext& in, Body& b, double h) {
     if (in.island->structures.empty() && !b.end_rule && !b.pressed)
       turned -= ((b.from_start ? b.start.c : Vec3(0.5 * (b.start.c + in.state.c[k]))) - b.about)
                     .cross(b.impulse.head<3>());
-    set_spin(in, b.block, b.momentum0 + turned, b.ndof == 12);
+    set_spin(in, b.block, b.momentum0 + turned, b.strains());
   }
 }
 

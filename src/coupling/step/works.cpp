@@ -303,7 +303,7 @@ void account_works(const IslandContext& in, Step& step, double h) {
     if (b.pressed) of.reading += of.pending.algorithmic - before;
     of.pending.algorithmic -= b.converted;
     of.reading -= b.converted;
-    b.ndof == 6 ? of.turning(b) : of.straining(b);
+    b.strains() ? of.straining(b) : of.turning(b);
   });
   step.pending += books.pending;
   const double met = books.loss.settle(step.pending);

@@ -147,7 +147,7 @@ void to_full_steps(const IslandContext& in, Step& step, double h) {
         convert(in, step.bodies[l], step.bodies[l].pressed ? 0.5 * h : -0.5 * h);
   }
   for (const Body& b : step.bodies) {
-    if (!b.leapfrog || b.ndof != 12) continue;
+    if (!b.leapfrog || !b.strains()) continue;
     const auto k = static_cast<std::size_t>(b.block);
     const StrainDynamics d = strain_dynamics(in.model.blocks[k], in.state, b.block);
     set_rates(in.state, k, d,
