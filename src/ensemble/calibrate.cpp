@@ -386,11 +386,10 @@ class Calibration {
     lines.push_back(fmt::format("distance {:.4g}{} to the rows that were fitted, {:.4g}{} to those held out",
                                 found->fitted, unit, found->held_out, unit));
     if (measured_.line.empty() && found->moving > 0)
-      lines.push_back(
-          fmt::format("{} of {} members of it still moved when their time was over, and count where they "
-                      "were then, which is "
-                      "no end point; a longer simulation.duration would show where they stop",
-                      found->moving, found->members));
+      lines.push_back(fmt::format(
+          "{} of {} members of it still moved when their time was over, and count where they "
+          "were then, which is no end point; a longer simulation.duration would show where they stop",
+          found->moving, found->members));
     return lines;
   }
 

@@ -27,9 +27,10 @@
 
 namespace talus::coupling {
 
-/// By touch: its spring may come to the strength of its bond, or its shear to the bound of what cohesion
+/// True for a closed spring whose bond or cohesion is lost for good once its strength is reached.
+bool loses_strength(const IslandContext& in, const Touch& t);
+/// By touch, of these: it may come to the strength of its bond, or its shear to the bound of what cohesion
 /// holds.
-bool loses_strength(const IslandContext& in, const Touch& t);  // closed; what it bears may be lost for good
 std::vector<bool> may_give_way(const IslandContext& in, const Step& step);
 
 }  // namespace talus::coupling

@@ -57,6 +57,16 @@ TEST(StiffnessCheck, NoBlockSwingsFasterThanTheShortestStep) {
   EXPECT_EQ(said("\"hard\""), "");
 }
 
+/// Penalties of the paper's scheme are implicit: its steps follow no swing.
+TEST(StiffnessCheck, ThePapersSchemeIsNotAskedForSofterSprings) {
+  SceneText s(Method::paper(1e-3), 0.01);
+  s.material("rock", 2500, "young = 1e9\npoisson = 0.2")
+      .interface("rock", "ground", 0.5, "", 2500 / 2e-18)
+      .plane(Vec3::UnitZ())
+      .box("B", Vec3::Ones(), Vec3(0, 0, 0.5));
+  EXPECT_NO_THROW(run_scene(s.str()));
+}
+
 /// The reader keeps laws of materials that something in the scene brings together, and those alone are
 /// judged: of two blocks on a plane, their own against each other.
 TEST(StiffnessCheck, OnlyWhatCanMeetIsJudged) {
